@@ -17,7 +17,23 @@ Positive = Annotated[FiniteFloat, Field(gt=0)]
 
 
 class Choices(BaseModel):
-    """What one layer states; None is left to the layers around it. Paths start at the file that states them."""
+    """What one layer states; None is left to the layers around it. Paths start at the file that states them.
+
+    Args:
+        model: model file of the real arm.
+        robot: arm of the library, or its file.
+        side_files: modules that are read along for what they declare, never changed.
+        force, moment: on the TCP in base axes [N], [N m].
+        force_on: along the whole program, or while the arc burns.
+        inertia: whether the deflection under sustained acceleration is compensated.
+        tolerance_mm, air_tolerance_mm: largest distance from the programmed path, while it welds and elsewhere.
+        scope: correct all motions, or those that weld.
+        allow_partial: write a program although a weld stays uncorrected between corrected ones.
+        template: folder of Jinja templates in place of the shipped ones.
+        constant: names of data that keep the value in the file.
+        channel: what effects read and a program does not tell, by name.
+        free_axes: letters of external axes that carry neither the robot nor its work.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), populate_by_name=True)
     model: str | None = None
@@ -36,6 +52,7 @@ class Choices(BaseModel):
     template: str | None = None
     constant: list[str] | None = None
     channel: dict[str, FiniteFloat] | None = None
+    cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
 
 
@@ -44,17 +61,36 @@ class _Table(BaseModel):
 
 
 class FitChoices(_Table):
+    """What ``fit`` takes.
+
+    Args:
+        effects: keys of the effects to fit.
+        mounting: roll, pitch, yaw of the base in the world [deg].
+    """
+
     effects: list[str] | None = None
     mounting: Vec3 | None = None
 
 
 class BatchChoices(_Table):
+    """What ``batch`` takes.
+
+    Args:
+        workers: processes on this machine.
+        scheduler: address of a Dask scheduler.
+    """
+
     workers: Annotated[int, Field(ge=1)] | None = None
     scheduler: str | None = None
 
 
 class SettingsFile(Choices):
-    """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands."""
+    """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands.
+
+    Args:
+        fit: for ``postproc fit``.
+        batch: for ``postproc batch``.
+    """
 
     fit: FitChoices = FitChoices()
     batch: BatchChoices = BatchChoices()
@@ -89,6 +125,8 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
+    if choices.cell is not None:
+        chosen = replace(chosen, cell=root / choices.cell)
     if choices.side_files is not None:
         chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
     return chosen

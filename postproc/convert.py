@@ -33,16 +33,17 @@ from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
+from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
-from postproc.rapid.motions.base_frame import seen_from_base
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
+from postproc.robot.station import Station
 from postproc.runtime.program import OnTheController, corrected_before, put_on_controller, reads_back
 from postproc.runtime.reach import Reach, without_shared_values, without_unreachable, would_reach
 
@@ -63,7 +64,8 @@ class Conversion:
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
         outcomes: of every motion statement; module: with the function for run time, None where nothing uses it;
-            plan, before, after: what was decided, and the deviation along the way.
+            plan, before, after: what was decided, and the deviation along the way; model: of the real arm, as far as
+            it holds here.
     """
 
     outputs: Mapping[str, bytes]
@@ -75,6 +77,7 @@ class Conversion:
     plan: Plan | None = None
     before: Deviation | None = None
     after: Deviation | None = None
+    model: Model | None = None
 
     @property
     def summary(self) -> str:
@@ -118,7 +121,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     Raises:
         _Unsafe: an error is among them.
     """
-    program, events = _followed(sources, options, findings)
+    program, events = _followed(sources, options, model.station, findings)
     model, more = applicable_model(model, events, options)
     findings += more
     reach = Reach(program, events, options.scope)
@@ -166,7 +169,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
     outputs = _outputs(program, edits, function, header_values(model, options, report), env, findings)
     module = function.module.text if function is not None else None
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after)
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after, model)
 
 
 def _not_by_numbers(program: Program, plan: Plan) -> list[StatementKey]:
@@ -229,14 +232,14 @@ def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
 
 
 def _followed(
-    sources: tuple[Source, ...], options: Options, findings: list[Diagnostic]
+    sources: tuple[Source, ...], options: Options, station: Station | None, findings: list[Diagnostic]
 ) -> tuple[Program, list[MotionEvent]]:
-    """The program, and its motions in the order in which it runs, seen from the base of the arm."""
+    """The program, and its motions in the order in which it runs, with where external axes stand."""
     program = read_program(sources, options.constants)
     findings += [*program.diagnostics, *_already_done(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
-    events = seen_from_base(walked.events, options.base)
+    events = place_events(walked.events, station or Station())
     findings += shown_to_users(walked.diagnostics, events)
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
@@ -313,7 +316,7 @@ def _proved(
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion = plan.motion
     before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
-    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options)
+    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through).events)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+
+SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 
 
 def resource(*parts: str) -> Path:
@@ -15,3 +18,9 @@ def resource(*parts: str) -> Path:
     packaged = package.joinpath(parts[0])
     root = package if packaged.is_dir() else package.parent
     return root.joinpath(*parts)
+
+
+def explanations() -> dict[str, str]:
+    """Every diagnostic's section of ``docs/diagnostics``, by code."""
+    pages = sorted(resource("docs", "diagnostics").glob("*.md"))
+    return {found[1]: found[0].strip() for page in pages for found in SECTION.finditer(page.read_text("utf-8"))}

@@ -12,6 +12,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
+    from postproc.robot.station import Station
 
 NAME = "postproc.toml"
 
@@ -27,6 +28,8 @@ class Settings:
         effects: Python files with effects.
         side_files: modules with tools and frames that are read along and never written.
         stated_in: files that these settings come from.
+        cell: file or backup that describes the external axes, in place of what else does.
+        station: the arm in its cell, as a controller's configuration describes it.
     """
 
     model: Path | None = None
@@ -35,6 +38,8 @@ class Settings:
     effects: tuple[Path, ...] = ()
     side_files: tuple[Path, ...] = ()
     stated_in: tuple[Path, ...] = ()
+    cell: Path | None = None
+    station: Station | None = None
     options: Options = field(default_factory=Options)
 
     @property
@@ -46,7 +51,7 @@ class Settings:
         """Files that are read, beside the programs."""
         folder = self.options.template_dir
         templates = sorted(folder.glob("*.j2")) if folder is not None else ()
-        return (self.model, self.robot, *self.effects, *self.side_files, *self.stated_in, *templates)
+        return (self.model, self.robot, self.cell, *self.effects, *self.side_files, *self.stated_in, *templates)
 
     def headline(self, robot: str) -> str:
         """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
@@ -105,9 +110,30 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         help_ = f"say it with {line}; `postproc robots list` has the names"
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
+    station = settings.station if settings.cell is None else read_station(settings.cell)
     if settings.model is None:
-        return default_model(str(settings.robot))
+        model = default_model(str(settings.robot))
+        return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
-    if settings.robot is None:
-        return model
-    return replace(model, robot=load_robot(settings.robot), robot_name=settings.robot)
+    if settings.robot is not None:
+        model = replace(model, robot=load_robot(settings.robot), robot_name=settings.robot)
+    return model if station is None else replace(model, station=station)
+
+
+def read_station(path: Path) -> Station:
+    """The arm in the cell that a file or a backup describes.
+
+    Raises:
+        PostprocError: KIN016, it cannot be read, what it says does not fit, or it holds several arms.
+    """
+    from postproc.robot.cell_file import read_cell_file
+    from postproc.robot.station import station_of
+
+    cell = read_cell_file(path)
+    station = station_of(cell)
+    if station is None:
+        names = " and ".join(f"`{arm.name}`" for arm in cell.arms.values()) or "none"
+        text = f"which arm of `{path}` the program drives is not known: there are {names}"
+        help_ = "convert the backup that the program belongs to, or describe the cell in a TOML file"
+        raise PostprocError.of("KIN016", text, help=help_)
+    return station

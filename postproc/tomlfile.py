@@ -182,7 +182,8 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
             and key in current.model_fields
         ):
             annotation = current.model_fields[key].annotation
-            candidates = [annotation, *getattr(annotation, "__args__", ())]
+            inside = getattr(annotation, "__args__", ())
+            candidates = [annotation, *inside, *(getattr(each, "__origin__", None) for each in inside)]  # Annotated
             current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
     if not (isinstance(current, type) and issubclass(current, BaseModel)):
         return []

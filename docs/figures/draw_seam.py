@@ -16,8 +16,8 @@ from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model
-from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
+from postproc.motion.path.moves import read_moves
+from postproc.motion.path.samples import sample_path
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
 

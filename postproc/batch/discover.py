@@ -12,15 +12,18 @@ import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
-from postproc.rapid.data.records import Pose
 from postproc.rapid.program.program import ENDINGS
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 from postproc.settings import NAME, Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.cell import Cell
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
@@ -52,11 +55,11 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
             rest.append(name)
         else:
             groups.setdefault(home, []).append(name)
-    stated = {backup: read_backup(folder / backup) for backup in backups}
+    stated = {backup: _stated(folder / backup) for backup in backups}
     tasks = []
     for home, members in groups.items():
         drive = _drive(home, stated)
-        if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
+        if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive[0].moves):
             copies += members
             continue
         others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
@@ -73,7 +76,7 @@ def task_around(module: Path) -> Task:
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
         if home is not None and home.lower().startswith("rapid/") and _configured(folder):
-            return _task(home, [], _drive(home, {".": read_backup(folder)}))
+            return _task(home, [], _drive(home, {".": _stated(folder)}))
     return Task(module.name, ())
 
 
@@ -88,7 +91,7 @@ def with_arm(settings: Settings, task: Task) -> Settings:
     """The settings for a task: the arm is that of the controller's configuration where nothing else names one."""
     if not settings.names_arm and task.robot is not None:
         settings = replace(settings, robot=task.robot, robot_from=CONTROLLER)
-    return replace(settings, options=replace(settings.options, base=task.base))
+    return settings if task.station is None else replace(settings, station=task.station)
 
 
 def other_arm(task: Task, robot: str) -> list[Diagnostic]:
@@ -186,11 +189,11 @@ def _task_folder(name: str) -> str | None:
     return None
 
 
-def _drive(home: str, stated: dict[str, Backup]) -> Drive | None:
-    """What the task of a folder moves; None outside a backup."""
-    for backup, configuration in stated.items():
+def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Cell] | None:
+    """What the task of a folder moves, and its cell; None outside a backup."""
+    for backup, (configuration, cell) in stated.items():
         if _below(f"{home}/x", backup, "rapid"):
-            return read_drive(configuration, PurePosixPath(home).name)
+            return read_drive(configuration, PurePosixPath(home).name), cell
     return None
 
 
@@ -198,18 +201,26 @@ def _parent(place: str) -> str:
     return str(PurePosixPath(place).parent).lower()
 
 
-def _task(name: str, files: list[str], drive: Drive | None) -> Task:
-    if drive is None:
+def _stated(backup: Path) -> tuple[Backup, Cell]:
+    from postproc.robot.mechanical_units import read_cell
+
+    configuration = read_backup(backup)
+    return configuration, read_cell(configuration)
+
+
+def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
+    if driven is None:
         return Task(name, tuple(files))
-    findings = []
-    if drive.base is None:
+    from postproc.robot.station import station_of
+
+    drive, cell = driven
+    station = station_of(cell, drive.task)
+    findings = [] if station is None else list(station.findings)
+    if station is not None and not station.placed:
         text = f"where the base of the arm that `{drive.task}` drives stands in the world is not known"
-        help_ = (
-            "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
-        )
+        help_ = "its base frame in MOC.cfg cannot be read: take a new backup, or convert its modules with `--cell FILE`"
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    base = drive.base or Pose()
-    return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, base=base, findings=tuple(findings))
+    return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, station=station, findings=tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

@@ -59,7 +59,7 @@ def read_converter(settings: Settings, model: Model) -> Converter:
 
 def _software() -> tuple[Any, ...]:
     """The text of the package and the versions of what it computes with: code may change and its version not."""
-    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").glob("*.j2")])
+    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
     return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
 
 
@@ -73,7 +73,7 @@ def _version(name: str) -> str:
 def _stated(model: Model) -> tuple[Any, ...]:
     """What a model computes with; how it was fitted does not matter."""
     effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
-    return model.robot, effects, model.R_world_base, model.T_flange_tcp
+    return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
 
 
 def read_job(root: Path, task: Task, converter: Converter) -> Job:

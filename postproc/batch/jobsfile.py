@@ -26,18 +26,40 @@ SettingsAt = Callable[[Path], Settings]
 
 
 class _Choices(Choices):
+    """What holds for one job, or for all of them.
+
+    Args:
+        effects: Python files with effects; their code is run.
+        entry: routine that runs first.
+    """
+
     effects: list[str] | None = None
     entry: str | None = None
 
 
 class _Job(_Choices):
+    """One job: a folder, or the files of one task.
+
+    Args:
+        folder: beside or below the jobs file.
+        only: names of its tasks, with wildcards.
+        files: names of the files of one task, with wildcards.
+        name: of that task.
+    """
+
     folder: str | None = None
     only: tuple[str, ...] = ("*",)
     files: tuple[str, ...] = ()
     name: str | None = None
 
 
-class _File(_Choices):
+class JobsFile(_Choices):
+    """A jobs file of ``batch``.
+
+    Args:
+        job: each job; what the file states beside them holds for all.
+    """
+
     job: Annotated[list[_Job], Field(min_length=1)]
 
 
@@ -73,7 +95,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
         raise PostprocError.of("BAT009", text, source, None, help_)
-    file = check(_File, content, source, "BAT009")
+    file = check(JobsFile, content, source, "BAT009")
     root = Path(source.path).parent
     tasks: dict[str, tuple[Task, Settings]] = {}
     owner: dict[str, str] = {}

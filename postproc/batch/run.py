@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,22 @@ from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
 from postproc.batch.lines import STATE
 from postproc.batch.nearby import LACKING, help_nearby
-from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Shard, Task, failed, module_place
+from postproc.batch.values import (
+    Batch,
+    Job,
+    Outcome,
+    Plan,
+    Result,
+    Shard,
+    Task,
+    failed,
+    module_place,
+    page_of,
+)
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree
-from postproc.settings import Settings, read_arm
+from postproc.settings import Settings, read_arm, told
 
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
 
@@ -29,7 +40,7 @@ class Ready:
     """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan.
 
     Args:
-        out: the folder of the tree; nothing that will be written there is an input.
+        out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
     """
 
     plan: Plan
@@ -37,20 +48,21 @@ class Ready:
     out: Path
     tasks: tuple[Task, ...]
     converters: Mapping[str, Converter | PostprocError]
+    pages: bool = False
 
 
-def get_ready(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> Ready:
+def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
     """Read models, effects and side files, and check what will be written.
 
     Args:
         out: the folder of the tree; a run that was stopped goes on where it was.
-        beside: files that are written besides the tree.
+        report: page that is written besides the tree, which then holds a page for each task.
 
     Raises:
         PostprocError: one of the files cannot be used, no arm is named for any task, or an output is an input or leads
             out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks.
     """
-    _check_paths(plan, shard, out, *beside)
+    _check_paths(plan, shard, out, report)
     tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
     read: dict[Settings, Converter] = {}
     converters: dict[str, Converter | PostprocError] = {}
@@ -66,10 +78,10 @@ def get_ready(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> Read
     errors = [found for found in converters.values() if isinstance(found, PostprocError)]
     if errors and len(errors) == len(converters) and not any(settings.names_arm for _, settings in tasks):
         raise PostprocError([d for error in errors for d in error.diagnostics])
-    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters)
+    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None)
 
 
-def _check_paths(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> None:
+def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> None:
     """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
@@ -85,11 +97,12 @@ def _check_paths(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> N
             raise PostprocError.of("BAT015", text, help="give it another name with --run-time-module")
         taken.add(name.casefold())
     mirrored += modules
+    pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
     lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
     stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
     state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]
     reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])
-    check_tree(out, mirrored, state, reads, *beside)
+    check_tree(out, [*mirrored, *pages], state, reads, report)
 
 
 def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batch:
@@ -117,13 +130,18 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
             first = [*task.findings, *(other_arm(task, found.robot) if isinstance(found, Converter) else ())]
             told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
-            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told, arm))
+            page = page_of(task.name) if page_of(task.name) in line["outputs"] else None
+            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told, arm, page))
             tell(outcomes[-1])
 
         def todo() -> Iterator[Job]:
             for task in ready.tasks:
                 job = _prepare(plan.root, task, converters[task.name])
                 line = journal.find(job.name, job.key) if isinstance(job, Job) else None
+                if ready.pages and isinstance(job, Job):
+                    job = with_page(job, converters[task.name])
+                    lacks = line is not None and line["status"] == "compensated" and job.page not in line["outputs"]
+                    line = None if lacks else line
                 if isinstance(job, Result):
                     if any(finding["code"] == "BAT002" for finding in job.findings):
                         journal.hold(job.name)
@@ -139,6 +157,12 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
     outcomes.sort(key=lambda o: o.task.name)
     missing = sum(finding["severity"] == "error" for finding in findings)
     return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
+
+
+def with_page(job: Job, converter: Converter | PostprocError) -> Job:
+    """The job of a task that gets a page, too."""
+    made = told(converter.settings) if isinstance(converter, Converter) else {}
+    return replace(job, page=page_of(job.name), made=made)
 
 
 def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Job | Result:

@@ -6,14 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.data.records import Pose
 from postproc.settings import Settings
 
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
+
+PAGES = "report"
+"""Folder of the output tree with a page for each program."""
 Status = Literal["compensated", "unchanged", "failed"]
 
 
@@ -28,7 +32,7 @@ class Task:
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        base: the base frame of that arm in the world.
+        station: that arm in its cell.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -38,8 +42,13 @@ class Task:
     beside: tuple[str, ...] = ()
     robot: str | None = None
     unknown: Diagnostic | None = None
-    base: Pose = Pose()
+    station: Station | None = None
     findings: tuple[Diagnostic, ...] = ()
+
+
+def page_of(task: str) -> str:
+    """Where the HTML page of a task stands in the output tree."""
+    return f"{PAGES}/{task}.html"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +76,7 @@ class Job:
     Args:
         key: hash of everything the result depends on.
         model: the pickled model.
+        page: its HTML page in the output tree, None for none; made: what the page says of how it was made.
     """
 
     name: str
@@ -74,6 +84,8 @@ class Job:
     sources: tuple[Source, ...] = field(repr=False)
     model: bytes = field(repr=False)
     options: Options = field(default_factory=Options)
+    page: str | None = None
+    made: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +149,7 @@ class Outcome:
     """What became of a task: done now, or taken over from an earlier run (``cached``).
 
     Args:
-        arm: keys of the document about the arm and what is corrected.
+        arm: keys of the document about the arm and what is corrected. page: its HTML page in the output tree.
     """
 
     task: Task
@@ -146,6 +158,7 @@ class Outcome:
     figures: Mapping[str, Any]
     findings: tuple[Mapping[str, Any], ...]
     arm: Mapping[str, str] = field(default_factory=dict)
+    page: str | None = None
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -153,6 +166,7 @@ class Outcome:
             "status": self.status,
             "cached": self.cached,
             "files": list(self.task.files),
+            **({"page": self.page} if self.page else {}),
             **self.arm,
             **self.figures,
             "diagnostics": list(self.findings),

@@ -17,6 +17,7 @@ from postproc.batch.values import Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
+    from postproc.convert import Conversion
     from postproc.model.arm import Model
 
 FIGURES = ("added_targets", "unproved_statements", "cycle_time_s")
@@ -49,6 +50,7 @@ def convert(job: Job) -> Result:
     gc.set_threshold(*COLLECT)
     try:
         done = compensate_program(job.sources, _model(job.model, threading.get_ident()), job.options)
+        page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}
     except PostprocError as error:
         return failed(job.name, job.key, *error.diagnostics)
     except Exception as error:
@@ -64,7 +66,13 @@ def convert(job: Job) -> Result:
     figures = {name: done.report[name] for name in names if done.report[name] is not None}
     statements = [row["status"] for row in done.report["statements"]]
     figures["statements"] = {s: statements.count(s) for s in ("compensated", "run_time", "unchanged", "skipped")}
-    return Result(job.name, job.key, "compensated", outputs, figures, findings)
+    return Result(job.name, job.key, "compensated", {**outputs, **page}, figures, findings)
+
+
+def _page(job: Job, done: Conversion) -> bytes:
+    from postproc.report.compensation import compensation_page
+
+    return compensation_page(job.name, done, job.made).encode("utf-8", "replace")
 
 
 @lru_cache(maxsize=16)

@@ -35,6 +35,8 @@ COMMANDS = (
     ("add", IMPROVE, "Add effects to a model, refit, and show how far the error falls."),
     ("predict", IMPROVE, "Predict the TCP for every row of a table."),
     ("plan", IMPROVE, "Choose the poses to measure next, and write a program that visits them."),
+    ("explain", LOOK_UP, "Explain a diagnostic by its code, RAP012."),
+    ("schema", LOOK_UP, "Print the JSON Schema of a kind of file, for editors."),
 )
 SUBCOMMANDS = (
     (
@@ -88,12 +90,6 @@ def build() -> App:
         for action, action_text in actions.items():
             part.command(f"postproc.cli.{FOLDERS[group]}.{name}:{action}", name=action.rstrip("_"), help=action_text)
         app.command(part)
-    app.command(
-        "postproc.cli.look_up.explain:run",
-        name="explain",
-        group=LOOK_UP,
-        help="Explain a diagnostic by its code, RAP012.",
-    )
     app.register_install_completion_command(group=LOOK_UP, help="Let the shell complete commands and options.")
     return app
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
+from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
 from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
 
@@ -63,6 +63,7 @@ class ProgramOptions:
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
 
@@ -71,6 +72,7 @@ class ProgramOptions:
     effects: EffectFiles = ()
     side_files: SideFiles = ()
     constant: Names = ()
+    cell: CellFile = None
     free_axes: FreeAxes = ""
 
     def _stated(self) -> dict[str, Any]:
@@ -80,6 +82,7 @@ class ProgramOptions:
             "robot": self.robot,
             "side_files": list(map(str, self.side_files)) or None,
             "constant": list(self.constant) or None,
+            "cell": self.cell and str(self.cell),
             "free_axes": self.free_axes.lower() or None,
         }
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter, Token
 
@@ -50,6 +50,10 @@ Tolerance = Annotated[float, AS_WRITTEN, Parameter(validator=_positive)]
 Distance = Annotated[float, AS_WRITTEN, Parameter(validator=_distance)]
 ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Format = Annotated[
+    Literal["json", "sarif"] | None,
+    Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),
+]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[
     tuple[Path, ...],
@@ -67,8 +71,12 @@ TextFlag = Annotated[
     bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
 ]
 ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
+CertificateFile = Annotated[
+    Path | None, Parameter(name="--certificate", help="certificate to print and sign (HTML) to write.")
+]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
+CellFile = Annotated[Path | None, Parameter(name="--cell")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
@@ -117,8 +125,8 @@ class TableOptions:
         Raises:
             PostprocError: what is wrong with one of the files.
         """
-        from postproc.measure.terms import ACCEPTABLE, Reading
-        from postproc.measure.together import read_tables
+        from postproc.measure.read.terms import ACCEPTABLE, Reading
+        from postproc.measure.read.together import read_tables
 
         unknown = [code for code in self.accept if code not in ACCEPTABLE]
         if unknown:

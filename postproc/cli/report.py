@@ -6,7 +6,8 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from postproc import __version__
@@ -78,6 +79,23 @@ def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool)
             say(text)
     else:
         put(text)
+
+
+def print_document(document: Mapping[str, Any], form: str) -> None:
+    """Print a document on stdout as JSON, or its findings as SARIF (``form``)."""
+    if form == "sarif":
+        from postproc.report.sarif import findings_in, sarif
+
+        print(to_json(sarif(findings_in(document))))
+    else:
+        print_json(document)
+
+
+def asked_form(arguments: Sequence[str]) -> str | None:
+    """Which form of document a command line asks for, as far as it can be read without knowing the command."""
+    words = [word for argument in arguments for word in argument.split("=")]
+    stated = next((form for option, form in pairwise(words) if option == "--format"), None)
+    return "json" if "--json" in words else stated
 
 
 def print_json(document: Mapping[str, Any]) -> None:

@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN, print_json, say, show
+from postproc.cli.report import STDIN, asked_form, print_document, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import SPACE
 
@@ -94,6 +94,7 @@ def internal_error(error: Exception) -> int:
 
 def _fail(arguments: Sequence[str], error: PostprocError) -> int:
     show(error.diagnostics)
-    if "--json" in arguments:
-        print_json({"schema": "postproc/error/1", "diagnostics": [d.as_json() for d in error.diagnostics]})
+    if (form := asked_form(arguments)) is not None:
+        document = {"schema": "postproc/error/1", "diagnostics": [d.as_json() for d in error.diagnostics]}
+        print_document(document, form)
     return error.exit_code

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from postproc.rapid.data.records import Pose, Vec3
+from postproc.rapid.data.records import Vec3
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,6 @@ class Options:
         constants: names of data that keep the value in the text, whatever the program writes to them.
         channels: values for the whole program of what effects read and a program does not tell, by name:
             ``temperature`` [degC], columns of the user's own.
-        base: the controller's base frame of the arm, where work objects are stated in a world that stands elsewhere.
         run_time: which statements a function beside the program corrects while it runs: none, those that numbers
             cannot correct, or all that it can.
         run_time_module: file with that function, `ppModel.sys` beside the output where none is named; its name without
@@ -46,7 +45,6 @@ class Options:
     free_axes: str = ""
     constants: tuple[str, ...] = ()
     channels: tuple[tuple[str, float], ...] = ()
-    base: Pose = Pose()
     run_time: Literal["off", "where-needed", "all"] = "off"
     run_time_module: Path | None = None
     entry: str | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -18,10 +19,11 @@ from postproc.compensate.reading import read_samples
 from postproc.compensate.text.values import OUT_OF_REACH, Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
-from postproc.rapid.data.events import MotionEvent
+from postproc.motion.path.places import place_events
+from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.motions.base_frame import seen_from_base
 from postproc.rapid.program.program import Program, read_program
+from postproc.robot.station import Station
 
 MOST = 5000  # events of the written program that are looked at together
 
@@ -32,10 +34,11 @@ def run_again(
     insertions: Sequence[Insertion],
     events: Sequence[MotionEvent],
     options: Options,
+    station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
     written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
-    ran = seen_from_base(walk(written, options.entry), options.base)
+    ran = place_events(walk(written, options.entry), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
 
 
@@ -49,25 +52,40 @@ def owners_of(
     """Original event of every event of the written program; added statements belong to the one behind them.
 
     Statements are told apart by their order in the text: before each original stand as many added ones as were planned.
-    None where the written program does not run the same statements.
+    The n-th execution of a statement is that of its original; where the arm only stands ``again`` after an added one,
+    the event belongs to the motion that goes on from there. None where the written program does not run the same
+    statements as often.
     """
     added = Counter(i.statement.key for i in insertions)
-    planned = [key for s in program.statements for key in [None] * added[s.key] + [s.key]]
+    planned = [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
     if len(planned) != len(written.statements):
         return None
     original = dict(zip((s.key for s in written.statements), planned, strict=True))
-    owners: list[int] = []
-    at = 0
-    for event in ran:
-        if at >= len(events):
+    standing: dict[StatementKey, list[int]] = {}
+    for i, event in enumerate(events):
+        if event.again is not None:
+            standing.setdefault(event.statement.key, []).append(i)
+    runs = executions_of(events)
+    met: Counter[tuple[StatementKey, bool]] = Counter()
+    owners, order = [-1] * len(ran), list[int]()
+    for j, event in enumerate(ran):
+        key, own = original[event.statement.key]
+        again = event.again is not None
+        if again and not own:
+            continue
+        rows, nth = (standing if again else runs).get(key, []), met[event.statement.key, again]
+        if nth >= len(rows) or event.loose != events[rows[nth]].loose:
             return None
-        owners.append(at)
-        key = original[event.statement.key]
-        if key is not None:
-            if key != events[at].statement.key or event.loose != events[at].loose:
-                return None
-            at += 1
-    return owners if at == len(events) else None
+        met[event.statement.key, again] += 1
+        if own and not again:
+            order.append(rows[nth])
+        owners[j] = rows[nth]
+    every = {*chain(*runs.values(), *standing.values())}
+    if every - {*owners} or -1 in owners[-1:] or order != sorted(order):
+        return None
+    for j in range(len(ran) - 2, -1, -1):
+        owners[j] = owners[j] if owners[j] >= 0 else owners[j + 1]
+    return owners
 
 
 def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence[int] | None) -> Iterator[Driven]:
@@ -84,9 +102,18 @@ def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence
     if owners is None:
         raise PostprocError([])
     edges = _edges(plan.pieces, plan.motion.samples.u)
+    moves = plan.motion.moves
+    # Where the arm stands after an added statement it does nothing: the part of the move comes after it.
+    stands = [
+        e.again is not None and (i not in index or moves[index[i]].again is None)
+        for e, i in zip(ran, owners, strict=True)
+    ]
     nth = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
-    for j in range(1, len(owners)):
-        nth[j] = nth[j - 1] + 1 if owners[j] == owners[j - 1] else 0
+    gone: Counter[int] = Counter()
+    for j, i in enumerate(owners):
+        nth[j] = gone[i]
+        gone[i] += not stands[j]
+    idle = np.array(stands, dtype=bool)
     # What the arm could not run before is no part of the plan, even where it can by now.
     ran = [e if _moveless(e) or owners[j] in index else replace(e, reason=OUT_OF_REACH) for j, e in enumerate(ran)]
     said: list[Diagnostic] = []
@@ -103,7 +130,7 @@ def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence
             continue
         at = begin + np.array([move.row for move in samples.moves])
         owner = np.array([index.get(owners[j], -1) for j in at])
-        missing.subtract(owner[at >= a].tolist())
+        missing.subtract(owner[(at >= a) & ~idle[at]].tolist())
         if (owner < 0).any():
             break
         span = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), nth[at].tolist(), strict=True)]

@@ -25,7 +25,7 @@ def read_samples(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Samples | None, list[Diagnostic]]:
     """Moves of a program and samples of their curves; None where an error makes that impossible."""
-    moves, findings = read_moves(model.robot, events, options.free_axes)
+    moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])

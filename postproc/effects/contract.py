@@ -33,6 +33,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
 """Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
 CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange_tcp"})
 """Fields of a state that are not one value for each row."""
+EACH_ROW = {"T_flange_tcp": 3, "gravity": 2}
+"""Dimensions of constants that may differ row by row."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,9 @@ class State:
         T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
         session: (n,) index of the measuring session in session_names.
         channels: further columns of the measurement table, by name, (n,).
-        gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down).
+        gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down), or (n, 3) where it differs: of a base
+            that leans with its axes, and less the acceleration of the origin of one that moves.
+        base_spin, base_spin_rate: (n, 3) angular velocity [rad/s] and acceleration [rad/s^2] of the base, base axes.
         robot: the nominal arm, for effects that need its lengths and axes. Filled by the model, as are:
         T_base_body: (n, 7, 4, 4) poses of the body frames and joint_load (n, 6) [N m], body_load (n, 7, 6)
             (force [N], moment [N m] at the distal end of each body, in its axes): the loads that deflect the springs.
@@ -70,6 +74,8 @@ class State:
     session_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    base_spin: Array | None = None
+    base_spin_rate: Array | None = None
     robot: Robot | None = None
     T_base_body: Array | None = None
     joint_load: Array | None = None
@@ -89,8 +95,9 @@ class State:
             value = getattr(self, name)
             if value is not None:
                 picked[name] = np.asarray(value)[index]
-        if self.T_flange_tcp.ndim == 3:
-            picked["T_flange_tcp"] = self.T_flange_tcp[index]
+        for name in ("T_flange_tcp", "gravity"):
+            if len(getattr(self, name).shape) == EACH_ROW[name]:
+                picked[name] = getattr(self, name)[index]
         return self.with_(**picked, channels={name: np.asarray(value)[index] for name, value in self.channels.items()})
 
     @cached_property
@@ -99,10 +106,12 @@ class State:
 
         Where only the speed was recorded it is steady, as for the links.
         """
-        if self.robot is None or self.T_base_body is None or (self.v is None and self.a is None):
+        rates = (self.v, self.a, self.base_spin, self.base_spin_rate)
+        if self.robot is None or self.T_base_body is None or all(rate is None for rate in rates):
             return None
         v, a = (np.zeros((len(self), 6)) if rate is None else rate for rate in (self.v, self.a))
-        return body_motions(self.robot, np.asarray(self.T_base_body), v, a)
+        base = (self.base_spin, self.base_spin_rate)
+        return body_motions(self.robot, np.asarray(self.T_base_body), v, a, base)
 
     def with_(self, **changes: object) -> State:
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -5,15 +5,26 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from postproc.diagnostics import Diagnostic, Source, Span, did_you_mean
-from postproc.effects.parameters import broadcast
+from postproc.effects.modules import load_module
+from postproc.effects.parameters import Parameter, Structure, broadcast
 
-if TYPE_CHECKING:
-    from postproc.effects.base import Effect
+
+class Declared(Protocol):
+    """An effect, as far as its table is concerned."""
+
+    key: ClassVar[str]
+
+    def __init__(self, **fields: Any) -> None: ...
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]: ...
+    @classmethod
+    def structures(cls) -> dict[str, Structure]: ...
+    def shape(self, name: str) -> tuple[int, ...]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +45,7 @@ class FieldProblem:
         return Diagnostic(self.code, "error", self.message, source, span, self.help)
 
 
-def check_table(cls: type[Effect], table: Mapping[str, Any]) -> list[FieldProblem]:
+def check_table(cls: type[Declared], table: Mapping[str, Any]) -> list[FieldProblem]:
     """Everything wrong with a table, all at once."""
     allowed = [*cls.structures(), *cls.parameters()]
     found: list[FieldProblem] = []
@@ -54,7 +65,7 @@ def check_table(cls: type[Effect], table: Mapping[str, Any]) -> list[FieldProble
     return found
 
 
-def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Effect:
+def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Any:
     """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not known yet."""
     if module not in sys.modules:
         import importlib
@@ -64,16 +75,14 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
         except ModuleNotFoundError:
             if file is None:
                 raise
-            from postproc.effects.loading import load_effect_file
-
-            load_effect_file(file)
+            load_module(file)
     found: Any = sys.modules[module]
     for part in name.split("."):
         found = getattr(found, part)
     return found(**fields)
 
 
-def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProblem]:
+def _check_structure(cls: type[Declared], name: str, value: Any) -> list[FieldProblem]:
     meta = cls.structures()[name]
     default = getattr(cls, name)
     if meta.choices:
@@ -102,7 +111,7 @@ def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProb
     ]
 
 
-def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
+def _check_parameter(like: Declared, name: str, value: Any) -> list[FieldProblem]:
     meta, shape = like.parameters()[name], like.shape(name)
     wanted = f"a list of {' x '.join(map(str, shape))} numbers" if shape else "one number"
     wanted += f" [{meta.unit}]"

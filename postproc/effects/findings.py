@@ -7,16 +7,15 @@ import traceback
 from pathlib import Path
 
 from postproc.diagnostics import Diagnostic, Source, Span
-from postproc.effects.base import Effect
 
 
-def origin(cls: type[Effect]) -> str:
+def origin(cls: type) -> str:
     """``file:line`` where an effect is defined."""
     return finding("", "", cls).place.rpartition(":")[0] or cls.__module__
 
 
 def finding(
-    code: str, message: str, cls: type[Effect], *, member: str = "", line: int = 0, help: str = "", warn: bool = False
+    code: str, message: str, cls: type, *, member: str = "", line: int = 0, help: str = "", warn: bool = False
 ) -> Diagnostic:
     """A diagnostic at an effect's class, at one of its members, or at a line of its file."""
     source, span = None, None

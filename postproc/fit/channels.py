@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
-
-if TYPE_CHECKING:
-    from postproc.fit.fitted import Fit
+from postproc.fit.solution import Solution
 
 UNITS: Mapping[str, tuple[str, float]] = {
     "q": ("deg", 180 / np.pi),
@@ -69,7 +66,7 @@ def channels(state: State, position: Array) -> dict[str, Array]:
     return {name: values for name, values in found.items() if varies(values)}
 
 
-def fit_channels(fit: Fit) -> dict[str, Array]:
+def fit_channels(fit: Solution) -> dict[str, Array]:
     """Every channel (n,) of the data beside a fit."""
     return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
 

@@ -18,3 +18,8 @@ def rms(error: Array) -> float:
     """Root mean square of all finite numbers, per axis."""
     good = error[np.isfinite(error)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
+
+
+def mm(value: float) -> float:
+    """Metres to millimetres, radians to milliradians, as documents have them."""
+    return round(float(value) * 1e3, 6)

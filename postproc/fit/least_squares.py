@@ -10,27 +10,31 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.instrument_frame import InstrumentFrame
-from postproc.effects.tool_frame import ToolFrame
-from postproc.fit.determined import slope
+from postproc.effects.library.instrument_frame import InstrumentFrame
+from postproc.effects.library.tool_frame import ToolFrame
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
-from postproc.fit.reweight import far_off, reweighted
-from postproc.fit.rounding import blurred, rounded
-from postproc.fit.session_laws import session_laws
-from postproc.fit.smooth import choose_smoothness, enough_for_smoothness
-from postproc.fit.solve import ROUGHLY, Terms, solve
-from postproc.fit.start import elsewhere, seen_from, start_frames, turned_tool
-from postproc.fit.step import Masks
-from postproc.fit.watch import Watch, unwatched
+from postproc.fit.solving.determined import slope
+from postproc.fit.solving.reweight import far_off, reweighted
+from postproc.fit.solving.rounding import blurred, rounded
+from postproc.fit.solving.session_laws import session_laws
+from postproc.fit.solving.smooth import choose_smoothness, enough_for_smoothness
+from postproc.fit.solving.solve import ROUGHLY, Terms, solve
+from postproc.fit.solving.start import elsewhere, seen_from, start_frames, turned_tool
+from postproc.fit.solving.step import Masks
+from postproc.fit.solving.watch import Watch, unwatched
+from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
 PLAIN = Terms()
+ROWS = 20_000
+"""Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
+POSES = 100
+"""Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
 QUIETER = 0.8
 """Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 
@@ -56,7 +60,7 @@ def fit_model(
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
     watch("all parameters", 0.1)
-    fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
+    fit = _fitted(model, _enough(data.rows(data.usable)), effects, noise, terms)
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
     watch("whether angles were rounded", 0.6)
@@ -64,6 +68,16 @@ def fit_model(
     if not told.rounded:
         return _fitted(model, told, effects, noise, terms)
     return replace(fit, problem=replace(fit.problem, data=told))
+
+
+def _enough(data: Measurements) -> Measurements:
+    """The rows of some poses where there are more than a fit takes; where most repeat few poses, some of all rows."""
+    if len(data) <= ROWS:
+        return data
+    step = -(-len(data) // ROWS)
+    many = int(data.repeats.max()) > POSES * step
+    kept = data.one_in(step) if many else np.arange(len(data)) % step == 0
+    return replace(data.rows(kept), whole=data.whole or len(data))
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
@@ -127,7 +141,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
         PostprocError: DAT034 where a law in the rows or the time of another session would count here.
     """
     session_laws(model, data)
-    data = data.rows(data.usable)
+    data = _enough(data.rows(data.usable))
     figures = estimate_noise(data, noise)
     lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
     if not lacking or data.tool_known:

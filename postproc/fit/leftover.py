@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.fit.channels import fit_channels
-from postproc.fit.fitted import Fit, rms
+from postproc.fit.errors import rms
 from postproc.fit.held_out import contiguous_blocks
+from postproc.fit.solution import Solution
 from postproc.model.places import INSTRUMENT
 
 NUMBERS = 450
@@ -39,15 +40,7 @@ class Leftover:
     held_out: float
 
 
-def smooth_bound(fit: Fit) -> float:
-    """How far any smooth function of the channels, without physics, would bring the held-out error of a fit [m], [rad].
-
-    `compare`, `diagnose` and `add` tell that of the model as it came, fitted on all rows: one bound for one table.
-    """
-    return fit.leftover.held_out
-
-
-def leftover(fit: Fit) -> Leftover:
+def split_residual(fit: Solution) -> Leftover:
     """Split the residual of a fit in what follows the channels and what does not, without naming any physics.
 
     The residual is noise and a Gaussian process: joints and the instrument move by free functions of channels, with
@@ -99,7 +92,7 @@ class _Field:
     own: Array
 
     @classmethod
-    def of(cls, fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
+    def of(cls, fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
         size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
         at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
@@ -140,7 +133,7 @@ class _Field:
         return out
 
 
-def _processes(fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
+def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
     """Covariances (N, N) of free functions, with a mean variance of 1, at the coordinates that are used."""
     problem = fit.problem
     named = fit_channels(fit)

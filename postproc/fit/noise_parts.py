@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.measure.repeat import Noise
+from postproc.measure.checks.repeats import Noise
 
 
 @dataclass(frozen=True)

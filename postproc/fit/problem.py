@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.measure.checks.repeats import Noise
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.places import PLACES

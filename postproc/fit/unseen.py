@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.fit.fitted import Fit
-from postproc.fit.step import Name, sizes
+from postproc.fit.solving.step import Name, sizes
 from postproc.model.uncertainty import derivatives
 
 ELSEWHERE = 60

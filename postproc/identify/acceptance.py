@@ -15,13 +15,13 @@ from postproc.fit.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
-from postproc.fit.solve import SETTLED, Terms
+from postproc.fit.solving.solve import SETTLED, Terms
 from postproc.fit.worth import schwarz
-from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.composition import columns_of, linear_part
+from postproc.identify.candidates.candidate import Candidate, Screen, kind
+from postproc.identify.candidates.composition import columns_of, linear_part
+from postproc.identify.candidates.forms import ordinary
+from postproc.identify.candidates.nonlinear import refit_form
 from postproc.identify.evidence import CLEARLY, DECADES, MATERIAL, QUIET, SIGNIFICANT, WIDE, laplace
-from postproc.identify.forms import ordinary
-from postproc.identify.nonlinear import refit_form
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 

@@ -11,22 +11,23 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
+from postproc.fit.errors import mm
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.leftover import smooth_bound
-from postproc.fit.record import figures_json, fit_json, mm, recorded_model
-from postproc.fit.rounding import rounded
-from postproc.fit.solve import Terms
-from postproc.fit.step import FRAMES
-from postproc.fit.watch import Watch, unwatched
+from postproc.fit.recorded import recorded_model
+from postproc.fit.solving.rounding import rounded
+from postproc.fit.solving.solve import Terms
+from postproc.fit.solving.step import FRAMES
+from postproc.fit.solving.watch import Watch, unwatched
+from postproc.fit.words.record import figures_json, fit_json
 from postproc.identify.acceptance import fitted_best
-from postproc.identify.candidate import Screen
-from postproc.identify.composition import compose
+from postproc.identify.candidates.candidate import Screen
+from postproc.identify.candidates.composition import compose
 from postproc.identify.refits import thinned
 from postproc.identify.refits import without as without_some
-from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
+from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 
 HELPS = 0.005
@@ -54,11 +55,12 @@ class Figures:
 
 @dataclass(frozen=True)
 class Step:
-    """One rung of the ladder: what was added, the fit after it, the share of the way from the base to the floor."""
+    """One rung of the ladder: what was added, the fit after it, its model, the share of the way from base to floor."""
 
     name: str
     fit: Fit | Figures
-    share: float | None
+    model: Model
+    share: float | None = None
 
 
 @dataclass(frozen=True)
@@ -165,19 +167,20 @@ def _added(
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
     found = start = thinned(base, noise)
-    steps, bound = [Step("base", Figures.of(base), None)], smooth_bound(base)
+    steps, bound = [Step("base", Figures.of(base), base.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
     for k, cls in enumerate(classes):
         watch(f"`{cls.key}`", (k + 1) / total)
         found = grown(found, cls, noise)
         if cls is not classes[-1]:
-            steps.append(Step(f"+ {cls.key}", Figures.of(_on_all_rows(base, start, found, noise)), None))
+            rung = _on_all_rows(base, start, found, noise)
+            steps.append(Step(f"+ {cls.key}", Figures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None]
     found = _beside_each_other(found, added if len(classes) > 1 else [], noise)
     watch("all of it", (len(classes) + 1) / total)
     final = _on_all_rows(base, start, found, noise)
-    steps.append(Step(f"+ {classes[-1].key}", final, None))
+    steps.append(Step(f"+ {classes[-1].key}", final, final.model))
     level = final.parts.level
     floor = bound if level is None else level
     top = steps[0].fit.held_out_rms

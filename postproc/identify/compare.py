@@ -9,11 +9,12 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.fit.fitted import Fit, distances, rms
+from postproc.fit.errors import distances, mm, rms
+from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate, fit_model
-from postproc.fit.leftover import smooth_bound
-from postproc.fit.record import mm, noise_json
-from postproc.fit.report import set_aside_lines
+from postproc.fit.words.findings import some_of_many
+from postproc.fit.words.record import noise_json
+from postproc.fit.words.text import set_aside_lines
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements
@@ -82,7 +83,7 @@ class Comparison:
                 for i in worst
             ],
             "channels": [t.as_json() for t in self.trends],
-            "diagnostics": [d.as_json() for d in (*data.diagnostics, *self.moved)],
+            "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *self.moved)],
         }
 
     @property
@@ -124,6 +125,7 @@ class Comparison:
             f"{j[key('maximum')]:.3f} {unit} at worst (rms {j[key('rms')]:.3f} {unit} per {each})"
             f"{_without(j['set_aside_rows'])}; {told}.",
             _without_physics(j[key("rms")], j[key("bound")], noise, f"{unit} per {each}"),
+            *(f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(self.fit.data)),
             *set_aside_lines(self.fit),
             "",
             f"{each:5s}  rms {unit}   mean {unit}",
@@ -180,9 +182,9 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     before = None if frame is None else frame.vector()
     moved = before is not None and fit.free["instrument_frame"].any()
     try:
-        bound = smooth_bound(fit_model(fit.model if moved else model, data, noise=noise))
+        bound = fit_model(fit.model if moved else model, data, noise=noise).smooth_bound
     except PostprocError:  # too few rows for a fit
-        bound = smooth_bound(fit)
+        bound = fit.smooth_bound
     return Comparison(fit, error, iso, residual_trends(fit), bound, before)
 
 

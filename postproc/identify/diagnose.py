@@ -12,20 +12,19 @@ import numpy as np
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
-from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.leftover import smooth_bound
-from postproc.fit.rounding import rounded
-from postproc.fit.watch import Watch, unwatched
-from postproc.identify.candidate import Candidate
+from postproc.fit.solving.rounding import rounded
+from postproc.fit.solving.watch import Watch, unwatched
+from postproc.fit.words.findings import MANY, data_findings, larger_noise, standing_out
+from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict
 from postproc.identify.forward import search, with_patterns
 from postproc.identify.refits import refit_all, thinned, without
-from postproc.identify.sentences import too_few
 from postproc.identify.state import SearchState, SelectedEffect
-from postproc.measure.columns import columns_of
+from postproc.identify.words.sentences import too_few
 from postproc.measure.measurements import Measurements
+from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.instrument_model import Sight
@@ -92,7 +91,8 @@ def _diagnosed(
     begin = SearchState(start, start, classes, every)
     first = begin.ranked
     watch("effects and patterns one after another", 0.3)
-    found = with_patterns(search(begin))
+    found = with_patterns(search(begin)).without_forms()
+    del begin
     watch("all of it on all rows", 0.8)
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
@@ -117,7 +117,7 @@ def _diagnosed(
         suspects=suspects,
         beside=found.outside[1:] if suspects else (),
         floor=final.parts.level,
-        bound=smooth_bound(base),
+        bound=base.smooth_bound,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 

@@ -10,10 +10,11 @@ from typing import Literal
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
-from postproc.fit.fitted import Fit, rms
+from postproc.fit.errors import rms
+from postproc.fit.fitted import Fit
 from postproc.fit.held_out import contiguous_blocks, hold_out
-from postproc.identify.candidate import Candidate
-from postproc.identify.interventions import Intervention
+from postproc.identify.candidates.candidate import Candidate
+from postproc.identify.levels import Intervention
 from postproc.identify.state import SelectedEffect
 from postproc.patterns.suspects import Suspect
 

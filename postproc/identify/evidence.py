@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.fit.determined import NEARBY
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
+from postproc.fit.solving.determined import NEARBY
 from postproc.fit.worth import schwarz
-from postproc.identify.forms import Forms, Stack
+from postproc.identify.candidates.forms import Forms, Stack
 from postproc.patterns.screening import UNNAMED_LOG_PRIOR
 from postproc.robot.arm import Robot
 

@@ -11,7 +11,7 @@ from postproc.effects.base import Effect
 from postproc.effects.sums import SumOfTerms
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms
+from postproc.fit.solving.solve import Terms
 from postproc.identify.acceptance import (
     convincing,
     is_white,
@@ -21,8 +21,8 @@ from postproc.identify.acceptance import (
     reaches_further,
     refit,
 )
-from postproc.identify.candidate import Candidate
-from postproc.identify.composition import compose
+from postproc.identify.candidates.candidate import Candidate
+from postproc.identify.candidates.composition import compose
 from postproc.identify.indistinguishable import indistinguishable
 from postproc.identify.state import SearchState, SelectedEffect
 

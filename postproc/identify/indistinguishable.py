@@ -9,8 +9,9 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
-from postproc.identify.candidate import Candidate
-from postproc.identify.composition import columns_of
+from postproc.identify.candidates.candidate import Candidate
+from postproc.identify.candidates.composition import columns_of
+from postproc.identify.contenders import contenders
 from postproc.identify.evidence import CLOSE, DIM, TELLING
 
 FREE = 1e-3
@@ -23,7 +24,8 @@ def indistinguishable(
     """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.
 
     Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
-    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. What is not
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or a part of
+    the poses would have named them (`contenders`). What is not
     seen: most of what the effect would do on its own is what the fit with the chosen one can do as well.
 
     Args:
@@ -36,6 +38,7 @@ def indistinguishable(
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
     alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
+    alike |= set(contenders(ranking, chosen, before))
     further = [c for c in others if c.key not in alike]
     beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row) if further else after.linear
     unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))

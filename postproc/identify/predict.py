@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
-from postproc.fit.fitted import Fit, distances
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate
-from postproc.fit.session_laws import session_laws
-from postproc.fit.start import FEWEST
-from postproc.measure.columns import columns_of
+from postproc.fit.solving.session_laws import session_laws
+from postproc.fit.solving.start import FEWEST
+from postproc.measure.checks.readings import SUSPICIOUS_M
 from postproc.measure.measurements import Measurements
-from postproc.measure.readings import SUSPICIOUS_M
+from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import beyond_range, derivatives, predict_sigma

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms, advance
-from postproc.identify.candidate import Candidate
+from postproc.fit.solving.determined import slope
+from postproc.fit.solving.solve import Terms, advance
+from postproc.identify.candidates.candidate import Candidate
 
 ENOUGH = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
@@ -38,15 +38,15 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
 
 
 def thinned(base: Fit, noise: float | None) -> Fit:
-    """The base on every k-th pose where there are more than the search needs.
+    """The base on one pose in every so many where there are more than the search needs.
 
     The full data then gives the final fit.
     """
     step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
         return base
-    groups = base.data.repeats
-    kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
+    kept = base.data.one_in(step)
+    kept[list(base.set_aside)] = False
     return fit_model(base.model, base.data.rows(kept), noise=noise, terms=Terms(base.free, base.strength))
 
 

@@ -12,10 +12,10 @@ from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import SLOW
-from postproc.fit.solve import ROUGHLY, Terms
-from postproc.identify.candidate import Candidate, FormCache, Screen
+from postproc.fit.solving.solve import ROUGHLY, Terms
+from postproc.identify.candidates.candidate import Candidate, FormCache, Screen
+from postproc.identify.candidates.ranking import ranking
 from postproc.identify.evidence import CERTAIN, DOUBTFUL, MATERIAL, log_evidence
-from postproc.identify.ranking import ranking
 from postproc.identify.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
@@ -136,6 +136,14 @@ class SearchState:
         after = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms)
         plain = (self.plain if self.outside else self) if outside else None
         return replace(self, fit=after, outside=outside, plain=plain)
+
+    def without_forms(self) -> SearchState:
+        """The same once nobody asks for the columns of forms any more, which hold most of the memory of a search."""
+        self.stock.clear()
+        for state in (self, self.plain):
+            if state is not None:
+                state.__dict__.pop("screen", None)
+        return self
 
     def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
         """With one more effect, and the fit that has it; more of an effect that stands there goes with it."""

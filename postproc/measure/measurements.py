@@ -38,6 +38,7 @@ class Measurements:
         accepted: codes of findings that the user accepts.
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
+        whole: rows of the table that these were taken from by chance; 0 where they are all of it.
         sources: the files, none for data made in memory; file: (n,) number of the one that a row stands in, () for one.
         diagnostics: findings about the file.
     """
@@ -54,6 +55,7 @@ class Measurements:
     counted: bool = False
     accepted: frozenset[str] = frozenset()
     rounded: bool | None = None
+    whole: int = 0
     sources: tuple[Source, ...] = field(default=(), repr=False)
     file: tuple[int, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
@@ -116,6 +118,12 @@ class Measurements:
             values = getattr(self, name)
             some[name] = tuple(values[i] for i in picked) if values else ()
         return replace(self, state=self.state.rows(picked), **some)
+
+    def one_in(self, step: int) -> NDArray[np.bool_]:
+        """(n,) True for one pose of every so many, with its repeats: by chance, so that what alternates is not lost."""
+        poses = int(self.repeats.max(initial=-1)) + 1
+        first = np.arange(0, poses, step)
+        return np.isin(self.repeats, first + np.random.default_rng(0).integers(step, size=len(first)))
 
     @cached_property
     def order(self) -> NDArray[np.int_]:

@@ -8,13 +8,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
-from postproc.robot.cell import Cell
+from postproc.robot.station import Station
 
 GRAVITY = 9.81  # [m/s^2]
 ALL_BODIES = tuple(range(7))
@@ -33,7 +34,7 @@ class Model:
         fit: what `fit` and `add` noted about how the parameters were found.
         stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
             ``estimated``, ``controller``, ``user``; empty where nobody says.
-        cell: the external axes around it, None where none are described.
+        station: where it stands and which external axes carry it and its work; None where nobody says.
     """
 
     robot: Robot
@@ -43,7 +44,7 @@ class Model:
     robot_name: str = ""
     fit: Mapping[str, Any] = field(default_factory=dict)
     stiffness_source: str = ""
-    cell: Cell | None = None
+    station: Station | None = None
 
     @cached_property
     def gravity(self) -> Array:
@@ -51,19 +52,36 @@ class Model:
         return self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
 
     @cached_property
-    def _built(self) -> dict[tuple[int, ...], Multibody]:
+    def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
         return {}
 
-    def multibody(self, bodies: tuple[int, ...] = ()) -> Multibody:
-        """The six joints with virtual springs at the far ends of some bodies; built once for each choice."""
-        if bodies not in self._built:
-            self._built[bodies] = Multibody(self.robot, self.gravity, bodies)
-        return self._built[bodies]
+    def felt(self, state: State) -> State:
+        """A state of this arm, under its gravity where the state has none for each row."""
+        return state.with_(robot=self.robot, gravity=state.gravity if state.gravity.ndim == 2 else self.gravity)
+
+    def multibody(self, bodies: tuple[int, ...] = (), carried: bool = False) -> Multibody:
+        """The six joints with virtual springs at the far ends of some bodies; built once for each choice.
+
+        Args:
+            carried: on a base that moves or leans, see `Multibody`.
+        """
+        key = bodies, carried
+        if key not in self._built:
+            self._built[key] = Multibody(self.robot, None if carried else self.gravity, bodies)
+        return self._built[key]
 
     @property
     def elastic(self) -> Multibody:
         """The six joints and a virtual spring at the far end of each of the seven bodies."""
         return self.multibody(ALL_BODIES)
+
+    def standing(self, station: Station) -> Model:
+        """The same arm at a place of a cell, under the gravity there with all external axes at zero."""
+        gravity = station.gravity(np.zeros((1, 6)))
+        if gravity is None or not np.isfinite(gravity).all():
+            return replace(self, station=station)
+        turn, _ = Rotation.align_vectors([[0.0, 0.0, -1.0]], gravity)
+        return replace(self, station=station, R_world_base=turn.as_matrix())
 
     def effect(self, key: str) -> Effect | None:
         """The effect with a key, if the model holds it."""

@@ -55,7 +55,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
     Raises:
         PostprocError: MOD010, the arm is so soft that its loads do not settle.
     """
-    state = state.with_(robot=model.robot, gravity=model.gravity)
+    state = model.felt(state)
     if not len(state):
         state = state.with_(
             T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
@@ -136,7 +136,7 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     chain = deflected_chain(model.robot, probe.q, {}, False)
     probe = probe.with_(
         robot=model.robot,
-        gravity=model.gravity,
+        gravity=probe.gravity,
         T_base_body=chain.T_base_body,
         joint_load=np.zeros((8, 6)),
         body_load=body_load,

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
-from postproc.effects.joint_compliance import JointCompliance
+from postproc.effects.library.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
@@ -22,6 +22,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.cell_file import ExternalAxis, Mounting, stated_cell
 from postproc.robot.pose import rpy, transform
+from postproc.robot.station import station_of
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 DEFAULT_ROBOT = "irb4600_60_205"
@@ -39,6 +40,13 @@ class _Table(BaseModel):
 
 
 class _Tool(_Table):
+    """The nominal tool where a program or a table names none.
+
+    Args:
+        xyz_mm: TCP in tool0.
+        rpy_deg: roll, pitch, yaw of its frame.
+    """
+
     xyz_mm: Vec3 = (0.0, 0.0, 0.0)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
@@ -47,8 +55,28 @@ def _numbers(row: object) -> object:
     return row.split() if isinstance(row, str) else row
 
 
+_Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=str | list[float])]
+
+
 class _Fit(_Table):
-    """What a fit notes."""
+    """What a fit notes; written by ``fit`` and ``add``.
+
+    Args:
+        rows: measured rows of the fit.
+        rms_mm, rms_mrad: error per axis on them.
+        held_out_rms_mm, held_out_rms_mrad: error per axis on rows that the fit has not seen.
+        noise_mm, noise_mrad: standard deviation of a measurement per axis.
+        noise_repeatability_mm: the arm's share of it.
+        noise_from: where the noise comes from.
+        not_identifiable: parameters that the data did not determine.
+        parameters: names of the fitted parameters, in the order of the covariance.
+        covariance: lower triangle, SI.
+        unseen: directions in which parameters may be off unseen.
+        unexplained_mm: per axis, without the noise.
+        range: lowest and highest value of each channel that was measured.
+        data, data_sha256: the tables.
+        version: of postproc.
+    """
 
     rows: int = 0
     rms_mm: float = 0.0
@@ -64,8 +92,8 @@ class _Fit(_Table):
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
     parameters: list[str] = []
-    covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
-    unseen: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
+    covariance: list[_Row] = []
+    unseen: list[_Row] = []
     unexplained_mm: float = 0.0
     range: dict[Channel, Span] = {}
 
@@ -91,7 +119,19 @@ class _Fit(_Table):
         return rows
 
 
-class _File(_Table):
+class ModelFile(_Table):
+    """The arm as it really is.
+
+    Args:
+        robot: name of the library, or a TOML or URDF file beside this one.
+        stiffness_source: where joint stiffness comes from.
+        mounting: how its base stands in the world.
+        tool: nominal tool where a program or a table names none.
+        effects: one table for each effect, by its key.
+        fit: what a fit noted.
+        external_axes: tracks, gantries and positioners around it.
+    """
+
     robot: Annotated[str, Field(min_length=1)]
     stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
     mounting: Mounting = Mounting()
@@ -139,13 +179,14 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = None) -> Model:
     """The model in the text of a model file; see `read_model`."""
     content = parse_toml(source, "MOD001")
-    file = check(_File, content, source, "MOD002")
+    file = check(ModelFile, content, source, "MOD002")
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
     stated, noted = file.stiffness_source or "", content.get("fit", {})
-    cell = stated_cell(file.external_axes, file.mounting, source) if file.external_axes else None
-    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, cell)
+    axes = file.external_axes
+    station = station_of(stated_cell(axes, file.mounting, source)) if axes else None
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, station)
     if not model.fit:
         _check_signs(model, source)
     return model
@@ -170,7 +211,7 @@ def _robot(name: str, source: Source) -> Robot:
         raise PostprocError.of("KIN006", found.message, source, at, found.help) from error
 
 
-def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
+def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
     found: list[Diagnostic] = []
     effects: list[Effect] = []
     for key, table in file.effects.items():

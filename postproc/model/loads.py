@@ -34,8 +34,9 @@ def borne(
     recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
     """
     state = state.with_(T_base_body=chain.T_base_body)
-    arm = model.multibody(springs)
-    load = -arm.rnea(coordinates(chain, arm), state.v, state.a)
+    base = _carried(state)
+    arm = model.multibody(springs, base is not None)
+    load = -arm.rnea(coordinates(chain, arm), state.v, state.a, base)
     forces, torques = applied(model, state, chain, deflection)
     if forces is not None:
         load = load + spread(along, forces)
@@ -44,6 +45,15 @@ def borne(
         body_load = np.full((len(state), 7, 6), np.nan)
         body_load[:, springs] = load[:, arm.spring]
     return state.with_(joint_load=load[:, arm.joint] + torques, body_load=body_load)
+
+
+def _carried(state: State) -> tuple[Array, Array, Array] | None:
+    """What a base that moves or leans does, see `Multibody.rnea`."""
+    if state.gravity.ndim == 1 and state.base_spin is None:
+        return None
+    still = np.zeros((len(state), 3))
+    spin, rate = (still if x is None else x for x in (state.base_spin, state.base_spin_rate))
+    return np.broadcast_to(state.gravity, still.shape), spin, rate
 
 
 def coordinates(chain: Chain, arm: Multibody) -> Array:
@@ -96,7 +106,7 @@ def payload_point(state: State, chain: Chain) -> Array:
 def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
     """Payload as a point mass: force m (g - a) at its centre and moment about the base origin, (n, 6)."""
     point = payload_point(state, chain)
-    pull = np.broadcast_to(model.gravity, point.shape)
+    pull = np.broadcast_to(state.gravity, point.shape)
     if state.motions is not None:
         pull = pull - point_acceleration(state.motions[6], chain.T_base_body[:, 6], point)
     mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))

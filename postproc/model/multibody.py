@@ -18,7 +18,8 @@ class Multibody:
     coordinates with one number each, so that loads are their exact conjugates and the stiffness matrix is symmetric.
 
     Args:
-        gravity: (3,) base axes [m/s^2].
+        gravity: (3,) base axes [m/s^2]; None for a base that moves: it slides and turns by six more joints, whose
+            speeds and accelerations `rnea` is given, and whose coordinates stay zero.
         bodies: bodies with a virtual spring.
 
     Attributes:
@@ -26,15 +27,18 @@ class Multibody:
         columns: the latter by the number of the body; place: (size,) place of each coordinate, as `places` counts them.
     """
 
-    def __init__(self, robot: Robot, gravity: Array, bodies: tuple[int, ...]) -> None:
+    def __init__(self, robot: Robot, gravity: Array | None, bodies: tuple[int, ...]) -> None:
         import pinocchio
 
         self.pin: Any = pinocchio
         pin = self.pin
         model = pin.Model()
-        model.gravity = pin.Motion(np.asarray(gravity, dtype=float), np.zeros(3))
+        model.gravity = pin.Motion(np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float), np.zeros(3))
         kinds = [getattr(pin, f"JointModel{kind}{axis}") for kind in "PR" for axis in "XYZ"]
         parent, joint, spring = 0, [], []
+        for k, kind in enumerate(kinds if gravity is None else ()):
+            parent = model.addJoint(parent, kind(), pin.SE3.Identity(), f"base {k}")
+        self.base = parent  # joints of the base, no coordinates of the arm
         for b in range(7):
             distal = pin.SE3(np.eye(3), robot.link[b, :3, 3])
             turn = pin.SE3(robot.link[b, :3, :3], np.zeros(3))
@@ -42,13 +46,13 @@ class Multibody:
                 columns = []
                 for k, kind in enumerate(kinds):
                     parent = model.addJoint(parent, kind(), distal if k == 0 else pin.SE3.Identity(), f"spring {b} {k}")
-                    columns.append(parent - 1)
+                    columns.append(parent - 1 - self.base)
                 spring.append(columns)
                 distal = pin.SE3.Identity()
             if b < 6:
                 axis = pin.JointModelRevoluteUnaligned(np.asarray(robot.axis[b], dtype=float))
                 parent = model.addJoint(parent, axis, distal * turn, f"joint {b + 1}")
-                joint.append(parent - 1)
+                joint.append(parent - 1 - self.base)
                 inertia = pin.Inertia(float(robot.mass[b + 1]), robot.center[b + 1], robot.inertia[b + 1])
                 model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
         self.model, self.data = model, model.createData()
@@ -64,21 +68,32 @@ class Multibody:
 
     @property
     def size(self) -> int:
-        return int(self.model.nv)
+        return int(self.model.nv) - self.base
 
-    def rnea(self, coordinates: Array, v: Array | None = None, a: Array | None = None) -> Array:
+    def rnea(
+        self, coordinates: Array, v: Array | None = None, a: Array | None = None, base: tuple[Array, ...] | None = None
+    ) -> Array:
         """Generalised forces M a + C v + g that hold the motion (recursive Newton-Euler), (n, size).
 
         Args:
             coordinates: (n, size); v, a: (n, 6) of the arm joints, virtual springs stand still [rad/s], [rad/s^2].
+            base: of one that moves, (n, 3) each: gravity less the acceleration of its origin, angular velocity, and
+                angular acceleration.
         """
-        q = np.asfortranarray(coordinates.T)
+        n = len(coordinates)
+        q = np.zeros((self.base + self.size, n), order="F")
+        q[self.base :] = coordinates.T
         rates = [np.zeros_like(q, order="F") for _ in range(2)]
         for rate, given in zip(rates, (v, a), strict=True):
             if given is not None:
-                rate[self.joint] = given.T
+                rate[self.base + self.joint] = given.T
+        if base is not None:
+            pull, (x, y, z), turn = base[0].T, base[1].T, base[2].T
+            rates[0][3:6] = x, y, z
+            # Turns one after the other, about x, y and z, bring an acceleration of their own.
+            rates[1][:6] = [*-pull, *(turn - [y * z, -x * z, x * y])]
         # For one state pinocchio answers with a vector.
-        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(self.size, -1).T
+        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
         """Derivative of the links' weight on the coordinates by the coordinates: gravity in K_E (Eq. 21), (n, m, m)."""

@@ -59,7 +59,7 @@ def _shares(model: Model, state: State) -> Array:
     spring = model.effect("joint_compliance")
     if spring is None:
         return np.zeros((42, 3 * len(state)))
-    state = state.with_(robot=model.robot, gravity=model.gravity)
+    state = model.felt(state)
     whole = _torques(model, state)
     bare = state.with_(payload_mass=None, wrench=None)
     single = [_torques(_only(model, body), bare) for body in range(1, 7)]

@@ -1,11 +1,15 @@
-"""Who holds what: the tool on the flange and the work in the base, or the work on the flange and the tool in the base.
+"""Who holds what: the tool on the flange and the work in a frame, or the work on the flange and the tool in a frame.
 
-A program states the way of the TCP on the work, so curves are laid in the work frame: the base, or the flange where the
-robot carries the work piece to a stationary tool. The other of the two frames is the mount that the TCP is fixed to:
+A program states the way of the TCP on the work, so curves are laid in the work frame: a frame beside the arm, or the
+flange where the robot carries the work piece to a stationary tool.
 
-    T_work_tcp = T_work_mount T_mount_tcp,    T_work_mount = T_base_flange, or its inverse for a stationary tool.
+    T_work_tcp = T_base_frame^-1 T_base_flange T_flange_tcp,    or for a stationary tool
+    T_work_tcp = T_base_flange^-1 T_base_frame T_frame_tcp
 
-Source: ABB RAPID reference manual, tooldata and wobjdata (robhold).
+with the frame in which the work, or the stationary tool, stands: the base, the world that a track carries the base
+through, or the end of a positioner. It moves in the base with the external axes.
+
+Source: ABB RAPID reference manual, tooldata and wobjdata (robhold, ufprog, ufmec).
 """
 
 from __future__ import annotations
@@ -28,32 +32,51 @@ class Mounts:
     """Mounts at n places.
 
     Args:
-        T_mount_tcp: (n, 4, 4), fixed: T_flange_tcp, or T_base_tcp of a stationary tool; stationary: (n,) which it is.
+        T_mount_tcp: (n, 4, 4), fixed: T_flange_tcp, or T_frame_tcp of a stationary tool; stationary: (n,) which it is.
+        T_base_frame: (n, 4, 4) the frame of work or stationary tool; None where it is the base.
+        frame: (n,) which frame it is, by a number; None where it is the base.
     """
 
     T_mount_tcp: Array
     stationary: NDArray[np.bool_]
+    T_base_frame: Array | None = None
+    frame: NDArray[np.int64] | None = None
 
     def __getitem__(self, rows: Any) -> Mounts:
-        return Mounts(self.T_mount_tcp[rows], self.stationary[rows])
+        placed = (x if x is None else x[rows] for x in (self.T_base_frame, self.frame))
+        return Mounts(self.T_mount_tcp[rows], self.stationary[rows], *placed)
 
     def same(self, other: Mounts) -> NDArray[np.bool_]:
-        """(n,) whether two mounts are the same."""
+        """(n,) whether two mounts are the same, wherever their frame has moved."""
         tool: NDArray[np.bool_] = (self.T_mount_tcp == other.T_mount_tcp).all(axis=(1, 2))
         tool &= self.stationary == other.stationary
+        if self.frame is not None and other.frame is not None:
+            tool &= self.frame == other.frame
         return tool
+
+    def _in_base(self, T_frame: Array) -> Array:
+        return T_frame if self.T_base_frame is None else self.T_base_frame @ T_frame
+
+    def _in_frame(self, T_base: Array) -> Array:
+        return T_base if self.T_base_frame is None else invert(self.T_base_frame) @ T_base
 
     def work(self, T_base_flange: Array) -> Array:
         """T_work_tcp (n, 4, 4) of flange poses."""
-        return self._turned(T_base_flange) @ self.T_mount_tcp
+        if not self.stationary.any():
+            return self._in_frame(T_base_flange @ self.T_mount_tcp)
+        other_way = invert(T_base_flange) @ self._in_base(self.T_mount_tcp)
+        return self._chosen(self._in_frame(T_base_flange @ self.T_mount_tcp), other_way)
 
     def flange(self, T_work_tcp: Array) -> Array:
-        """T_base_flange (n, 4, 4) of poses on the work: T_work_tcp T_mount_tcp^-1, inverted for a stationary tool."""
-        return self._turned(T_work_tcp @ invert(self.T_mount_tcp))
+        """T_base_flange (n, 4, 4) of poses on the work."""
+        if not self.stationary.any():
+            return self._in_base(T_work_tcp @ invert(self.T_mount_tcp))
+        other_way = self._in_base(self.T_mount_tcp) @ invert(T_work_tcp)
+        return self._chosen(self._in_base(T_work_tcp @ invert(self.T_mount_tcp)), other_way)
 
     def base_tcp(self, T_work_tcp: Array) -> Array:
         """T_base_tcp (n, 4, 4): where the process is in the base."""
-        return self._chosen(T_work_tcp, self.T_mount_tcp)
+        return self._in_base(self._chosen(T_work_tcp, self.T_mount_tcp))
 
     def flange_tcp(self, T_work_tcp: Array) -> Array:
         """T_flange_tcp (n, 4, 4): where the process is on the flange; it wanders over a work piece that is carried."""
@@ -63,11 +86,12 @@ class Mounts:
         """T_work_tcp (n, 4, 4) of an arm whose flange has what belongs at the TCP at T_base_tcp instead.
 
         A held tool stands there. A stationary tool stands where it always does, on work that is displaced:
-        T_flange_tcp T_base_tcp^-1 T_mount_tcp.
+        T_flange_tcp T_base_tcp^-1 T_base_frame T_mount_tcp.
         """
         if not self.stationary.any():
-            return T_base_tcp
-        return self._chosen(T_base_tcp, T_work_tcp @ invert(T_base_tcp) @ self.T_mount_tcp)
+            return self._in_frame(T_base_tcp)
+        other_way = T_work_tcp @ invert(T_base_tcp) @ self._in_base(self.T_mount_tcp)
+        return self._chosen(self._in_frame(T_base_tcp), other_way)
 
     def joints_by_shift(self, robot: Robot, q: Array, T_work_tcp: Array) -> Array:
         """Joint angles (n, 6, 6) by a small shift of the TCP on the work, in work axes: the inverse of the Jacobian.
@@ -78,16 +102,19 @@ class Mounts:
         """
         J = jacobian(robot, q, self.flange_tcp(T_work_tcp))
         inverse = np.asarray(np.linalg.pinv(J, rcond=_SINGULAR), dtype=float)
+        held = inverse if self.T_base_frame is None else inverse @ _turning(self.T_base_frame)
         if not self.stationary.any():
-            return inverse
-        other_way = np.zeros((len(inverse), 6, 6))
-        other_way[:, :3, :3] = other_way[:, 3:, 3:] = -forward(robot, q)[:, :3, :3]
-        return self._chosen(inverse, inverse @ other_way)
-
-    def _turned(self, T: Array) -> Array:
-        return self._chosen(T, invert(T)) if self.stationary.any() else T
+            return held
+        return self._chosen(held, inverse @ -_turning(forward(robot, q)))
 
     def _chosen(self, held: Array, stationary: Array) -> Array:
         if not self.stationary.any():
             return held
         return np.where(self.stationary[:, None, None], stationary, held)
+
+
+def _turning(T: Array) -> Array:
+    """(n, 6, 6) shifts and turns in the axes of poses (n, 4, 4), as seen from outside."""
+    found = np.zeros((len(T), 6, 6))
+    found[:, :3, :3] = found[:, 3:, 3:] = T[:, :3, :3]
+    return found

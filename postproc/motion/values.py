@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
 from postproc.rapid.data.events import MotionEvent
+from postproc.robot.cell import Kind
+from postproc.robot.station import Station
 
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -21,6 +23,22 @@ def stretches(flags: Flags) -> list[tuple[int, int]]:
     """Begin and end [a, b) of every stretch that is True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _no_axes() -> Array:
+    return np.full(6, np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """What the work (or a stationary tool) of moves stands in: the world (no unit), or the end of a mechanical unit."""
+
+    station: Station
+    unit: str | None
+
+    def at(self, axes: Array) -> Array:
+        """T_base_frame (n, 4, 4) at axis positions (n, 6) [m], [rad]."""
+        return self.station.frame(self.unit, axes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +55,15 @@ class Move:
         T_mount_tcp: (4, 4) tool in force, on the flange, or in the base where it is stationary.
         payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
         speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
+        axis_speed: of external axes by their kind [m/s], [rad/s].
         ease: share of the joints' acceleration limits that AccSet leaves.
         fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation;
             zone_angle [rad]: the same for a reorientation in place.
         welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
         first: how the arm gets to this goal is unknown; a chain of connected moves starts here.
         again: the move that has brought the arm here before: no motion, but another way that goes on from there.
+        frame: what the work stands in, None for the base itself; moves of one program share the objects.
+        axes: (6,) external axes at the goal [m], [rad], NaN where nothing is known.
     """
 
     row: int
@@ -57,6 +78,7 @@ class Move:
     payload_center: Array = field(default_factory=lambda: np.zeros(3))
     speed: float = 0.25
     rotation_speed: float = 8.7
+    axis_speed: Mapping[Kind, float] = field(default_factory=lambda: {"linear": 5.0, "rotary": 17.5})
     duration: float | None = None
     ease: float = 1.0
     fine: bool = False
@@ -66,12 +88,39 @@ class Move:
     welding: bool = False
     first: bool = False
     again: int | None = None
+    frame: Frame | None = None
+    axes: Array = field(default_factory=_no_axes)
 
 
-def mounts_of(moves: Sequence[Move]) -> Mounts:
-    """The mounts of moves, in their order."""
+def goal_axes(moves: Sequence[Move]) -> Array:
+    """(m, 6) external axes at the goals of moves."""
+    return np.array([m.axes for m in moves]).reshape(-1, 6)
+
+
+def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
+    """The mounts of moves, in their order.
+
+    Args:
+        axes: (m, 6) positions of the external axes; those at the goals where none are given.
+    """
     T_mount_tcp = np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4)
-    return Mounts(T_mount_tcp, np.array([m.stationary for m in moves], dtype=bool))
+    stationary = np.array([m.stationary for m in moves], dtype=bool)
+    frames = list(dict.fromkeys(m.frame for m in moves))
+    if not any(frames):
+        return Mounts(T_mount_tcp, stationary)
+    which = np.array([frames.index(m.frame) for m in moves])
+    at = goal_axes(moves) if axes is None else axes
+    return Mounts(T_mount_tcp, stationary, frames_at(frames, which, at), which)
+
+
+def frames_at(frames: Sequence[Frame | None], which: Index, axes: Array) -> Array:
+    """T_base_frame (n, 4, 4) of frames by their number (n,) at axis positions (n, 6)."""
+    T = np.tile(np.eye(4), (len(which), 1, 1))
+    for k, frame in enumerate(frames):
+        rows = np.flatnonzero(which == k)
+        if frame is not None and len(rows):
+            T[rows] = frame.at(axes[rows])
+    return T
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +128,9 @@ class Path:
     """Dense samples along consecutive moves; sample 0 is the first goal (how the arm gets there is unknown).
 
     Args:
-        mounts: of every move.
+        mounts: at every sample.
         T_work_tcp: (n, 4, 4) commanded poses of the TCP on the work; q: (n, 6) nominal joint angles [rad], continuous.
+        axes: (n, 6) external axes [m], [rad].
         move: (n,) index into moves of the segment a sample belongs to (a goal belongs to the move that reaches it).
         u: (n,) fraction along that move in [0, 1], 1 at the goal (in a zone corner u runs through the corner).
         s: (n,) length of the TCP's way on the work [m] (pure reorientations add nothing).
@@ -93,6 +143,7 @@ class Path:
     mounts: Mounts
     T_work_tcp: Array
     q: Array
+    axes: Array
     move: Index
     u: Array
     s: Array
@@ -111,6 +162,7 @@ class Trajectory:
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
+        axes_v, axes_a, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
     """
 
     path: Path
@@ -120,3 +172,6 @@ class Trajectory:
     a_sustained: Array
     tcp_speed: Array
     profile: Any = None
+    axes_v: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    axes_a: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    axes_a_sustained: Array = field(default_factory=lambda: np.zeros((0, 6)))

@@ -119,26 +119,35 @@ def _bent(x: Any, knot: Any) -> Any:
 
 
 def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
-    """What grows from a knot on, or with the square: a rubber stop; with the square to either side (0): a bow."""
+    """What grows from a knot on, or with the square: a rubber stop."""
 
     def finer() -> Family:
-        def close(side: int, powers: tuple[int, ...]) -> Family:
-            near = product(knots(signal.values), powers)
-            law = partial(growing, side)
-            return family((signal,), law, lambda k, n: _ramp(signal, k, side, int(n)), near).settled()
+        near = product(knots(signal.values), (1, 2))
+        one_sided = family((signal,), growing, lambda k, n: _ramp(signal, k, side, int(n)), near)
+        return together([one_sided.settled(), _bows(signal)])
 
-        return together([close(side, (1, 2)), close(0, (2,))])
-
-    def growing(side: int, x: Any, knot: Any, power: Any) -> Any:
-        grown = (x - knot) * (side or 1)
-        grown = np.maximum(grown, 0.0) if side else grown
+    def growing(x: Any, knot: Any, power: Any) -> Any:
+        grown = np.maximum((x - knot) * side, 0.0)
         return grown if np.ndim(power) == 0 and power == 1 else grown**power
 
-    over = ("below {}", "to either side of {}", "above {}")[side + 1] + (", with the square" if power > 1 else "")
+    over = ("below {}" if side < 0 else "above {}") + (", with the square" if power > 1 else "")
     gate = only(f"{over}, growing", signal)[:1]
-    form, at = f"growing {over}{signal.of}", ((knot, knot),)
-    law, bend = partial(growing, side), Movable(knot, "knot", signal)
-    return Pattern((signal,), form, lambda x: law(x, bend, power), "ramp", at, None, finer, gate)
+    form, at, bend = f"growing {over}{signal.of}", ((knot, knot),), Movable(knot, "knot", signal)
+    return Pattern((signal,), form, lambda x: growing(x, bend, power), "ramp", at, None, finer, gate)
+
+
+def bow(signal: Signal, knot: float) -> Pattern:
+    """The square of the distance from a value."""
+    form, bend = f"growing to either side of {{}}, with the square{signal.of}", Movable(knot, "knot", signal)
+    return Pattern((signal,), form, lambda x: _bowed(x, bend), "curve", ((knot, knot),), None, partial(_bows, signal))
+
+
+def _bows(signal: Signal) -> Family:
+    return family((signal,), _bowed, partial(bow, signal), ((place,) for place in knots(signal.values))).settled()
+
+
+def _bowed(x: Any, knot: Any) -> Any:
+    return (x - knot) ** 2
 
 
 def nearest(places: list[Edge], edge: Edge) -> list[Edge]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.effects.contract import State
 from postproc.patterns.change_points import breaks
 from postproc.patterns.formula import Family, Part, Pattern, Single, members, raw_of, sharper, together, values_of
@@ -26,6 +26,8 @@ from postproc.patterns.shapes import line, of_channel, of_signal
 from postproc.patterns.signals import added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
+CHUNK = 2048
+"""Switches that are multiplied with a pattern at once."""
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
@@ -153,21 +155,20 @@ class Patterns:
         return [*some, *(line(p.signals[0]) for p in some if p.law(*(s.middle for s in p.signals)) == 0.0)]
 
     @cached_property
-    def switches(self) -> list[tuple[Pattern, int, Single]]:
-        """Gates that are open in some rows and shut in others, what they do there, and (n,) values."""
-        values = values_of(self.gates) if self.gates else np.zeros((0, 0), dtype=np.float32)
-        every = ((self.gates[k], values[:, k]) for k in _open_and_shut(values))
-        return [(gate, side, SIDES[side](x)) for gate, x in every for side in range(len(gate.gate))]
+    def open(self) -> Single:
+        """(n, gates) values of the gates."""
+        return values_of(self.gates) if self.gates else np.zeros((0, 0), dtype=np.float32)
+
+    @cached_property
+    def switches(self) -> NDArray[np.int_]:
+        """(G, 2) gates that are open in some rows and shut in others, and what each does there."""
+        every = [(k, side) for k in _open_and_shut(self.open) for side in range(len(self.gates[k].gate))]
+        return np.array(every, dtype=int).reshape(-1, 2)
 
     @cached_property
     def switching(self) -> NDArray[np.str_]:
         """(G,) channels of the switches."""
-        return np.array([gate.channels[0] for gate, _, _ in self.switches])
-
-    @cached_property
-    def switched(self) -> Single:
-        """(G, n) values of the switches."""
-        return np.array([values for _, _, values in self.switches])
+        return np.array([self.gates[k].channels[0] for k in self.switches[:, 0]])
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
@@ -221,23 +222,24 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     return Patterns([p for p in (*single, *found) if len(members(p))], [p for p in single if p.gate], apart)
 
 
-def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, Pattern, int]]]:
+def grown(pattern: Pattern, every: Patterns) -> Iterator[tuple[Single, list[tuple[Pattern, Pattern, int]]]]:
     """(n, G) values of a pattern, or a factor of it, where another channel switches it on, and what each is made of.
+
+    In blocks: all at once are the largest array of a search.
 
     What is a switch itself may switch whatever grows with another channel: a clamp that gives under the payload.
     """
-    some: list[tuple[Pattern, Pattern, int]] = []
-    values = []
     for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
-        use = np.flatnonzero(np.isin(every.switching, list(names)))
-        values.append(every.switched[use] * factor.values.astype(np.float32))
-        some += [(factor, *every.switches[k][:2]) for k in use]
+        use, there = np.flatnonzero(np.isin(every.switching, list(names))), factor.values.astype(np.float32)
+        for gate, side in (every.switches[use[rows]].T for rows in blocks(len(use), CHUNK)):
+            shut, opened = (np.array([of(x) for of in SIDES], dtype=np.float32)[side] for x in (0, 1))
+            values = (shut + (opened - shut) * every.open[:, gate]) * there[:, None]
+            yield values, [(factor, every.gates[k], s) for k, s in zip(gate.tolist(), side.tolist(), strict=True)]
     growing = [p for p in every.sizes if not set(pattern.channels).intersection(p.channels)]
-    for side, there in enumerate(SIDES[: len(pattern.gate)] if growing else ()):
-        values.append(values_of(growing).T * there(pattern.values.astype(np.float32)))
-        some += [(p, pattern, side) for p in growing]
-    return np.vstack(values).T, some
+    for side in range(len(pattern.gate) if growing else 0):
+        there = SIDES[side](pattern.values.astype(np.float32))
+        yield values_of(growing) * there[:, None], [(p, pattern, side) for p in growing]
 
 
 def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:

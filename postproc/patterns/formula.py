@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.fit.channels import within
-from postproc.fit.wording import joined
+from postproc.fit.words.wording import joined
 from postproc.patterns.signals import Draft, Signal, text_of, unit, written
 
 Edge = tuple[float, float]
@@ -70,6 +70,12 @@ class Pattern:
         """The first one of every signal, then the others."""
         most = max(len(s.names) for s in self.signals)
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers were searched for it: of what says the same, what needs fewest is the plainest."""
+        own = len(self.at) + (2 if self.kind.endswith(("wave", "sway")) else 4 if self.kind.endswith("waves") else 0)
+        return own + len(self.signals) - 1
 
     @property
     def codes(self) -> tuple[str, ...]:

@@ -67,22 +67,25 @@ def cosine(x: Any, order: Any, phase: Any) -> Any:
     return np.cos(2 * np.pi * (turns - np.rint(turns)).astype(np.float32))
 
 
-def neighbours(values: Array, order: float) -> Array:
-    """Orders beside one that a range of values tells apart: 2 pi / range."""
-    apart = 2 * np.pi / max(float(np.ptp(values)), 1e-300)
+def neighbours(signal: Signal, order: float) -> Array:
+    """Orders beside one that a range of values tells apart, 2 pi / range.
+
+    What turns comes again, however little of a turn was seen; what does not is no wave before it has come once.
+    """
+    apart = 2 * np.pi / max(float(np.ptp(signal.values)), 1e-300)
     near = order + apart * np.linspace(-0.5, 0.5, 11)
-    return np.asarray(near[near > 0.4 * apart])
+    return np.asarray(near[near > (0.4 if turns(signal) else 0.999) * apart])
 
 
-def _close(values: Array, order: float) -> list[float]:
+def _close(signal: Signal, order: float) -> list[float]:
     """Orders closer by; a gear or a disc has a whole number of teeth."""
-    near = order + (neighbours(values, order) - order) / 4
+    near = order + (neighbours(signal, order) - order) / 4
     return [*near.tolist(), *np.arange(np.ceil(near[0]), near[-1] + 1e-9).tolist()]
 
 
 def _wave(signal: Signal, order: float, phase: float) -> Pattern:
     def finer() -> Family:
-        near = product(neighbours(signal.values, order), EIGHTHS)
+        near = product(neighbours(signal, order), EIGHTHS)
         return family((signal,), cosine, lambda k, p: _shaped(_wave(signal, k, p), signal, k), near)
 
     verb = "swaying" if signal.name == "time" else "wave"
@@ -157,7 +160,7 @@ def _jumping(x: Any, order: Any, start: Any) -> Any:
 
 def _tooth(signal: Signal, order: float, start: float) -> Pattern:
     def finer() -> Family:
-        return _teeth(signal, product(_close(signal.values, order), start + np.linspace(-0.05, 0.05, 21))).settled()
+        return _teeth(signal, product(_close(signal, order), start + np.linspace(-0.05, 0.05, 21))).settled()
 
     form, at = f"saw tooth {each(signal, order)}{signal.of}, with a jump near {{}}", (_again(signal, order, start),)
     return Pattern((signal,), form, lambda x: _jumping(x, order, start), "wave", at, finer=finer)
@@ -185,7 +188,7 @@ def _folds(signal: Signal, some: Iterable[tuple[float, float]], word: str) -> Fa
 
 def _fold(signal: Signal, order: float, start: float, word: str) -> Pattern:
     def finer() -> Family:
-        near = list(product(_close(signal.values, order), start + np.linspace(-0.02, 0.02, 9)))
+        near = list(product(_close(signal, order), start + np.linspace(-0.02, 0.02, 9)))
         return together(_folds(signal, near, word).settled() for word in FOLDS)
 
     form, at = f"{word} wave {each(signal, order)}{signal.of}, highest near {{}}", (_again(signal, order, start),)
@@ -203,7 +206,7 @@ def _on(x: Any, order: Any, start: Any, duty: Any) -> Any:
 
 def _pulse(signal: Signal, order: float, start: float, duty: float) -> Pattern:
     def finer() -> Family:
-        near = product(_close(signal.values, order), *(np.linspace(-0.03, 0.03, 9),) * 2)
+        near = product(_close(signal, order), *(np.linspace(-0.03, 0.03, 9),) * 2)
         some = ((k, start + a, duty - a + b) for k, a, b in near if duty - a + b > 0.02)
         return _pulses(signal, some).settled()
 

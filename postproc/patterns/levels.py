@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.fit.wording import joined
+from postproc.fit.words.wording import joined
 from postproc.patterns.change_points import only
 from postproc.patterns.formula import Pattern
 from postproc.patterns.signals import Signal

@@ -118,10 +118,10 @@ def _swelling(angle: Signal, part: Pattern, order: float, phase: float, where: s
 
     def finer() -> Family:
         # Less than a wave a turn is hardly more than the other channel alone.
-        low = np.arange(1.0, 4.01, 0.25) if turns(angle) else neighbours(angle.values, order)
+        low = np.arange(1.0, 4.01, 0.25) if turns(angle) else neighbours(angle, order)
         orders = low if where is None else order + 0.25 * np.arange(-2, 3)
         if fine:
-            orders = order + (neighbours(angle.values, order) - order) / 4**fine
+            orders = order + (neighbours(angle, order) - order) / 4**fine
         return _swell(angle, part, product(orders, _near(phase, fine)), where, fine + 1)
 
     ways = ways_of(angle, order, phase)

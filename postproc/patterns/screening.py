@@ -28,6 +28,8 @@ third of the rows than the same in all, what goes round in a circle than a wave 
 one."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
+UNDECIDED = 8.0
+"""Shapes of one channel at a place whose worth differs by less (odds of 50 to 1) are not told apart."""
 FEW, CHAINS = 4, 4
 """Values of a channel that has no shapes side by side; channels at places that are asked for them."""
 ELSEWHERE = 2
@@ -103,8 +105,10 @@ class Tried:
 
         One bad reading makes no law: without the row that gains most there must be something left to say.
         """
-        once = {(f.where, f.pattern.channels): f for f in sorted(self.found, key=lambda f: f.worth)}
-        found = sorted(once.values(), key=lambda f: -f.worth)[:MOST]
+        once: dict[tuple[str, tuple[str, ...]], list[Found]] = {}
+        for one in self.found:
+            once.setdefault((one.where, one.pattern.channels), []).append(one)
+        found = sorted(map(_plainest, once.values()), key=lambda f: -f.worth)[:MOST]
         return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
 
     def _without_a_row(self, one: Found) -> Found:
@@ -246,7 +250,8 @@ class Tried:
         count = len(self.every.switches)
         if not count or one.pattern.kind == "field" or one.pattern.wide or self._could(one, SWITCHED, count) < least:
             return []
-        values, which = grown(one.pattern, self.every)
+        parts = [(self._seen(one.where).falls(values), of) for values, of in grown(one.pattern, self.every)]
+        which = [made for _, of in parts for made in of]
         if not which:
             return []
 
@@ -254,9 +259,15 @@ class Tried:
             return replace(switched(*which[k]), where=one.pattern.where)
 
         made = self._made(one.pattern, len(which), switch)
-        found = self._best(one.where, values, *made, 1)
+        found = self._ranked(one.where, np.concatenate([falls for falls, _ in parts]), *made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         return [f for f in found if f.worth > one.worth - UNNAMED_LOG_PRIOR and self.every.sensible(f.pattern, f.where)]
+
+
+def _plainest(some: Sequence[Found]) -> Found:
+    """Of the shapes that the data does not tell from the best one that which needs the fewest numbers."""
+    least = max(f.worth for f in some) - UNDECIDED
+    return min((f for f in some if f.worth >= least), key=lambda f: (f.pattern.numbers, -f.worth))
 
 
 def _kind(one: Found) -> tuple[tuple[str, ...], str]:

@@ -18,6 +18,7 @@ from postproc.patterns.change_points import (
     STEPS,
     above,
     around,
+    bow,
     breaks,
     edges,
     gaps,
@@ -53,7 +54,7 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
         return
     centre, half = float(np.median(values)), 0.5 * float(np.ptp(values))
     yield line(signal, centre)
-    yield Pattern(one, f"curved{of}", lambda x: ((x - centre) / half) ** 2, "curve")
+    yield bow(signal, centre)
     yield Pattern(one, f"s-shaped{of}", lambda x: ((x - centre) / half) ** 3, "curve")
     if values.min() < 0 < values.max():
         yield Pattern(one, f"growing with the square of {signal.label}, to its side", lambda x: x * np.abs(x), "curve")

@@ -88,7 +88,9 @@ class Kind(Enum):
     DISPLACEMENT = "the program displacement is not known: {cause}"
     DISPLACED_FROM_HERE = "the displacement depends on where the arm stands at PDispOn"
     EXTERNAL_OFFSET = "an offset of the external axes may be active"
-    MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`"
+    MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`, and no cell describes that unit"
+    WORK_NOWHERE = "where the work object `{subject}` stands is not known: {cause}"
+    BASE_NOWHERE = "where `{subject}` has carried the arm is not known: {cause}"
     MOVED_BY_NOBODY = (
         "the work object `{subject}` is moved by a mechanical unit that it does not name: ufprog of a fixed frame is"
         " TRUE"

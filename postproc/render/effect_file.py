@@ -15,7 +15,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.parameters import unit_suffix
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.sentences import suspect_size
+from postproc.identify.words.sentences import suspect_size
 from postproc.patterns.instrument_model import SEEN, WAYS, Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, off_everywhere
 from postproc.patterns.signals import Draft, Way, channels_read, text_of

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
-from postproc.measure.cells import Cells, read_cells
-from postproc.measure.layout import ColumnMap
-from postproc.measure.numbers import as_number
+from postproc.measure.read.cells import Cells, read_cells
+from postproc.measure.read.layout import ColumnMap
+from postproc.measure.read.numbers import as_number
 from postproc.numbers import read_number
 
 PLACE = ("x_mm", "y_mm", "z_mm")

@@ -1,15 +1,27 @@
-"""The page of a model with more physics: the error before and after, what each effect is worth, what is left."""
+"""The page of a model with more physics, on which the reader watches the error fall from step to step."""
 
 from __future__ import annotations
 
+from markupsafe import Markup
+
+from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import evaluate
 from postproc.identify.add import Addition
 from postproc.report.charts import bars
+from postproc.report.comparison import SCRIPTS, workspace_section
 from postproc.report.document import plain
-from postproc.report.page import Section, render_page
+from postproc.report.page import Page, Section, figure, render, render_page
 from postproc.report.parameters import parameter_table
-from postproc.report.residuals import channel_section, workspace_section
+from postproc.report.residuals import channel_sections
+from postproc.report.steps import Rung, distance_chart, steps_data
 
-EACH = "Rms per axis on rows that the fit has not seen, everything fitted again without the effect: long bars matter."
+EACH = "Rms on rows that the fit has not seen, everything fitted again without the effect: long bars matter."
+BASE = "the model as it came"
+BAR = '<div class="controls" data-steps="controls"></div>'
+FALL = (
+    "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
+    "charts and the sample targets are those of the step."
+)
 
 
 def addition_page(name: str, found: Addition) -> str:
@@ -19,26 +31,51 @@ def addition_page(name: str, found: Addition) -> str:
         name: of the model, the effects and the tables.
     """
     document = plain(found.as_json())
-    ladder = {
-        ("the model as it came" if i == 0 else s.name): 1e3 * s.fit.held_out_rms for i, s in enumerate(found.ladder)
-    }
     kind, noise = found.fit.observed, found.fit.parts.level
     floor = document[kind.key("floor")]
-    without = {f"without {key}": 1e3 * fit.held_out_rms for key, fit in found.without.items()}
-    key = {
-        "error before": document["before"][kind.key("held_out_rms")],
-        "error after": document[kind.key("held_out_rms")],
-        "noise" if noise is not None else "any smooth function": floor,
-    }
-    note = (
-        "Rms per axis. The dashed line is the noise: no model can be expected below it." if noise else "Rms per axis."
-    )
     dashed = floor if noise else None
-    sections = [
-        Section("The error on rows that the fit has not seen", bars(ladder, dashed, unit=kind.unit), note),
-        Section("What each effect is worth", bars(without, dashed, unit=kind.unit), EACH),
-        workspace_section(found.fit, "Where it is off now"),
-        channel_section(found.fit, noise, "What the rest follows"),
-        Section("Parameters", parameter_table(found.fit, [e.key for e in found.fit.model.effects])),
+    rungs = rungs_of(found)
+    ladder: dict[str, float | None] = {rung.name: 1e3 * rung.error for rung in rungs}
+    without = {f"without {key}": 1e3 * fit.held_out_rms for key, fit in found.without.items()}
+    added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in found.ladder[1:]))
+    steps = steps_data(rungs, added, dashed)
+    figures = [
+        *figure("error before", document["before"][kind.key("held_out_rms")], "before", kind.unit),
+        *figure("error after", document[kind.key("held_out_rms")], "after", kind.unit),
+        *figure("noise" if noise is not None else "any smooth function", floor, unit=kind.unit),
     ]
-    return render_page(f"postproc add {name}", found.text().splitlines()[0], sections, document, key)
+    error = render(
+        "error.html.j2",
+        bars=Markup(bars(ladder, dashed, unit=kind.unit, steps=list(ladder))),
+        distances=Markup(distance_chart(found.fit, dashed, held_out=True)),
+        laws=any(step["laws"] for step in steps["steps"]),
+        beside="",
+    )
+    keys = [e.key for e in found.fit.model.effects]
+    sections = [
+        Section("Watch the error fall", error, FALL),
+        *workspace_section(kind.name, "Where it is off, at this step", program=True),
+        Section("What each effect is worth", bars(without, dashed, unit=kind.unit), EACH),
+        *channel_sections(found.fit, "What the rest follows", folded=True),
+        Section("Parameters", parameter_table(found.fit, keys), folded=True),
+    ]
+    page = Page(
+        title=f"postproc add {name}",
+        sentence=found.text().splitlines()[0],
+        sections=sections,
+        document=document,
+        figures=figures,
+        bar=BAR,
+        data={"steps": plain(steps)},
+        scripts=SCRIPTS,
+    )
+    return render_page(page)
+
+
+def rungs_of(found: Addition) -> list[Rung]:
+    """The steps of the ladder, each with its model beside the measurements."""
+    rungs = []
+    for k, step in enumerate(found.ladder):
+        fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)
+        rungs.append(Rung(step.name if k else BASE, fit, step.fit.held_out_rms))
+    return rungs

@@ -5,54 +5,85 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
+from urllib.parse import quote
+
+import numpy as np
 
 from postproc.grouping import grouped
-from postproc.report.page import Section, first_rows, made_section, render_page, table
+from postproc.report.charts import histogram
+from postproc.report.page import Page, Section, figure, made_section, render_page, table
 
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
-FINDING = ("program", "line", "", "code", "what", "what to do")
+FINDING = ("program", "line", "severity", "code", "what", "what to do")
 COLUMNS = (
     *("program", "result", "before [mm]", "after [mm]", "added", "on the controller", "left", "unproved"),
     *("cycle [s]", "warnings"),
 )
 
 
-def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] | None = None) -> str:
+def batch_page(
+    name: str,
+    document: Mapping[str, Any],
+    made: Mapping[str, str] | None = None,
+    pages: Mapping[str, str] | None = None,
+) -> str:
     """HTML of a batch.
 
     Args:
         name: of the folder or the jobs file. document: ``postproc/batch/1``, plain values. made: with which model,
-            loads and choices, where no jobs file says otherwise.
+            loads and choices, where no jobs file says otherwise. pages: where the page of each task is, as a link.
     """
-    tasks, count = document["tasks"], document["counts"]
+    tasks, count = sorted(document["tasks"], key=_rank), document["counts"]
     done = [t for t in tasks if "max_error_after_mm" in t]
     worst = max(done, key=lambda t: float(t["max_error_after_mm"]), default=None)
-    key = {
-        "corrected": str(count["compensated"]),
-        "nothing to correct": str(count["unchanged"]) if count["unchanged"] else None,
-        "failed": str(count["failed"]),
-        "worst before": max((t["max_error_before_mm"] for t in done), default=None),
-        "worst after": worst and worst["max_error_after_mm"],
-        "targets added": str(sum(t["added_targets"] for t in done)),
-    }
-    sections = []
     told = [(t["name"], d) for t in tasks for d in t["diagnostics"]]
     said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
     said += [_finding("", d) for d in document["diagnostics"]]
-    if said:
-        sections.append(Section("Errors", *first_rows(FINDING, said)))
-    note = "Failures first, then the largest deviations that remain. "
+    sections = [Section("Errors", table("errors", FINDING, said))] if said else []
+    note = "Failures first, then the largest deviations that remain."
+    if pages:
+        note += " A click on a program opens its page."
     if any(t.get("unproved_statements") for t in tasks):
-        note += f"Unproved: {UNPROVED}. "
-    every, cut = first_rows(COLUMNS, [_row(t) for t in sorted(tasks, key=_rank)])
-    sections.append(Section("Every program", every, note + cut))
+        note += f" Unproved: {UNPROVED}."
+    links = (0, [_link((pages or {}).get(t["name"])) for t in tasks]) if pages else None
+    sections.append(Section("Every program", table("programs", COLUMNS, [_row(t) for t in tasks], links), note))
+    if len(done) > 1:
+        values = {
+            key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
+            for key, kind in (("before", "was"), ("after", "is"))
+        }
+        drawn = histogram(values, "mm", "Largest deviation of each program, before and after")
+        sections.append(Section("Before and after", f'<div class="one">{drawn}</div>' if drawn else ""))
     if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
         note = (
             "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
         )
-        sections.append(Section("Warnings", table(("how many", "programs", *FINDING), _kinds(warned)), note))
+        sections.append(
+            Section("Warnings", table("warnings", ("how many", "programs", *FINDING), _kinds(warned)), note)
+        )
     sections.append(made_section(made or {}))
-    return render_page(f"postproc batch {name}", _sentence(count, worst), sections, document, key)
+    figures = [
+        *figure("programs corrected", str(count["compensated"])),
+        *figure("failed", str(count["failed"]) if count["failed"] else None),
+        *figure("nothing to correct", str(count["unchanged"]) if count["unchanged"] else None),
+        *figure("worst before", max((t["max_error_before_mm"] for t in done), default=None), "before"),
+        *figure("worst after", worst and worst["max_error_after_mm"], "after"),
+        *figure("targets added", str(sum(t["added_targets"] for t in done))),
+    ]
+    return render_page(
+        Page(
+            title=f"postproc batch {name}",
+            sentence=_sentence(count, worst),
+            sections=sections,
+            document=document,
+            figures=figures,
+        )
+    )
+
+
+def _link(path: str | None) -> str | None:
+    """A path as the address of a link: `a b#1.html` is a file, not a place in one."""
+    return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
 def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:

@@ -1,4 +1,4 @@
-"""The charts of the reports: points over a channel, arrows in a plane, a course over time, bars with a floor."""
+"""The charts of the reports: points over a channel with a law through them, lines, bars with a floor."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from html import escape
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.svg import BLUE, GREY, RED, Frame, arrows, dots, line, ring, spread
+from postproc.report.svg import Frame, Range, band, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
+SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,99 +25,156 @@ class Bins:
     text: Sequence[str]
 
 
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A law (k,) over (k,) values of x; sigma: its standard deviation there."""
+
+    x: Array
+    y: Array
+    sigma: Array
+
+
 def scatter(
     x: Array,
     y: Array,
     x_label: str,
     y_label: str,
     *,
-    band: float | None = None,
+    noise: float | None = None,
     title: str = "",
     bins: Bins | None = None,
     marks: Sequence[tuple[int, str]] = (),
-    size: tuple[int, int] = (330, 210),
+    curve: Curve | None = None,
+    across: Range | None = None,
 ) -> str:
-    """Points (n,) over (n,), with a grey band of plus and minus ``band``; few values of x become columns of points.
+    """Points (n,) over (n,), with a band of plus and minus ``noise``; few values of x become columns of points.
 
     Args:
-        marks: points that are ringed, and what each says when pointed at.
+        marks: points that are ringed, and what each says when pointed at. curve: drawn with twice its deviation.
+        across: the range of y, where charts are to be compared.
     """
     good = np.isfinite(x) & np.isfinite(y)
     if not good.any():
         return ""
     distinct = np.unique(x[good])
-    if len(distinct) <= FEW and good.sum() > len(distinct):
+    columns = len(distinct) <= FEW and good.sum() > len(distinct)
+    if columns:
         wide = 0.3 * (float(np.diff(distinct).min()) if len(distinct) > 1 else 1.0)
         x = x + wide * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)  # golden ratio: evenly, whatever the order
-    frame = Frame(spread(x[good]), spread(np.append(y[good], [0.0, *([band, -band] if band else [])])), size, title)
-    parts = []
-    if band:
-        top, bottom = frame.y(band), frame.y(-band)
-        parts.append(
-            f'<rect x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}" '
-            f'fill="{GREY}" fill-opacity="0.25"/>'
-        )
-    places = frame.places(x, y)
+    reach = np.concatenate([y[good], [0.0], np.zeros(0) if curve is None else curve.y])
+    if noise is not None:
+        reach = np.append(reach, [noise, -noise])
+    frame = Frame(spread(x[good]), across or spread(reach), SIZE, title)
+    parts = [] if noise is None else [_noise(frame, noise)]
+    places = frame.places(x, np.clip(y, *frame.range_y))
     parts.append(dots(places[good]))
     if bins is not None:
         parts += _means(frame, bins)
+    if curve is not None:
+        parts += _law(frame, curve, columns)
     parts += [ring(places[i], text) for i, text in marks if good[i]]
     return frame.draw(parts, x_label, y_label)
 
 
-def vectors(start: Array, end: Array, x_label: str, y_label: str, way: Array | None) -> str:
-    """Arrows from points (n, 2) to points (n, 2), both axes to the same scale; ``way`` (m, 2) is a line behind them."""
-    both = np.vstack([start, end] if way is None else [start, end, way[np.isfinite(way).all(axis=1)]])
-    center = (both.max(axis=0) + both.min(axis=0)) / 2
-    frame = Frame((0.0, 1.0), (0.0, 1.0), (500, 420))
-    half = max(np.ptp(both[:, 0]) / frame.width, np.ptp(both[:, 1]) / frame.height, 1e-9) * 0.53
-    wide, high = half * frame.width, half * frame.height
-    frame.range_x = (center[0] - wide, center[0] + wide)
-    frame.range_y = (center[1] - high, center[1] + high)
-    behind = [] if way is None else [line(frame.places(*way.T), GREY)]
-    first, last = frame.places(*start.T), frame.places(*end.T)
-    return frame.draw([*behind, dots(first), arrows(first, last, RED)], x_label, y_label)
+def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
+    """The share of rows whose distance is not more than x, for each name a class of lines and (n,) distances."""
+    known = {name: (kind, np.sort(values[np.isfinite(values)])) for name, (kind, values) in curves.items()}
+    known = {name: (kind, values) for name, (kind, values) in known.items() if len(values)}
+    if not known:
+        return ""
+    most = max(float(np.percentile(values, 99.5)) for _, values in known.values()) or 1.0
+    frame = Frame((0.0, 1.05 * most), (0.0, 100.0), SIZE, title)
+    parts = []
+    for k, (name, (kind, values)) in enumerate(known.items()):
+        at = np.linspace(0.0, 1.05 * most, 120)
+        parts.append(line(frame.places(at, 100 * np.searchsorted(values, at, side="right") / len(values)), kind))
+        y = frame.top + frame.height - 12 - 17 * (len(known) - 1 - k)
+        right = frame.left + frame.width - 8
+        parts.append(f'<text x="{right - 26}" y="{y}" text-anchor="end">{escape(name)}</text>')
+        parts.append(line(np.array([[right - 20, y - 4], [right, y - 4]]), kind))
+    return frame.draw(parts, f"distance [{unit}]", "% of the poses")
 
 
-def course(x: Array, y: Array, x_label: str, y_label: str, *, limit: float, color: str, title: str) -> str:
-    """The largest of (n,) values in every pixel over (n,), not negative, with a dashed line at ``limit``."""
-    frame = Frame((float(x.min()), float(x.max()) + 1e-9), (0.0, 1.06 * max(float(y.max()), limit)), (1030, 190), title)
-    pixel = np.clip(((x - x.min()) / max(float(np.ptp(x)), 1e-9) * frame.width).astype(int), 0, frame.width - 1)
-    top = np.full(frame.width, -np.inf)
-    np.maximum.at(top, pixel, y)
-    seen = np.flatnonzero(np.isfinite(top))
-    at = frame.y(limit)
-    parts = [
-        line(np.stack([frame.left + seen + 0.5, frame.places(np.zeros(len(seen)), top[seen])[:, 1]], axis=1), color),
-        f'<line x1="{frame.left}" x2="{frame.left + frame.width}" y1="{at:.1f}" y2="{at:.1f}" stroke="#444" '
-        'stroke-dasharray="4 3"/>',
-    ]
-    return f'<div class="course">{frame.draw(parts, x_label, y_label)}</div>'
+def bars(
+    levels: Mapping[str, float | None],
+    floor: float | None = None,
+    aside: str = "",
+    unit: str = "mm",
+    steps: Sequence[str] = (),
+) -> str:
+    """Horizontal bars, a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey.
 
-
-def bars(levels: Mapping[str, float | None], floor: float | None = None, aside: str = "", unit: str = "mm") -> str:
-    """Horizontal bars, a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
+    Args:
+        steps: levels whose name is a button that leads to this step of the page.
+    """
     known = {label: value for label, value in levels.items() if value is not None}
     percent = 100 / max([*known.values(), floor or 0.0, 1e-12])
-    end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%; border-color: {RED}"></i>'
+    end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
     for label, value in known.items():
-        bar = f"width: {value * percent:.1f}%; background: {GREY if label == aside else BLUE}"
-        figure = f"{value:.3f} {unit}"
-        rows.append(f'<span>{escape(label)}</span><b><i style="{bar}"></i>{end}</b><span>{figure}</span>')
+        kind = ' class="aside"' if label == aside else ""
+        bar = f'<i{kind} style="width: {value * percent:.1f}%"></i>'
+        name = f"<span>{escape(label)}</span>"
+        if label in steps:
+            name = f'<button type="button" data-step="{steps.index(label)}">{escape(label)}</button>'
+        rows.append(f"{name}<b>{bar}{end}</b><span>{value:.3f} {unit}</span>")
     if floor is not None:
-        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} {unit}</span>')
+        figure = f'<span class="noise">{floor:.3f} {unit}</span>'
+        rows.append(f'<span class="noise">noise</span><b>{end}</b>{figure}')
     return f'<div class="bars">{"".join(rows)}</div>'
+
+
+def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
+    """How many of (n,) values > 0 lie where, on a scale of powers of ten; for each name a class of bars."""
+    known = {name: (kind, v[np.isfinite(v) & (v > 0)]) for name, (kind, v) in values.items()}
+    every = np.concatenate([np.zeros(0), *(v for _, v in known.values())])
+    if not len(every):
+        return ""
+    low, high = np.floor(2 * np.log10(every.min())) / 2, np.ceil(2 * np.log10(every.max()) + 1e-9) / 2
+    edges = np.linspace(low, max(high, low + 0.5), 25)
+    counts = {name: np.histogram(np.log10(v), edges)[0] for name, (_, v) in known.items()}
+    most = max(int(c.max()) for c in counts.values())
+    frame = Frame((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), SIZE, title)
+    parts, step = [], float(np.diff(edges[:2])[0]) / len(known)
+    for k, (name, (kind, _)) in enumerate(known.items()):
+        for edge, count in zip(edges, counts[name], strict=False):
+            x0, x1 = frame.x(float(edge) + k * step), frame.x(float(edge) + (k + 1) * step)
+            y = frame.y(float(count))
+            said = f"<title>{name}: {count} from {10**edge:.3g} {unit}</title>"
+            place = f'x="{x0:.1f}" width="{max(x1 - x0 - 0.5, 1):.1f}" y="{y:.1f}" height="{frame.y(0.0) - y:.1f}"'
+            parts.append(f'<rect {place} class="{kind}">{said}</rect>' if count else "")
+        parts.append(f'<rect x="{frame.left + 8 + 110 * k}" y="34" width="12" height="12" class="{kind}"/>')
+        parts.append(f'<text x="{frame.left + 25 + 110 * k}" y="45">{escape(name)}</text>')
+    return frame.draw(parts, f"largest deviation [{unit}]", "programs", powers=True)
+
+
+def _noise(frame: Frame, noise: float) -> str:
+    top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
+    place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
+    return f'<rect {place} class="noise"/>'
 
 
 def _means(frame: Frame, bins: Bins) -> list[str]:
     """Bin means joined by a line, each with its standard error."""
-    places = frame.places(bins.x, bins.mean)
-    parts = [line(places, RED)] if len(bins.x) > FEW else []
+    low, high = frame.range_y
+    places = frame.places(bins.x, np.clip(bins.mean, low, high))
+    parts = [line(places, "means")] if len(bins.x) > FEW else []
     for (x, y), mean, error, text in zip(places, bins.mean, bins.error, bins.text, strict=True):
-        low, high = frame.y(mean - error), frame.y(mean + error)
+        ends = [frame.y(float(np.clip(mean + side * error, low, high))) for side in (-1, 1)]
         parts.append(
-            f'<g stroke="{RED}" fill="{RED}"><title>{escape(text)}</title><circle cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{low:.1f}" y2="{high:.1f}"/></g>'
+            f'<g class="mean"><title>{escape(text)}</title><circle cx="{x:.1f}" cy="{y:.1f}" r="2.5"/>'
+            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{ends[0]:.1f}" y2="{ends[1]:.1f}"/></g>'
         )
     return parts
+
+
+def _law(frame: Frame, curve: Curve, columns: bool) -> list[str]:
+    """A curve in its band; where x has a few values, a bar at each."""
+    low, high = frame.range_y
+    if columns:
+        ends = [np.stack([curve.x + side, curve.y]) for side in (-0.3, 0.3)]
+        rows = zip(*(frame.places(*end) for end in ends), strict=True)
+        return [line(np.stack(row), "law") for row in rows]
+    y = frame.places(curve.x, curve.y)
+    least, most = (frame.places(curve.x, np.clip(curve.y + k * curve.sigma, low, high)) for k in (-2.0, 2.0))
+    return [band(least, most, "sure"), line(y, "law")]

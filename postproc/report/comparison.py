@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
-from postproc.fit.wording import FREE
+from typing import Any
+
+from markupsafe import Markup
+
+from postproc.fit.words.wording import FREE
 from postproc.identify.compare import Comparison
+from postproc.measure.observations import Observation
 from postproc.report.charts import bars
 from postproc.report.document import plain
-from postproc.report.page import Section, render_page, table
-from postproc.report.residuals import channel_section, workspace_section
+from postproc.report.laws import law_charts, laws_of
+from postproc.report.page import Page, Section, figure, grid, render, render_page, table
+from postproc.report.residuals import channel_sections
+from postproc.report.steps import Rung, distance_chart, steps_data
+
+IN_SPACE = (
+    "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
+    "rings: the worst poses; grey: twice the noise."
+)
+SCRIPTS = ("space", "arm", "steps")
 
 
 def comparison_page(name: str, found: Comparison) -> str:
@@ -17,44 +30,84 @@ def comparison_page(name: str, found: Comparison) -> str:
         name: of the model and the table.
     """
     document = plain(found.as_json())
-    kind = found.fit.observed
-    noise, within = document[kind.key("noise")], document[kind.key("percentiles")]
+    fit, kind = found.fit, found.fit.observed
+    noise = document[kind.key("noise")]
     levels = {"this model": document[kind.key("rms")], FREE: document[kind.key("bound")]}
-    key = {
-        "mean distance": document[kind.key("mean")],
-        "worst pose": document[kind.key("maximum")],
-        f"rms per {kind.each}": document[kind.key("rms")],
-        f"noise per {kind.each}": noise,
-    }
-    along = document[kind.key(f"per_{kind.each}")].items()
+    figures = [
+        *figure("mean distance", document[kind.key("mean")], unit=kind.unit),
+        *figure(f"rms per {kind.each}", document[kind.key("rms")], "before", kind.unit),
+        *figure(f"noise per {kind.each}", noise, unit=kind.unit),
+    ]
+    error = render(
+        "error.html.j2",
+        bars=Markup(bars(levels, noise, FREE, kind.unit)),
+        distances="",
+        laws=False,
+        beside=Markup(distance_chart(fit, noise, held_out=False)),
+    )
+    laws = law_charts(laws_of(fit, [e.key for e in fit.model.effects]))
+    follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in document["channels"][:20]]
+    sections = [
+        Section("How far, and how far it could be", error, f"Rms per {kind.each}. {_grey()}"),
+        *workspace_section(fit.observed.name, "Where it is off"),
+        Section("Worst poses", '<div data-steps="worst"></div>'),
+        *channel_sections(fit, "What it follows: every channel", folded=fit.observed.name == "position"),
+        Section("Figures", table("figures", ("figure", kind.unit), _figures(document, kind))),
+        *([Section("Laws that the model holds", grid(laws, 320), "At these poses.", True)] if laws else []),
+        Section(
+            "Share of the residual above chance", table("shares", ("channel", "at", "explains"), follows), "", True
+        ),
+    ]
+    steps = steps_data([Rung("this model", fit, fit.rms)], (), noise)
+    page = Page(
+        title=f"postproc compare {name}",
+        sentence=found.text().splitlines()[0],
+        sections=sections,
+        document=document,
+        figures=figures,
+        data={"steps": plain(steps)},
+        scripts=SCRIPTS,
+    )
+    return render_page(page)
+
+
+def workspace_section(observed: str, title: str, program: bool = False) -> list[Section]:
+    """The residuals in space and over the channels that stand out; none where no position was measured.
+
+    Args:
+        program: with some poses as targets of a program, as each step would have them corrected.
+    """
+    return [Section(title, render("steps.html.j2", program=program), IN_SPACE)] if observed == "position" else []
+
+
+def _grey() -> str:
+    return (
+        "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
+        "An effect that jumps can do better."
+    )
+
+
+def _figures(document: dict[str, Any], kind: Observation) -> list[tuple[str, float]]:
+    within, along = document[kind.key("percentiles")], document[kind.key(f"per_{kind.each}")].items()
     figures = [
         ("half of the poses are within", within["50"]),
         ("95 % of the poses are within", within["95"]),
         ("99 % of the poses are within", within["99"]),
+        ("worst pose", document[kind.key("maximum")]),
         *((f"{axis}: rms", values["rms"]) for axis, values in along),
         *((f"{axis}: mean", values["mean"]) for axis, values in along),
     ]
-    if iso := document.get("iso9283"):
-        figures += [
-            ("ISO 9283 accuracy, mean", iso["accuracy_mean_mm"]),
-            ("ISO 9283 accuracy, largest", iso["accuracy_max_mm"]),
-            ("ISO 9283 repeatability, median", iso["repeatability_median_mm"]),
-            ("ISO 9283 repeatability, largest", iso["repeatability_max_mm"]),
-        ]
-    files = [] if not found.fit.data.file else ["file"]
-    worst = [[row[name] for name in ("pose_id", *files, "row", kind.key("error"))] for row in document["worst"]]
-    follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in document["channels"][:20]]
-    sections = [
-        Section(
-            "How far, and how far it could be",
-            bars(levels, noise, FREE, kind.unit),
-            f"Rms per {kind.each}, {kind.unit}. Grey: what a smooth function of all channels, without physics, reaches "
-            "on rows that it has not seen. An effect that jumps can do better.",
-        ),
-        workspace_section(found.fit),
-        channel_section(found.fit, found.fit.parts.level),
-        Section("Figures", table(("figure", kind.unit), figures)),
-        Section("Worst poses", table(("pose", *files, "row", kind.unit), worst)),
-        Section("Share of the residual above chance", table(("channel", "at", "explains"), follows)),
+    return figures + iso_figures(document)
+
+
+def iso_figures(document: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Pose figures of ISO 9283 [mm]; none where no position was measured."""
+    iso = document.get("iso9283")
+    if not iso:
+        return []
+    return [
+        ("ISO 9283 pose accuracy AP, mean", iso["accuracy_mean_mm"]),
+        ("ISO 9283 pose accuracy AP, largest", iso["accuracy_max_mm"]),
+        ("ISO 9283 pose repeatability RP, median", iso["repeatability_median_mm"]),
+        ("ISO 9283 pose repeatability RP, largest", iso["repeatability_max_mm"]),
     ]
-    return render_page(f"postproc compare {name}", found.text().splitlines()[0], sections, document, key)

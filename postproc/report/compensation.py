@@ -1,21 +1,24 @@
-"""The page of a compensated program: what it was off, what remains, where the targets moved, every statement."""
+"""The page of a compensated program: what it was off, what remains, where, and what was done about it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from postproc.arrays import Array
-from postproc.compensate.path.deviation import Deviation
 from postproc.compensate.results.document import elsewhere
 from postproc.convert import Conversion
-from postproc.report.charts import course
 from postproc.report.document import plain
-from postproc.report.figures import chosen, enlargement, plane_views
-from postproc.report.page import Section, first_rows, made_section, render_page
-from postproc.report.svg import BLUE, RED
+from postproc.report.page import Figure, Page, Section, figure, made_section, render, render_page, table
+from postproc.report.path import path_data
 
-COLUMNS = ("line", "routine", "instruction", "status", "moved by [mm]", "remains [mm]", "why")
+ACROSS = (
+    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets. "
+    "Shaded: the arc burns; green: the tolerance. Drag to zoom, double-click to see all, click to choose a place."
+)
+IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
+ALONG = "along lines and arcs"
+FINDING = ("line", "severity", "code", "what", "what to do")
+STATEMENT = ("line", "routine", "instruction", "status", "reason")
 
 
 def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
@@ -25,95 +28,106 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
         name: of the program. made: with which model, loads and choices.
     """
     document = plain(found.report)
-    sections: list[Section] = []
-    key: dict[str, object] = {}
-    if found.plan is not None:
-        key = {
-            "before": document["max_error_before_mm"],
-            "after": document["max_error_after_mm"],
-            "tolerance": document["tolerance_mm"],
-            "the model is sure to (95 %)": (document["expected_accuracy"] or {}).get("within_95_percent_mm"),
-            "targets added": document["added_targets"],
-            "statements not proved": document["unproved_statements"] or None,
-            "cycle time": f"{document['cycle_time_s']:.1f} s",
-        }
-        sections += [_course(found), _where(found)]
-    rows = document["statements"]
+    moved = found.plan is not None
+    sections = [*_pictures(document)] if moved else [*_statements(document)]
     if document["diagnostics"]:
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
-        columns = ("line", "", "code", "what", "what to do")
-        sections.append(Section("Findings", *first_rows(columns, findings)))
-    skipped = [(row["line"], row["routine"], row["reason"]) for row in rows if row["status"] == "skipped"]
-    if skipped:
-        sections.append(Section("Left as they are", *first_rows(("line", "routine", "why"), skipped)))
+        sections.append(Section("Findings", table("findings", FINDING, findings)))
+    sections.append(made_section({**({"arm": document["robot"]} if moved else {}), **(made or {})}))
+    page = Page(
+        title=f"postproc compensate {name}",
+        sentence=_sentence(document, bool(found.outputs)),
+        sections=sections,
+        document=document,
+        figures=_figures(document) if moved else (),
+        assumed=_assumed(document, made or {}) if moved else "",
+        data={"path": plain(path_data(found))} if moved else {},
+        scripts=("space", "arm", "course", "path") if moved else (),
+    )
+    return render_page(page)
+
+
+def _pictures(document: Mapping[str, Any]) -> list[Section]:
+    seams = (
+        [Section("Seam by seam", '<div data-path="seams"></div>', "The largest deviation while the arc burns.")]
+        if document["welds"]
+        else []
+    )
+    return [
+        *seams,
+        Section("Where", render("path.html.j2"), IN_SPACE),
+        Section("How far off, along the path", '<div data-path="deviation"></div>', ACROSS),
+        Section("Every motion statement", '<div data-path="statements"></div>'),
+        Section(
+            "Joints", '<div data-path="joints"></div>', "Torques of a rigid arm, under its own weight and the loads."
+        ),
+    ]
+
+
+def _statements(document: Mapping[str, Any]) -> Iterator[Section]:
+    """The statements of a program none of whose targets is known before it runs, as a table."""
+    rows = [tuple(row[key] for key in STATEMENT) for row in document["statements"]]
     if rows:
-        sections.append(Section("Every motion statement", *first_rows(COLUMNS, [_row(r) for r in rows])))
-    sections.append(made_section({**({"arm": document["robot"]} if found.plan is not None else {}), **(made or {})}))
-    return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
+        yield Section("Every motion statement", table("statements", STATEMENT, rows))
+
+
+def _figures(document: Mapping[str, Any]) -> list[Figure]:
+    """Three: before, after, and what was left uncorrected."""
+    arc, where = _welds(document)
+    left = sum(row["status"] == "skipped" for row in document["statements"])
+    through = f"{_count(document, 'run_time')} on the controller, " if _count(document, "run_time") else ""
+    return [
+        *figure(f"before, {where}", document[f"max_{arc}error_before_mm"], "before"),
+        *figure(f"after, {where}", document[f"max_{arc}error_after_mm"], "after"),
+        Figure("motion statements", f"{_count(document, 'compensated')} corrected, {through}{left} left"),
+    ]
+
+
+def _count(document: Mapping[str, Any], status: str) -> int:
+    return sum(row["status"] == status for row in document["statements"])
+
+
+def _assumed(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
+    """What the result rests on, in a line."""
+    known = document["expected_accuracy"]
+    sure = (
+        f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
+        if known
+        else "the model was not fitted to measurements of this arm, so these are deviations in the model"
+    )
+    before, after = document["max_error_before_mm"], document["max_error_after_mm"]
+    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _welds(document)[0] else []
+    parts = [
+        f"Arm `{document['robot']}`" + (f", {made['model']}" if "model" in made else ""),
+        f"tolerance {document['tolerance_mm']:g} mm, {document['air_tolerance_mm']:g} mm in the air",
+        f"scope {document['scope']}",
+        f"{document['added_targets']} targets added",
+        f"cycle time {document['cycle_time_s']:.1f} s",
+        *air,
+        sure,
+    ]
+    return "; ".join(parts) + "."
 
 
 def _sentence(document: Mapping[str, Any], written: bool) -> str:
     if not written:
         return "The program is not safe to compensate; no program was written."
-    if not any(row["status"] == "compensated" for row in document["statements"]):
+    through = _count(document, "run_time")
+    if not (_count(document, "compensated") or through):
         return "Nothing was corrected."
-    fell = f"{document['max_error_before_mm']:.3f} mm to {document['max_error_after_mm']:.3f} mm"
-    if document["max_arc_error_after_mm"] is not None:
-        arc = f"{document['max_arc_error_before_mm']:.3f} mm to {document['max_arc_error_after_mm']:.3f} mm"
-        fell = f"{arc} while the arc burns, and with moves in the air from {fell}"
+    if not document["measured_statements"] and through:
+        return f"{through} motion statements are corrected on the controller, where alone their targets are known."
+    arc, where = _welds(document)
+    before, after = document[f"max_{arc}error_before_mm"], document[f"max_{arc}error_after_mm"]
     beside = elsewhere(document)
+    steady = " at steady speed" if beside else ""
+    fell = f"At most {after:.3f} mm of deviation remain {where}{steady}, where there were {before:.3f} mm"
+    fell += f"; up to {' and '.join(beside)}." if beside else "."
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    end = f".{doubt if count else ''}"
-    if not beside:
-        return f"The largest deviation falls from {fell}{end}"
-    return f"At steady speed the deviation falls from {fell}; there remain up to {' and '.join(beside)}{end}"
+    return f"{fell}{doubt if count else ''}"
 
 
-def _course(found: Conversion) -> Section:
-    """Deviation from the programmed lines and arcs over the time of the program, before and after."""
-    assert found.plan is not None and found.before is not None and found.after is not None
-    limit = found.report["tolerance_mm"]
-    charts = [
-        course(t, y, "time [s]", "mm", limit=limit, color=color, title=title)
-        for deviation, color, title in (
-            (found.before, RED, "as programmed"),
-            (found.after, BLUE, "as corrected"),
-        )
-        for t, y in [_over_time(found, deviation)]
-        if len(t)
-    ]
-    note = (
-        "Distance of the real torch from the line or arc of each statement, at its start and end from these points. "
-        f"The dashed line is the tolerance, {limit:g} mm. Joint moves have no programmed curve and are left out."
-    )
-    return Section("How far the torch is off along the way", "".join(charts), note)
-
-
-def _over_time(found: Conversion, deviation: Deviation) -> tuple[Array, Array]:
-    assert found.plan is not None
-    timeline = found.plan.motion.timeline
-    t = timeline.at(timeline.t, deviation.owner + deviation.u)
-    rows = deviation.space
-    return t[rows], 1e3 * deviation.distance[rows]
-
-
-def _where(found: Conversion) -> Section:
-    assert found.plan is not None
-    samples = found.plan.motion.samples
-    T_work_goal = samples.curves.mounts.work(found.plan.exact.T_base_flange)
-    way = samples.T_work_tcp[:, :3, 3]
-    position = way[samples.goal]
-    shift = T_work_goal[:, :3, 3] - position
-    rows = chosen(shift)
-    times = enlargement(position, shift)
-    note = f"The way of the torch, and by how much each target moved, drawn {times:g} times as long."
-    if len(rows) < len(shift):
-        note += f" {len(rows)} of {len(shift)} targets are drawn, those that moved most among them."
-    step = -(-len(way) // 5000)
-    return Section("Where the targets moved", plane_views(position[rows], shift[rows], times, way[::step]), note)
-
-
-def _row(row: Mapping[str, Any]) -> list[object]:
-    keys = ("line", "routine", "instruction", "status", "shift_mm", "residual_mm", "reason")
-    return [row[key] for key in keys]
+def _welds(document: Mapping[str, Any]) -> tuple[str, str]:
+    """What the key of the figures that count first begins with, and where they hold."""
+    return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

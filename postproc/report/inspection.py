@@ -13,6 +13,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.text.values import Outcome, Place
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.path.moves import read_moves
+from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
@@ -20,6 +21,7 @@ from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.station import Station
 
 NEAR_LIMIT = np.radians(5.0)
 NEAR_SINGULAR = 0.05
@@ -80,22 +82,26 @@ class _Postures:
         return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
 
 
-def inspect_program(sources: Sequence[Source] | Source, robot: Robot, options: Options = Options()) -> Inspection:
+def inspect_program(
+    sources: Sequence[Source] | Source, robot: Robot, options: Options = Options(), station: Station | None = None
+) -> Inspection:
     """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
 
     Args:
         sources: the files of the task; those that are lent get no rows.
         options: those that say how the program is read.
+        station: where the arm stands, and its external axes.
     """
     program = read_program(sources, options.constants)
     followed = walk_program(program)
-    moves, unreachable = read_moves(robot, followed.events, options.free_axes)
+    events = place_events(followed.events, station or Station())
+    moves, unreachable = read_moves(robot, events, options.free_axes, station)
     _, on_the_way = sample_path(robot, moves)
     at = {move.row: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)
-    runs = executions_of(followed.events)
+    runs = executions_of(events)
     rows = [
-        _row(statement, followed.events, executions, seen[[at[i] for i in executions if i in at]], robot)
+        _row(statement, events, executions, seen[[at[i] for i in executions if i in at]], robot)
         for statement in program.statements
         if not statement.source.lent
         for executions in [runs.get(statement.key, [])]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cache
 from html import escape
 from typing import Any
 
@@ -15,50 +16,82 @@ from markupsafe import Markup
 from postproc import __version__
 from postproc.resources import resource
 
-MOST_ROWS = 2000
+SCRIPTS = ("base", "table")  # of every page
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading, one sentence that says how to read what follows, and HTML."""
+    """A heading, one sentence that says how to read what follows, and HTML; folded sections are opened by a click."""
 
     title: str
     html: str
     note: str = ""
+    folded: bool = False
 
 
-def render_page(
-    title: str,
-    sentence: str,
-    sections: Sequence[Section],
-    document: Mapping[str, Any],
-    key: Mapping[str, object] | None = None,
-) -> str:
-    """The page as text.
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure that stands large under the sentence; kind: ``before`` or ``after``, which have colours."""
+
+    label: str
+    text: str
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Page:
+    """One page.
 
     Args:
-        document: the JSON document of the same result, plain values; the page carries it in ``<script id="document">``.
-        key: figures that stand large under the sentence, lengths [mm] as floats; None is left out.
+        sentence: what the result is; figures: at most a few that matter; assumed: what the result rests on.
+        document: the JSON document of the same result, plain values, carried in ``<script id="document">``.
+        bar: HTML that stays in sight, with what changes the page.
+        data: further plain values by the id of the element that carries them; scripts: that draw them.
     """
-    environment = Environment(
-        loader=FileSystemLoader(str(resource("templates"))),
-        undefined=StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+
+    title: str
+    sentence: str
+    sections: Sequence[Section]
+    document: Mapping[str, Any]
+    figures: Sequence[Figure] = ()
+    assumed: str = ""
+    bar: str = ""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    scripts: Sequence[str] = ()
+
+
+def render_page(content: Page) -> str:
+    """The page as text."""
+    page = render(
+        "page.html.j2",
+        title=content.title,
+        sentence=prose(content.sentence),
+        key=content.figures,
+        assumed=prose(content.assumed),
+        bar=Markup(content.bar),
+        sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in content.sections],
+        style=asset("page.css"),
+        document=embedded(content.document),
+        data={name: embedded(value) for name, value in content.data.items()},
+        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *content.scripts)),
     )
+    return str(page)
+
+
+def render(template: str, **values: Any) -> Markup:
+    """A template of ``templates/report`` as HTML."""
+    return Markup(_environment().get_template(template).render(**values))
+
+
+def asset(name: str) -> Markup:
+    """A style sheet or script as it is, without the lines that only comment."""
+    return Markup(resource("templates", "report", name).read_text("utf-8"))
+
+
+def embedded(value: Any) -> Markup:
+    """Plain values as JSON inside a script element."""
     # "</script" would end the element, "<!--<script" keep it from ending.
-    embedded = json.dumps(document, allow_nan=False).replace("<", "\\u003c")
-    shown = [Section(s.title, Markup(s.html), prose(s.note)) for s in sections]
-    return environment.get_template("report.html.j2").render(
-        title=title,
-        sentence=prose(sentence),
-        key={label: _figure(value) for label, value in (key or {}).items() if value is not None},
-        sections=shown,
-        document=Markup(embedded),
-        plotly=Markup(_bundle()) if any('<div class="space">' in s.html for s in sections) else "",
-    )
+    return Markup(json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def prose(text: str) -> Markup:
@@ -66,27 +99,40 @@ def prose(text: str) -> Markup:
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text)))
 
 
-def _figure(value: object) -> str:
-    return f"{value:.3f} mm" if isinstance(value, float) else str(value)
+def figure(label: str, value: object, kind: str = "", unit: str = "mm") -> list[Figure]:
+    """A figure that stands large, none where nothing is known; floats are lengths [mm] unless another unit is said."""
+    if value is None:
+        return []
+    return [Figure(label, f"{value:.3f} {unit}" if isinstance(value, float) else str(value), kind)]
 
 
-def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A table; numbers stand right, with four significant digits."""
-    kinds = map(_kind, rows[0] if rows else columns)
-    head = "".join(f'<th scope="col"{kind}>{escape(name)}</th>' for name, kind in zip(columns, kinds, strict=True))
-    body = "".join("<tr>" + "".join(f"<td{_kind(cell)}>{_shown(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
+def table(
+    label: str,
+    columns: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    links: tuple[int, Sequence[str | None]] | None = None,
+) -> str:
+    """A table that can be searched and sorted; columns of numbers stand right, with four significant digits.
 
-
-def first_rows(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> tuple[str, str]:
-    """A table of as many rows as can be read, and what it leaves out."""
-    cut = f"The first {MOST_ROWS} of {len(rows)}; --json has all of them." if len(rows) > MOST_ROWS else ""
-    return table(columns, rows[:MOST_ROWS]), cut
+    Args:
+        label: what it holds, for people who hear the page.
+        links: a column, and for each row where its cell leads to.
+    """
+    every = [[row[k] for row in rows] for k in range(len(columns))]
+    numbers = [any(map(_is_number, cells)) and all(c is None or _is_number(c) for c in cells) for cells in every]
+    spec = {
+        "label": label,
+        "columns": [{"title": c, "number": n} for c, n in zip(columns, numbers, strict=True)],
+        "rows": [[*map(_cell, row), *([links[1][i]] if links else [])] for i, row in enumerate(rows)],
+        "link": links[0] if links else None,
+    }
+    return f'<div data-table><script type="application/json">{embedded(spec)}</script></div>'
 
 
 def made_section(made: Mapping[str, str]) -> Section:
     """With what a result was made, and by which version."""
-    return Section("How this was made", table(("what", "with"), [*made.items(), ("postproc", __version__)]))
+    rows = [*made.items(), ("postproc", __version__)]
+    return Section("How this was made", table("how this was made", ("what", "with"), rows), folded=True)
 
 
 def grid(charts: Sequence[str], least: int) -> str:
@@ -94,17 +140,21 @@ def grid(charts: Sequence[str], least: int) -> str:
     return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
 
 
-def _kind(cell: object) -> str:
-    return ' class="number"' if isinstance(cell, (int, float)) and not isinstance(cell, bool) else ""
+def _is_number(cell: object) -> bool:
+    return isinstance(cell, (int, float)) and not isinstance(cell, bool)
 
 
-def _shown(cell: object) -> str:
-    if cell is None:
-        return ""
-    return f"{cell + 0.0:.4g}" if isinstance(cell, float) else prose(str(cell))
+def _cell(cell: object) -> object:
+    return cell if cell is None or _is_number(cell) else str(cell).replace("`", "")
 
 
-def _bundle() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return get_plotlyjs()
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=FileSystemLoader(str(resource("templates", "report"))),
+        undefined=StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from postproc.fit.fitted import Fit
-from postproc.fit.wording import FEW, fitted_values, with_sigma
+from postproc.fit.words.wording import FEW, fitted_values, with_sigma
 from postproc.report.page import table
 
 
@@ -18,4 +18,4 @@ def parameter_table(fit: Fit, keys: Iterable[str]) -> str:
             rows.append((key, f"{len(values)} numbers, in the model file", "", ""))
         else:
             rows += [(key, name, with_sigma(value, sigma), unit) for name, value, sigma, unit in values]
-    return table(("effect", "parameter", "value ± 1 σ", "unit"), rows)
+    return table("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows)

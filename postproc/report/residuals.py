@@ -1,90 +1,76 @@
-"""Pictures of what a model leaves unexplained, shared by the pages of compare and diagnose."""
+"""The residual of a model against its channels: small charts of what stands out, the others folded."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import fit_channels, unit_of
-from postproc.fit.fitted import Fit, distances
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
 from postproc.identify.compare import WORST
-from postproc.identify.sentences import suspect_size
 from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
+from postproc.identify.words.sentences import suspect_size
 from postproc.patterns.suspects import Suspect
 from postproc.report.charts import Bins, scatter
-from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid
+from postproc.report.svg import Range, spread
 
 HOW = (
     "Points: each pose, less the mean. Red: means with their standard errors; rings: the worst poses. "
-    "In space the residual is taken along its main direction{direction}; at a joint it is the joint error that would "
-    "explain it. "
-    "A pattern is physics that the model lacks, a cloud is noise."
+    "In space the residual is taken along its main direction; at a joint it is the joint error that would explain it. "
+    "The grey band is twice the noise: a pattern beyond it is physics that the model lacks."
 )
+STANDS_OUT = 0.03  # share of the residual's variance from which on a channel stands out
+SEVERAL = 6  # channels that are drawn where many stand out
 
 
-def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
-    """Residuals in instrument axes, where they were measured."""
-    error = fit.position_error
-    good = np.flatnonzero(np.isfinite(error).any(axis=1))
-    if not len(good):
-        return Section(title, "", "No position was measured.")
-    # A coordinate that was not measured is where the model says.
-    error = np.nan_to_num(error[good])
-    position = fit.problem.T_instrument_tcp[good, :3, 3] + error
-    times = enlargement(position, error)
-    rows = chosen(error)
-    label = [
-        f"{_pose(fit, int(good[i]))}: {1e3 * np.linalg.norm(error[i]):.3f} mm off "
-        f"({', '.join(f'{1e3 * e:+.3f}' for e in error[i])}), at ({', '.join(f'{p:.3f}' for p in position[i])}) m"
-        for i in rows
-    ]
-    note = f"Arrows from the measured position along measured minus predicted, drawn {times:g} times as long."
-    if len(rows) < len(good):
-        note += f" {len(rows)} of {len(good)} poses are drawn, the worst among them."
-    if fit.set_aside:
-        aside = ", ".join(
-            f"{_pose(fit, i)} {1e3 * np.linalg.norm(fit.problem.error[i, :3]):.2f} mm" for i in fit.set_aside
-        )
-        note += f" Not drawn, because the fit left them out: {aside}."
-    views = plane_views(position[rows], error[rows], times)
-    return Section(title, space_view(position[rows], error[rows], times, label) + views, note)
+@dataclass(frozen=True, slots=True)
+class Channels:
+    """Channels that stand out in one fit, with the place and range of their charts, to be drawn of other fits, too."""
+
+    places: tuple[tuple[str, str, Range], ...]
+
+    @classmethod
+    def of(cls, fit: Fit) -> Channels:
+        trends = [t for t in _best(residual_trends(fit)) if t.share >= STANDS_OUT][:SEVERAL]
+        known = [(t, t.values[np.isfinite(t.values)]) for t in trends]
+        return cls(tuple((t.channel, t.where, spread(np.append(y, 0.0))) for t, y in known))
+
+    def charts(self, fit: Fit) -> list[str]:
+        """Of a fit of the same rows, on the same axes."""
+        found = {(t.channel, t.where): t for t in residual_trends(fit)}
+        ranges = {(channel, where): across for channel, where, across in self.places}
+        known = [(found[place], across) for place, across in ranges.items() if place in found]
+        draw = _Charts.of(fit)
+        return [draw.chart(trend, across) for trend, across in known]
 
 
-def channel_section(
-    fit: Fit,
-    noise: float | None,
-    title: str = "What it follows",
-    first: Iterable[tuple[str, str]] = (),
-    most: int | None = None,
-) -> Section:
-    """The residual against every channel, each where it tells most.
+def channel_sections(
+    fit: Fit, title: str = "What it follows", first: Iterable[tuple[str, str]] = (), folded: bool = False
+) -> list[Section]:
+    """The residual against every channel, each where it tells most: those that stand out, then the others folded.
 
     Args:
-        first: (channel, place) that come before the others; most: so many channels.
+        first: (channel, place) that come before the others. folded: all of them are.
     """
-    best: dict[str, Trend] = {}
     asked = set(first)
-    trends = residual_trends(fit)
-    for trend in sorted(trends, key=lambda t: (t.channel, t.where) not in asked):
-        best.setdefault(trend.channel, trend)
-    named = fit_channels(fit)
-    size = distances(fit.position_error)
-    worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
-    # The instrument's noise as it looks at a joint: rms over the poses of each row of J^+.
-    at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
-    charts = []
-    for trend in [*best.values()][:most]:
-        joint = int(trend.where[-1]) - 1 if trend.where.startswith("joint") else None
-        gain = 1e3 if joint is None else at_joint[joint]
-        charts.append(_chart(fit, trend, named[trend.channel], worst, None if noise is None else 2 * noise * gain))
-    direction = next(
-        (f" ({', '.join(f'{round(x, 1) + 0.0:.1f}' for x in t.direction)})" for t in trends if t.where == "space"), ""
-    )
-    note = HOW.format(direction=direction) + (" The grey band is twice the noise." if noise is not None else "")
-    return Section(title, grid(charts, 330), note)
+    trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
+    draw = _Charts.of(fit)
+    if folded:
+        return [Section(title, grid([draw.chart(t) for t in trends], 320), HOW, True)] if trends else []
+    out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
+    rest = [t for t in trends if t not in out]
+    sections = []
+    if out:
+        sections.append(Section(title, grid([draw.chart(t) for t in out], 320), HOW))
+    if rest:
+        name = f"{title}: {len(rest)} channels of which none stands out"
+        sections.append(Section(name, grid([draw.chart(t) for t in rest], 320), "" if out else HOW, True))
+    return sections
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
@@ -112,10 +98,22 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
         1e3 * shown,
         f"{suspect.channel} [{unit}]" if unit else suspect.channel,
         f"{ours} at {suspect.where}{direction}",
-        band=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
+        noise=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
         title=f"{suspect.where}: {suspect.pattern}",
-        size=(560, 260),
     )
+
+
+def pose_name(fit: Fit, i: int) -> str:
+    """What the table calls a pose, with its row."""
+    return f"{fit.data.pose_id[i]} ({fit.data.name(i)})"
+
+
+def _best(trends: Sequence[Trend]) -> list[Trend]:
+    """Of every channel the place where it tells most."""
+    best: dict[str, Trend] = {}
+    for trend in trends:
+        best.setdefault(trend.channel, trend)
+    return list(best.values())
 
 
 def _moves(where: str) -> str:
@@ -127,29 +125,49 @@ def _moves(where: str) -> str:
     return ""
 
 
-def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float | None) -> str:
-    unit, factor = unit_of(trend.channel)
-    if trend.where == "space":
-        ours, place = "mm", "in space"
-    else:
-        ours, place = "mrad", f"at {trend.where}"
-    rows = zip(trend.centre * factor, trend.mean, trend.spread, strict=True)
-    text = [f"{trend.channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
-    marks = [
-        (i, f"{_pose(fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i] * factor:.4g} {unit}")
-        for i in worst
-    ]
-    return scatter(
-        values * factor,
-        trend.values,
-        f"{trend.channel} [{unit}]" if unit else trend.channel,
-        f"{ours} {place}",
-        band=band,
-        title=f"{trend.channel}: {100 * trend.share:.0f} % of the error {place}",
-        bins=Bins(trend.centre * factor, trend.mean, trend.spread, text),
-        marks=marks,
-    )
+@dataclass(frozen=True, slots=True)
+class _Charts:
+    """What the charts of a fit have in common.
 
+    Args:
+        noise: per axis [m], [rad]; at_joint: (6,) the same as it looks at a joint, rms over the poses of each row of
+            J^+ [mrad per m]. worst: rows that are ringed.
+    """
 
-def _pose(fit: Fit, i: int) -> str:
-    return f"{fit.data.pose_id[i]} ({fit.data.name(i)})"
+    fit: Fit
+    named: dict[str, Array]
+    noise: float | None
+    at_joint: Array
+    worst: list[int]
+
+    @classmethod
+    def of(cls, fit: Fit) -> _Charts:
+        size = distances(fit.position_error)
+        worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
+        at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
+        return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
+
+    def chart(self, trend: Trend, across: Range | None = None) -> str:
+        unit, factor = unit_of(trend.channel)
+        values = self.named[trend.channel] * factor
+        gain, ours, place = 1e3, "mm", "in space"
+        if trend.where != "space":
+            ours, place = "mrad", f"at {trend.where}"
+            gain = 1e3 if self.fit.observed.name == "joint" else self.at_joint[int(trend.where[-1]) - 1]
+        rows = zip(trend.centre * factor, trend.mean, trend.spread, strict=True)
+        text = [f"{trend.channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
+        marks = [
+            (i, f"{pose_name(self.fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i]:.4g} {unit}")
+            for i in self.worst
+        ]
+        return scatter(
+            values,
+            trend.values,
+            f"{trend.channel} [{unit}]" if unit else trend.channel,
+            f"{ours} {place}",
+            noise=None if self.noise is None else 2 * self.noise * gain,
+            title=f"{trend.channel}: {100 * trend.share:.0f} % of the error {place}",
+            bins=Bins(trend.centre * factor, trend.mean, trend.spread, text),
+            marks=marks,
+            across=across,
+        )

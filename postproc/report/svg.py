@@ -1,4 +1,4 @@
-"""Axes, marks and labels of small charts as inline SVG: no script, few elements, they print well."""
+"""Axes, marks and labels of small charts as inline SVG, coloured by the style sheet: no script, they print well."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from postproc.arrays import Array
 
-BLUE, RED, GREY = "#174ea6", "#c5221f", "#9aa0a6"
 Range = tuple[float, float]
 
 
@@ -18,8 +17,8 @@ class Frame:
 
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:
         self.range_x, self.range_y, self.size, self.title = x, y, size, title
-        self.left, self.top = 52, 24 if title else 10
-        self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 36
+        self.left, self.top = 56, 26 if title else 10
+        self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40
 
     def places(self, x: Array, y: Array) -> Array:
         """(n, 2) places on the page of values (n,), (n,)."""
@@ -34,21 +33,22 @@ class Frame:
     def y(self, value: float) -> float:
         return float(self.places(np.array(0.0), np.array(value))[1])
 
-    def draw(self, parts: Sequence[str], x_label: str, y_label: str) -> str:
-        """The chart: ``parts`` inside the axes, ticks and labels around them."""
+    def draw(self, parts: Sequence[str], x_label: str, y_label: str, powers: bool = False) -> str:
+        """The chart: ``parts`` inside the axes, ticks and labels around them; with ``powers``, 10^x stands for x."""
         bottom, middle = self.top + self.height, self.left + self.width / 2
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
-        axes = [f'{frame} fill="none" stroke="#bbb"/>']
+        axes = [f'{frame} class="frame"/>']
         for value in ticks(*self.range_y):
             axes.append(f'<text x="{self.left - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.6g}</text>')
         for value in ticks(*self.range_x):
-            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 14}" text-anchor="middle">{value:.6g}</text>')
-        axes.append(f'<text x="{middle:.0f}" y="{bottom + 30}" text-anchor="middle">{escape(x_label)}</text>')
+            text = f"{10**value:.1g}" if powers else f"{value:.6g}"
+            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 15}" text-anchor="middle">{text}</text>')
+        axes.append(f'<text x="{middle:.0f}" y="{bottom + 33}" text-anchor="middle">{escape(x_label)}</text>')
         y_at = self.top + self.height / 2
-        turn = f'transform="rotate(-90 10 {y_at:.0f})"'
-        axes.append(f'<text x="10" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
+        turn = f'transform="rotate(-90 12 {y_at:.0f})"'
+        axes.append(f'<text x="12" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
         if self.title:
-            axes.append(f'<text x="{self.left}" y="15" font-weight="bold">{escape(self.title)}</text>')
+            axes.append(f'<text x="{self.left}" y="16" class="title">{escape(self.title)}</text>')
         return svg(*self.size, [*axes, *parts], self.title or f"{y_label} over {x_label}")
 
 
@@ -56,37 +56,27 @@ def dots(places: Array) -> str:
     """Points (n, 2) as one path; those that fall on the same half pixel are drawn once."""
     distinct = np.unique(np.round(2 * places).astype(int), axis=0) / 2
     path = "".join(f"M{x:g} {y:g}h0" for x, y in distinct)
-    width = 3 if len(distinct) < 1000 else 2
-    return f'<path d="{path}" stroke="{BLUE}" stroke-width="{width}" stroke-opacity="0.55" stroke-linecap="round"/>'
+    return f'<path d="{path}" class="points" stroke-width="{3 if len(distinct) < 1000 else 2}"/>'
 
 
-def line(places: Array, color: str, width: float = 1.5) -> str:
-    """A line through points (n, 2); NaN interrupts it."""
+def line(places: Array, kind: str) -> str:
+    """A line of a kind (a class of the style sheet) through points (n, 2); NaN interrupts it."""
     known = np.asarray(np.isfinite(places).all(axis=1))
     begins = known & ~np.concatenate([[False], known[:-1]])
     path = "".join(f"{'M' if begins[i] else 'L'}{places[i, 0]:.1f} {places[i, 1]:.1f}" for i in np.flatnonzero(known))
-    return f'<path d="{path}" fill="none" stroke="{color}" stroke-width="{width}" stroke-linejoin="round"/>'
+    return f'<path d="{path}" class="line {kind}"/>'
 
 
-def arrows(start: Array, end: Array, color: str) -> str:
-    """Arrows between points (n, 2) as one path."""
-    along = end - start
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    unit = np.divide(along, length, out=np.zeros_like(along), where=length > 0)
-    head, side = np.minimum(0.4 * length, 5.0) * unit, np.stack([-unit[:, 1], unit[:, 0]], axis=1)
-    barb = 0.4 * np.linalg.norm(head, axis=1, keepdims=True) * side
-    rows = np.concatenate([start, end, end - head + barb, end, end - head - barb], axis=1)
-    path = "".join(
-        "M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}L{:.1f} {:.1f}L{:.1f} {:.1f}".format(*row) for row in rows
-    )
-    return f'<path d="{path}" fill="none" stroke="{color}"/>'
+def band(low: Array, high: Array, kind: str) -> str:
+    """The area between two lines (n, 2)."""
+    around = np.concatenate([low, high[::-1]])
+    return f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in around)}Z" class="{kind}"/>'
 
 
 def ring(place: Array, text: str) -> str:
     """A ring round a point (2,) that says ``text`` when pointed at."""
     x, y = place
-    said = f"<title>{escape(text)}</title>"
-    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="#fff" fill-opacity="0" stroke="{RED}">{said}</circle>'
+    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" class="ring"><title>{escape(text)}</title></circle>'
 
 
 def ticks(low: float, high: float) -> Array:
@@ -108,4 +98,4 @@ def svg(width: int, height: int, parts: Sequence[str], name: str) -> str:
     """An image whose name is read out to who does not see it."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
     head += f' role="img" aria-label="{escape(name)}"'
-    return f'{head} font-family="sans-serif" font-size="11">{"".join(parts)}</svg>'
+    return f'{head} font-family="system-ui, sans-serif" font-size="13">{"".join(parts)}</svg>'

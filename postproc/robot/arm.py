@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from postproc.arrays import Array
 
+ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
+"""Estimates [rad/s^2] where nobody states them; jerks are ten times as many [rad/s^3]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Opw:

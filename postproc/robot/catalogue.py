@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
-from postproc.robot.arm import Robot
+from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
@@ -21,8 +21,6 @@ from postproc.tomlfile import check, locate, parse_toml, read_source, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
-ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
-"""Estimates [rad/s^2] where nobody states them; jerks are ten times as many [rad/s^3]."""
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Positive = Annotated[float, Field(gt=0)]
@@ -38,6 +36,16 @@ class _Table(BaseModel):
 
 
 class _Chain(_Table):
+    """The chain at zero, in base axes.
+
+    Args:
+        origin_mm: of each joint from the one before.
+        axis: of each joint.
+        origin_rpy_deg: turn of each joint's frame.
+        flange_mm, flange_rpy_deg: tool0 from joint 6.
+        parallelogram: axis 3 is the pitch of the forearm.
+    """
+
     origin_mm: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
     axis: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
     origin_rpy_deg: Annotated[list[Vec3], Field(min_length=6, max_length=6)] | None = None
@@ -47,6 +55,15 @@ class _Chain(_Table):
 
 
 class _Dh(_Table):
+    """Standard Denavit-Hartenberg table.
+
+    Args:
+        a_mm: link lengths.
+        d_mm: link offsets.
+        alpha_deg: link twists.
+        theta_offset_deg: joint angles at zero.
+    """
+
     a_mm: Six
     d_mm: Six
     alpha_deg: Six
@@ -54,6 +71,16 @@ class _Dh(_Table):
 
 
 class _Joints(_Table):
+    """Limits, and springs where they are known.
+
+    Args:
+        limits_deg: lowest and highest angle of each joint.
+        speed_deg_per_s, acceleration_rad_per_s2, jerk_rad_per_s3, torque_Nm: largest of each joint.
+        stiffness_Nm_per_rad: of each joint's spring.
+        stiffness_source: measured on an arm of the type, or estimated.
+        stiffness_factor: within which 95 % of the arms lie about it.
+    """
+
     limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)] = [(-360.0, 360.0)] * 6
     speed_deg_per_s: PositiveSix = [180.0] * 6
     acceleration_rad_per_s2: PositiveSix = ACCELERATION
@@ -65,6 +92,15 @@ class _Joints(_Table):
 
 
 class _Body(_Table):
+    """A body, from the pedestal to the flange.
+
+    Args:
+        mass_kg: its mass.
+        center_mm: of mass.
+        gyration_mm: radius of gyration.
+        inertia_kg_m2: xx, yy, zz, xy, xz, yz about the centre.
+    """
+
     mass_kg: Annotated[float, Field(ge=0)]
     center_mm: Vec3 = (0.0, 0.0, 0.0)
     gyration_mm: Annotated[float, Field(ge=0)] = 0.0
@@ -72,16 +108,43 @@ class _Body(_Table):
 
 
 class _Bodies(_Table):
+    """Masses.
+
+    Args:
+        center_frame: in which centres are given.
+        mass_factor: one standard deviation of each mass.
+        body: seven, the pedestal first.
+    """
+
     center_frame: Literal["body", "base_at_zero", "dh"] = "body"
     mass_factor: Annotated[list[Factor], Field(min_length=7, max_length=7)] | None = None
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
 
 
 class _Controller(_Table):
+    """What controllers call it.
+
+    Args:
+        types: names in ``MOC.cfg``.
+    """
+
     types: list[str] = []
 
 
-class _File(_Table):
+class RobotFile(_Table):
+    """One arm as its maker describes it.
+
+    Args:
+        name, description: for people.
+        payload_kg, repeatability_mm, reach_mm: of the data sheet.
+        mounting: ways in which it may stand.
+        chain: the geometry.
+        dh: the same as a Denavit-Hartenberg table.
+        joints: limits, speeds and springs.
+        bodies: masses.
+        controller: what controllers call it.
+    """
+
     name: Annotated[str, Field(min_length=1)] | None = None
     description: str = ""
     payload_kg: Positive | None = None
@@ -167,7 +230,7 @@ def read_robot(source: Source) -> Robot:
     Raises:
         PostprocError: KIN007, at the key that does not fit.
     """
-    file = check(_File, parse_toml(source, "KIN007"), source, "KIN007")
+    file = check(RobotFile, parse_toml(source, "KIN007"), source, "KIN007")
     link, axis = _geometry(file, source)
     joints, bodies = file.joints, file.bodies.body
     lower, upper = np.radians(np.array(joints.limits_deg, dtype=float)).T
@@ -203,7 +266,7 @@ def read_robot(source: Source) -> Robot:
     )
 
 
-def _geometry(file: _File, source: Source) -> tuple[Array, Array]:
+def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
@@ -236,7 +299,7 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
     return link, np.tile([0.0, 0.0, 1.0], (6, 1))
 
 
-def _centers(file: _File, link: Array, axis: Array) -> Array:
+def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
     """Centres of mass in body axes [m]."""
     center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
     if file.bodies.center_frame == "body":

@@ -40,7 +40,7 @@ class Joint:
         axis: letter of the external axis that moves it; None for a joint that is locked.
         direction: (3,) unit vector along which it slides or about which it turns, right before it moves.
         T_before: (4, 4) from where the joint before it ends.
-        lower, upper: limits [m] or [rad]; speed: largest [m/s] or [rad/s]; None where nothing is said.
+        lower, upper: limits [m] or [rad]; speed, acceleration: [m or rad per s, s^2]; None where nothing is said.
         leader: letter of the axis that it follows where its own position is not stated (two drives of one portal).
     """
 
@@ -52,6 +52,7 @@ class Joint:
     lower: float | None = None
     upper: float | None = None
     speed: float | None = None
+    acceleration: float | None = None
     leader: str | None = None
 
 
@@ -104,12 +105,12 @@ class CellTask:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Units, arms and tasks by name in lower case, and what about them is not understood."""
+    """Units, arms and tasks by name in lower case, and what about a unit or an arm is not understood."""
 
     units: Mapping[str, Unit] = field(default_factory=dict)
     arms: Mapping[str, CellArm] = field(default_factory=dict)
     tasks: Mapping[str, CellTask] = field(default_factory=dict)
-    findings: tuple[Diagnostic, ...] = ()
+    findings: tuple[tuple[str, Diagnostic], ...] = ()
 
     def unit(self, name: str) -> Unit:
         """The unit of a name, in any case; KeyError where there is none."""

@@ -22,10 +22,9 @@ from postproc.robot.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.mechanical_units import GRAVITY, read_cell
 from postproc.robot.pose import rpy, transform
+from postproc.robot.station import ROBOT
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
-ROBOT = "robot"
-"""What the arm is called in a cell that a TOML file states: there is one."""
 Letter = Literal["a", "b", "c", "d", "e", "f"]
 Vec3 = tuple[float, float, float]
 
@@ -35,7 +34,18 @@ class _Table(BaseModel):
 
 
 class ExternalAxis(_Table):
-    """One entry of ``[[external_axes]]``; mm and degrees."""
+    """One entry of ``[[external_axes]]``; mm and degrees.
+
+    Args:
+        axis: letter of the extax.
+        kind: along +x of its frame, or about its +z.
+        carries: what stands on it.
+        unit: mechanical unit; entries of one unit stand on one another, in their order.
+        parent: axis of another unit that this one stands on.
+        xyz_mm, quat: its frame in the world with all axes at zero.
+        limits: lowest and highest position.
+        speed: largest speed a second.
+    """
 
     axis: Letter
     kind: Literal["linear", "rotary"]
@@ -54,7 +64,11 @@ class ExternalAxis(_Table):
 
 
 class Mounting(_Table):
-    """How the base stands in the world with all axes at zero: roll, pitch, yaw about fixed axes."""
+    """How the base stands in the world with all axes at zero.
+
+    Args:
+        rpy_deg: roll, pitch, yaw about fixed axes.
+    """
 
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 

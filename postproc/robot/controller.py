@@ -7,16 +7,12 @@ base frame in the world. TASKn is not robot n. Gantries and positioners are entr
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.data.records import Pose
-from postproc.rapid.data.values import to_quat
-from postproc.rapid.unknown import Unknown
 from postproc.robot.type_names import library_name, nearest_names
 
 Entry = Mapping[str, str]
@@ -47,14 +43,12 @@ class Drive:
         moves: whether it is a motion task; True where nothing is said.
         arm: library name of its arm, None where that is not known.
         unknown: why it is not known (KIN011): an error for a task that moves, unless the user names the arm.
-        base: the arm's base frame in the world [mm]; None where it moves or cannot be read.
     """
 
     task: str
     moves: bool = True
     arm: str | None = None
     unknown: Diagnostic | None = None
-    base: Pose | None = Pose()
 
 
 def read_backup(folder: Path) -> Backup:
@@ -81,7 +75,7 @@ def read_drive(backup: Backup, folder: str) -> Drive:
     type_ = robots[0].get("use_robot_type", "")
     arm = library_name(type_)
     unknown = None if arm is not None else _not_in_library(name, type_)
-    return Drive(name, moves, arm, unknown, base_frame(robots[0]))
+    return Drive(name, moves, arm, unknown)
 
 
 def arm_entries(motion: Entries) -> list[Entry]:
@@ -93,18 +87,6 @@ def arm_entries(motion: Entries) -> list[Entry]:
         if robot.get("use_robot_type", "").lower() not in own
         and (robot.get("use_robot_serial_number") or _ARM.match(robot.get("use_robot_type", "")))
     ]
-
-
-def base_frame(robot: Entry) -> Pose | None:
-    """Base frame [mm]; the configuration states metres. A frame that another unit moves (a track) is none."""
-    try:
-        x, y, z = (1e3 * float(robot.get(f"base_frame_pos_{axis}", 0.0)) for axis in "xyz")
-        rot = to_quat(tuple(float(robot.get(f"base_frame_orient_u{i}", not i)) for i in range(4)))
-    except (ValueError, Unknown):
-        return None
-    if robot.get("base_frame_coordinated") or not all(map(math.isfinite, (x, y, z, *rot))):
-        return None
-    return Pose((x, y, z), rot)
 
 
 def read_entries(text: str) -> Entries:

@@ -50,18 +50,23 @@ def body_poses(robot: Robot, q: Array) -> Array:
     return T.transpose(3, 0, 1, 2)
 
 
-def body_motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple[Array, Array]]:
+def body_motions(
+    robot: Robot, T_base_body: Array, v: Array, a: Array, base: tuple[Array | None, Array | None] = (None, None)
+) -> list[tuple[Array, Array]]:
     """Of bodies 0 to 6, acceleration (n, 3) of the origin and matrix A (n, 3, 3): a point p has a_o + A (p - o).
 
     The outward Newton-Euler recursion, in base axes [m/s^2].
 
     Args:
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
+        base: (n, 3) angular velocity [rad/s] and acceleration [rad/s^2] of the base, whose origin is at rest.
     """
     # Points run along the last axis: components are long rows.
     T, cross = np.moveaxis(T_base_body, 0, -1), partial(np.cross, axis=0)
-    spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
-    found = [(acceleration.T, np.zeros((len(v), 3, 3)))]
+    acceleration, origin = np.zeros((2, 3, len(v)))
+    spin, spin_rate = (np.zeros((3, len(v))) if rate is None else rate.T for rate in base)
+    turning = skew(spin.T)
+    found = [(acceleration.T, skew(spin_rate.T) + turning @ turning)]
     for j in range(6):
         R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
         arm = p - origin

@@ -193,20 +193,21 @@ def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> 
         yield key, CellTask(entry["name"], moves, arm, known)
 
 
-def _findings(cell: Cell, motion: Entries) -> Iterator[Diagnostic]:
+def _findings(cell: Cell, motion: Entries) -> Iterator[tuple[str, Diagnostic]]:
     for unit in cell.units.values():
         if unit.unknown:
             help_ = (
                 "say how it moves in `[[external_axes]]` of the model file, or `--free-axes` where it carries nothing"
             )
-            yield Diagnostic("KIN014", "warning", f"the unit `{unit.name}`: {unit.unknown}", help=help_)
+            yield unit.name, Diagnostic("KIN014", "warning", f"the unit `{unit.name}`: {unit.unknown}", help=help_)
     bases = {a.name: _frame(e)[:3, 3] for a, e in _stated_in_world(cell, motion)}
     for one, other in [(a, b) for a in bases for b in bases if a < b]:
         if np.linalg.norm(bases[one] - bases[other]) < SAME_PLACE:
             text = f"`{one}` and `{other}` would stand at one place, with their base frames taken in the world"
-            yield Diagnostic("KIN014", "warning", text, help="state where each stands in `[[external_axes]]`")
+            help_ = "state where each stands in `[[external_axes]]`"
+            yield from ((name, Diagnostic("KIN014", "warning", text, help=help_)) for name in (one, other))
     for entry in arm_entries(motion):
-        yield from _leaning(cell, entry)
+        yield from ((entry["name"], finding) for finding in _leaning(cell, entry))
 
 
 def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Entry]]:

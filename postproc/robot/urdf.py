@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from postproc.diagnostics import PostprocError
-from postproc.robot.arm import Robot
-from postproc.robot.catalogue import ACCELERATION
+from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.opw import derive
 from postproc.tomlfile import read_source
 

@@ -1,4 +1,4 @@
-"""Approved outputs kept in version control, as docs/batch.md shows."""
+"""Approved outputs kept in version control, as docs/approved.md shows."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
+from postproc.fit.recorded import recorded_model
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
 from postproc.measure.measurements import Measurements
@@ -41,7 +42,7 @@ def heavy(data: Measurements, noise: float, seed: int) -> Measurements:
 
 def predictions(fit: Fit, true: Measurements) -> np.ndarray:
     """(n, 3) whether each coordinate of a true place lies within 1.96 standard deviations of the prediction."""
-    model = fit.recorded()
+    model = recorded_model(fit)
     error = predict(model, true.state)[:, :3, 3] - true.position
     return np.asarray(np.abs(error) < 1.96 * predict_sigma(model, true.state)[:, None])
 

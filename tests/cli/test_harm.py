@@ -14,7 +14,7 @@ import pytest
 from postproc.cli.output import write
 from postproc.cli.progress import working
 from postproc.files import check_writes, place, write_whole
-from postproc.report.page import render_page
+from postproc.report.page import Page, render_page
 
 from .conftest import Call
 
@@ -146,7 +146,7 @@ def test_predict_has_a_row_for_every_row(call: Call, samples: Path, tmp_path: Pa
 
 def test_no_file_name_ends_the_document_of_a_page() -> None:
     evil = "<!--<script>a</script>--></SCRIPT>.mod"
-    page = render_page("t", "s", [], {"name": evil})
+    page = render_page(Page(title="t", sentence="s", sections=[], document={"name": evil}))
     (inside,) = re.findall(r'<script[^>]*id="document"[^>]*>(.*?)</script', page, re.DOTALL | re.IGNORECASE)
     assert "<" not in inside and json.loads(inside) == {"name": evil}
 

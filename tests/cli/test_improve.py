@@ -215,8 +215,8 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
         beside=(),
         verdict="missing",
     )
-    monkeypatch.setattr("postproc.identify.report.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
-    monkeypatch.setattr("postproc.identify.report.diagnosis_text", lambda _: "The model lacks ..")
+    monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
+    monkeypatch.setattr("postproc.identify.words.text.diagnosis_text", lambda _: "The model lacks ..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
@@ -241,10 +241,10 @@ def test_what_follows_can_be_copied_into_a_shell(
         beside=(),
         verdict="complete",
     )
-    monkeypatch.setattr("postproc.identify.report.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
-    monkeypatch.setattr("postproc.identify.report.diagnosis_text", lambda _: "..")
+    monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
+    monkeypatch.setattr("postproc.identify.words.text.diagnosis_text", lambda _: "..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
-    monkeypatch.setattr("postproc.identify.sentences.too_few", lambda *_: False)
+    monkeypatch.setattr("postproc.identify.words.sentences.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")

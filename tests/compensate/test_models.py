@@ -10,13 +10,16 @@ import pytest
 
 from postproc.convert import Conversion
 from postproc.diagnostics import PostprocError, Source
-from postproc.effects.joint_compliance import JointCompliance
-from postproc.effects.joint_offset import JointOffset
+from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joint_offset import JointOffset
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget
+from postproc.rapid.motions.units import pose_matrix
+from postproc.robot.cell import Cell, CellArm
 from postproc.robot.kinematics import jacobian
+from postproc.robot.station import Station
 from tests.compensate.build import arm, body_of, codes, convert, events, module, places, target, written
 
 TEXT = module(
@@ -156,6 +159,12 @@ def test_an_arm_without_weight_or_springs_is_refused() -> None:
     assert [d.severity for d in offset.diagnostics if d.code == "MOD006"] == ["warning"] and offset.outputs
 
 
+def standing(base: Pose) -> Station:
+    """An arm whose base stands there in the world."""
+    T = pose_matrix(base.trans, base.rot)
+    return Station(Cell(arms={"robot": CellArm("robot", "", None, T, T[:3, :3].T @ np.array([0.0, 0.0, -GRAVITY]))}))
+
+
 def test_the_base_frame_takes_the_program_from_the_world_to_the_arm() -> None:
     """One cell stated twice: in a world at the base, and in one 3.7 m away and turned by 90 deg."""
     turn = (0.6, 0.0, 0.0, 0.8)
@@ -167,10 +176,10 @@ def test_the_base_frame_takes_the_program_from_the_world_to_the_arm() -> None:
     here = module("", body)
     there = here.replace("[[1000,-300,500],[1,0,0,0]]", f"[{list(frame.trans)},{list(frame.rot)}]")
     assert here != there
-    near, far = convert(here), convert(there, base=base)
+    near, far = convert(here), convert(there, replace(arm(), station=standing(base)))
     np.testing.assert_allclose(places(written(far)), places(written(near)), atol=0.002)
     assert far.report["max_error_before_mm"] == pytest.approx(near.report["max_error_before_mm"], abs=1e-4)
-    tilted = convert(there, base=replace(base, rot=(0.8, 0.6, 0.0, 0.0)))
+    tilted = convert(there, replace(arm(), station=standing(replace(base, rot=(0.8, 0.6, 0.0, 0.0)))))
     assert "CMP014" in [d.code for d in tilted.diagnostics if d.severity == "error"] and not tilted.outputs
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import distance_to_curves
+from postproc.compensate.path.deviation import away_from_curves
 from postproc.compensate.reading import read_samples
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.text.requests import Requester
@@ -188,7 +188,8 @@ def test_distance_from_lines_and_arcs() -> None:
             [0.88, 0.3, 0.6],  # past its end
         ]
     )
-    distance, u = distance_to_curves(curves, np.array([1, 1, 2, 2, 2]), points)
+    away, u = away_from_curves(curves, np.array([1, 1, 2, 2, 2]), points)
+    distance = np.linalg.norm(away, axis=1)
     assert distance == pytest.approx([0.005, 0.03, 0.01, 0.007, 0.02], abs=1e-9)
     assert u == pytest.approx([0.5, 0.0, 0.5 / (np.pi / 2), 1.0 / (np.pi / 2), 1.0], abs=1e-9)
 

@@ -102,6 +102,14 @@ def test_added_targets_lie_on_the_way_in_every_world() -> None:
     assert "off its way first" in differing(before.replace("up", "n"), follows.replace("up", "n"), added={1: 1})[0]
 
 
+def test_an_endless_program_with_added_targets_is_followed_as_far_as_without() -> None:
+    before = "WHILE TRUE DO MoveL p,v5,z0,tool0; MoveL q,v5,z0,tool0; ENDWHILE"
+    share = ",".join(f"0.5*(p.trans.{axis}-q.trans.{axis})" for axis in "xyz")
+    middle = f"MoveL Offs(q,{share}),v5,z0,tool0;"
+    after = before.replace("MoveL q", f"{middle} MoveL q")
+    assert differing(before, after, added={1: 1}) == []
+
+
 def test_other_tools_are_found() -> None:
     assert "another tool" in differing("MoveL p,v5,z0,tool0;", "MoveL p,v5,z0,[TRUE,[[0,0,1],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];")[0]  # fmt: skip
 

@@ -7,7 +7,6 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of, load_of
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import (
     Array,
     Displacement,
@@ -18,6 +17,7 @@ from postproc.effects.base import (
     structure,
 )
 from postproc.effects.example import example_state
+from postproc.effects.library.backlash import Backlash
 from postproc.effects.registry import BUILT_IN
 
 

@@ -7,33 +7,33 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from postproc.effects.arm_load import ArmLoad
 from postproc.effects.asking import displacement_of, load_of
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import State
-from postproc.effects.base_compliance import BaseCompliance
-from postproc.effects.bearing_tilt import BearingTilt
-from postproc.effects.dress_pack import DressPack
 from postproc.effects.example import example_arm
-from postproc.effects.frame_drift import FrameDrift
 from postproc.effects.geometry import long_bodies, point_acceleration
-from postproc.effects.gravity_compensator import GravityCompensator
-from postproc.effects.instrument_frame import InstrumentFrame
-from postproc.effects.joint_compliance import JointCompliance
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.effects.joint_offset import JointOffset
-from postproc.effects.link_compliance import LinkCompliance
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.outlier import Outlier
-from postproc.effects.payload_error import PayloadError
-from postproc.effects.servo_lag import ServoLag
-from postproc.effects.session import Session
-from postproc.effects.thermal_growth import ThermalGrowth
-from postproc.effects.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.tool_frame import ToolFrame
-from postproc.effects.transmission_error import TransmissionError
-from postproc.effects.wrist_coupling import WristCoupling
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.base_compliance import BaseCompliance
+from postproc.effects.library.bearing_tilt import BearingTilt
+from postproc.effects.library.dress_pack import DressPack
+from postproc.effects.library.frame_drift import FrameDrift
+from postproc.effects.library.gravity_compensator import GravityCompensator
+from postproc.effects.library.instrument_frame import InstrumentFrame
+from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.outlier import Outlier
+from postproc.effects.library.payload_error import PayloadError
+from postproc.effects.library.servo_lag import ServoLag
+from postproc.effects.library.session import Session
+from postproc.effects.library.thermal_growth import ThermalGrowth
+from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.wrist_coupling import WristCoupling
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import body_motions, body_poses
 

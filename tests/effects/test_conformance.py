@@ -9,12 +9,12 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect, State, param
-from postproc.effects.conformance import check_effect
-from postproc.effects.declaration import declaration
+from postproc.effects.conformance.declaration import declaration
+from postproc.effects.conformance.kit import check_effect
+from postproc.effects.conformance.trial import contribution, sensitivity
 from postproc.effects.example import example_arm, example_state
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN
-from postproc.effects.trial import contribution, sensitivity
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 
@@ -339,7 +339,7 @@ def test_importing_the_registry_needs_numpy_alone():
     import sys
 
     code = (
-        "import sys, postproc.effects.registry, postproc.effects.conformance\n"
+        "import sys, postproc.effects.registry, postproc.effects.conformance.kit\n"
         "print([m for m in ('scipy', 'pinocchio', 'toppra', 'pydantic') if m in sys.modules])"
     )
     assert importlib.util.find_spec("scipy") is not None

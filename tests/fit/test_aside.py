@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from postproc.fit.channels import channels
-from postproc.fit.findings import data_findings, standing_out
 from postproc.fit.problem import Weights
+from postproc.fit.words.findings import data_findings, standing_out
 from postproc.identify.diagnose import diagnose
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import look

@@ -11,25 +11,27 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import Displacement, Effect, param
-from postproc.effects.dress_pack import DressPack
-from postproc.effects.joint_offset import JointOffset
-from postproc.effects.link_geometry import LinkGeometry
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.dress_pack import DressPack
+from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.effects.similarity import ordinary_sizes
-from postproc.fit.determined import slope
-from postproc.fit.fitted import rms
+from postproc.fit.errors import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
-from postproc.fit.record import cautions, fit_json
-from postproc.fit.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
+from postproc.fit.recorded import recorded_model
+from postproc.fit.solving.determined import slope
+from postproc.fit.solving.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
+from postproc.fit.words.record import cautions, fit_json
+from postproc.fit.words.text import fit_text
 from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
+from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.observations import observations
-from postproc.measure.repeat import estimate_noise
-from postproc.measure.table import read_measurements
-from postproc.measure.together import read_tables
+from postproc.measure.read.table import read_measurements
+from postproc.measure.read.together import read_tables
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
@@ -137,7 +139,7 @@ def test_orientations_are_weighted_by_their_own_noise():
 
 def test_the_fit_is_written_and_read_back():
     data, _ = cell(seed=11)
-    model = base_fit(data).recorded()
+    model = recorded_model(base_fit(data))
     before = '# my cell\nrobot = "irb4600_60_205"  # the big one\n'
     text = render_model(model, before)
     assert "# my cell" in text and "# the big one" in text
@@ -182,7 +184,7 @@ def test_a_session_is_known_by_its_name_in_other_tables():
     keys = ("instrument_frame", "tool_frame")
     effects = [*(effect_library()[key].null() for key in keys), effect_library()["session"].null(session=("tuesday",))]
     fit = fit_model(Model(load_robot("irb4600_60_205"), robot_name="irb4600_60_205"), table(every), effects)
-    model = parse_model(Source("m.toml", render_model(fit.recorded()).encode()))
+    model = parse_model(Source("m.toml", render_model(recorded_model(fit)).encode()))
     for rows in (every[::-1], every[20:], every[:20]):
         data = table(rows)
         assert predict(model, data.state)[:, :3, 3] == pytest.approx(data.position, abs=2e-6)
@@ -208,7 +210,7 @@ def test_an_instrument_that_was_set_up_anew_gets_a_frame_of_its_own():
         for later in (near, far)
     ]
     assert fits[0].model.effect("session") is None
-    moved = parse_model(Source("m.toml", render_model(fits[1].recorded()).encode()))
+    moved = parse_model(Source("m.toml", render_model(recorded_model(fits[1])).encode()))
     assert moved.effect("session").session == ("b",)
     offset = moved.effect("joint_offset").vector()
     assert offset[0] == offset[5] == 0.0
@@ -232,7 +234,7 @@ def test_one_pose_measured_often_can_be_compared():
     data, _ = cell(seed=11)
     again = data.rows(np.zeros(30, dtype=int))
     noise = np.random.default_rng(1).normal(0, 1e-5, again.position.shape)
-    found = compare(base_fit(data).recorded(), replace(again, position=again.position + noise))
+    found = compare(recorded_model(base_fit(data)), replace(again, position=again.position + noise))
     assert found.iso.poses == 1 and 5e-6 < found.fit.noise.sigma < 2e-5
 
 
@@ -243,7 +245,7 @@ def test_a_joint_that_yields_against_its_load_is_named():
     odd, usual = base_fit(cell(lifted, seed=961)[0]), base_fit(cell(seed=961)[0])
     (found,) = [d for d in fit_json(odd)["diagnostics"] if d["code"] == "DAT026"]
     assert "joint 2 is negative" in found["message"]
-    assert "joint 2 is negative" in odd.text()
+    assert "joint 2 is negative" in fit_text(odd)
     assert "DAT026" not in [d["code"] for d in fit_json(usual)["diagnostics"]]
 
 
@@ -296,7 +298,8 @@ def test_an_effect_that_hardly_helps_is_said_so():
         )
 
     def said(held_out: float, share: float) -> list[str]:
-        steps = Step("base", fit(143e-6), None), Step("+ own", fit(held_out), share)
+        arm = Model(load_robot("irb4600_60_205"))
+        steps = Step("base", fit(143e-6), arm), Step("+ own", fit(held_out), arm, share)
         return Addition(steps, {}, 2.5e-5).text().split("\n")[:2]
 
     first, then = said(142e-6, 0.008)
@@ -499,7 +502,7 @@ def test_lost_motion_of_a_joint_that_came_from_one_side_alone_may_be_there():
     after = fit_model(base_fit(data).model, data, [Backlash()], terms=Terms({"backlash": free}))
     assert ("backlash", 0) in after.unknown and ("backlash", 3) not in after.unknown
     assert "backlash.half_gap_rad[1]" in fit_json(after)["not_identifiable"]
-    model, back = after.recorded(), data.state.with_(approach=side * [-1, 1, 1, 1, 1, 1])
+    model, back = recorded_model(after), data.state.with_(approach=side * [-1, 1, 1, 1, 1, 1])
     wider = predict_sigma(model, back) ** 2 - predict_sigma(model, data.state) ** 2
     lever = np.linalg.norm(data.position[:, :2], axis=1)
     assert wider == pytest.approx((2 * 1e-4 * lever) ** 2 / 3, rel=0.05)
@@ -516,7 +519,7 @@ def test_what_only_says_the_same_in_other_axes_is_not_listed_as_not_determined()
     listed = [n.split(".")[1] for n in fit_json(after)["not_identifiable"] if n.startswith("link_geometry")]
     assert {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} <= set(out)
     assert not {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} & set(listed)
-    assert after.recorded().fit["not_identifiable"] == fit_json(after)["not_identifiable"]
+    assert recorded_model(after).fit["not_identifiable"] == fit_json(after)["not_identifiable"]
 
 
 class Guess(Effect, reads=("q",), drafted=True):
@@ -541,5 +544,5 @@ def test_a_drafted_law_is_less_sure_than_a_known_one():
     assert known.undecided == 0.0
     per_axis = np.sqrt(2 * np.log(50) / (3 * len(data))) * 3e-5
     assert drafted.undecided == pytest.approx(per_axis, rel=0.15)
-    told = [fit.recorded().fit["unexplained_mm"] for fit in (known, drafted)]
+    told = [recorded_model(fit).fit["unexplained_mm"] for fit in (known, drafted)]
     assert told[1] == pytest.approx(1e3 * np.hypot(1e-3 * told[0], drafted.undecided), rel=1e-3) and told[1] > told[0]

@@ -7,12 +7,15 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
+from postproc.fit.recorded import recorded_model
+from postproc.fit.words.record import fit_json
+from postproc.fit.words.text import fit_text
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
 from postproc.identify.predict import predict_rows
-from postproc.identify.report import diagnosis_json, diagnosis_text
-from postproc.measure.table import read_measurements
+from postproc.identify.words.text import diagnosis_json, diagnosis_text
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from tests.fit.encoders import KINDS, NOISE_RAD, encoder_table
@@ -39,10 +42,10 @@ def test_what_encoders_show_is_named(kind, seed):
 def test_figures_are_in_mrad_and_keys_say_so():
     base = fitted("servo_lag")
     assert 2e-4 < base.rms < 3e-3 and base.noise.sigma == pytest.approx(NOISE_RAD, rel=0.25)
-    document = base.as_json()
+    document = fit_json(base)
     assert document["rms_mrad"] == pytest.approx(1e3 * base.rms, abs=1e-6) and document["observed"] == "joint"
     assert not [key for key in document if key.endswith("_mm") and key != "unexplained_mm"]
-    assert " mrad per joint" in base.text()
+    assert " mrad per joint" in fit_text(base)
     found = diagnose(base.model, base.data)
     document = diagnosis_json(found)
     assert {"rms_mrad", "noise_mrad", "bound_mrad"} <= document.keys() and "rms_mm" not in document
@@ -72,5 +75,5 @@ def test_three_encoders_are_enough():
 
 def test_a_model_of_encoders_predicts_the_pose_with_its_uncertainty():
     base = fitted("nothing")
-    told = predict_rows(base.recorded(), base.data)
+    told = predict_rows(recorded_model(base), base.data)
     assert np.isfinite(told.position).all() and np.isfinite(told.sigma).all()

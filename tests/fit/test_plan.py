@@ -11,9 +11,9 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.identify.diagnose import diagnose
-from postproc.identify.plan import plan_poses
-from postproc.identify.report import diagnosis_json, diagnosis_text
-from postproc.identify.room import Room
+from postproc.identify.planning.plan import plan_poses
+from postproc.identify.planning.room import Room
+from postproc.identify.words.text import diagnosis_json, diagnosis_text
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 

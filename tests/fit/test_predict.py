@@ -11,10 +11,13 @@ from scipy.spatial.transform import Rotation
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Displacement, Effect, param
 from postproc.fit.least_squares import evaluate, fit_model
+from postproc.fit.recorded import recorded_model
+from postproc.fit.words.record import fit_json
+from postproc.fit.words.text import fit_text
 from postproc.identify.compare import compare
 from postproc.identify.predict import predict_rows
-from postproc.measure.table import read_measurements
-from postproc.measure.terms import Reading
+from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import Reading
 from postproc.model.equilibrium import predict
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell
@@ -41,7 +44,7 @@ def test_measurements_lie_within_the_deviation_of_a_measurement(repeats):
     for seed in range(500, 504):
         data, true = cell(seed=seed)
         data = data if repeats else data.rows(np.unique(data.repeats, return_index=True)[1])
-        model = fit_model(base_fit(data).model, data).recorded()
+        model = recorded_model(fit_model(base_fit(data).model, data))
         noise = np.random.default_rng(seed).normal(0, 3e-5, true.position.shape)
         measured = replace(true, position=true.position + noise)
         told = predict_rows(model, measured)
@@ -53,7 +56,7 @@ def test_measurements_lie_within_the_deviation_of_a_measurement(repeats):
 
 def test_the_two_deviations_are_written():
     data, true = cell(seed=500)
-    lines = predict_rows(base_fit(data).recorded(), true).as_csv().splitlines()
+    lines = predict_rows(recorded_model(base_fit(data)), true).as_csv().splitlines()
     assert lines[0] == "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm" and len(lines) == len(true) + 1
     pose, measured = (float(x) for x in lines[1].split(",")[4:])
     assert measured == pytest.approx(np.hypot(pose, 0.03), rel=0.2)
@@ -64,13 +67,13 @@ def test_the_arm_repeats_a_pose_worse_than_the_instrument_sees_it():
     stated = replace(data, sigma=np.full(len(data), 1e-5))
     fit = fit_model(base_fit(data).model, stated)
     expected = np.sqrt(0.03**2 - 0.01**2)
-    assert fit.as_json()["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
+    assert fit_json(fit)["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
     bare = stated.rows(np.unique(data.repeats, return_index=True)[1])
     alone = fit_model(base_fit(data).model, bare)
-    document = alone.as_json()
+    document = fit_json(alone)
     assert document["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
     assert document["noise_mm"] == pytest.approx(0.03, rel=0.2)
-    assert "how well the arm repeats a pose" in alone.text()
+    assert "how well the arm repeats a pose" in fit_text(alone)
 
 
 def test_rows_of_a_better_instrument_weigh_no_more_than_the_arm_repeats():
@@ -84,7 +87,7 @@ def test_a_row_of_another_length_keeps_its_place():
     lines = table(30)
     fit = fit_model(base_fit(cell(seed=500)[0]).model, read_measurements(source(lines), ARM))
     lines[4] += ",7"
-    told = predict_rows(fit.recorded(), read_measurements(source(lines), ARM, measured=False))
+    told = predict_rows(recorded_model(fit), read_measurements(source(lines), ARM, measured=False))
     rows = told.as_csv().splitlines()[1:]
     assert len(rows) == 30 and rows[3] == f"{lines[4].split(',')[0]},,,,,"
     assert all(cell for cell in rows[4].split(","))
@@ -92,7 +95,7 @@ def test_a_row_of_another_length_keeps_its_place():
 
 def test_an_instrument_that_was_set_up_anew_is_hinted_at_and_placed():
     data, true = cell(seed=500)
-    model, moved = base_fit(data).recorded(), seen_from_elsewhere(true)
+    model, moved = recorded_model(base_fit(data)), seen_from_elsewhere(true)
     told = predict_rows(model, moved)
     (hint,) = (d for d in told.diagnostics if d.code == "DAT035")
     assert "`--place`" in hint.help and hint.severity == "warning"
@@ -139,7 +142,9 @@ def rows_of(seed: int, **more):
 def test_a_law_in_the_rows_of_one_table_is_not_applied_to_another():
     first, other = rows_of(1), rows_of(2)
     fit = fit_model(base_fit(cell(seed=500)[0]).model, first, [Settling(size_m=2e-4)])
-    model = replace(fit.recorded(), effects=fit.model.with_effects(*fit.model.effects, Settling(size_m=2e-4)).effects)
+    model = replace(
+        recorded_model(fit), effects=fit.model.with_effects(*fit.model.effects, Settling(size_m=2e-4)).effects
+    )
     assert np.isfinite(predict_rows(model, first).position).all()
     for use in (lambda: predict_rows(model, other), lambda: evaluate(model, other)):
         with pytest.raises(PostprocError) as error:
@@ -159,6 +164,6 @@ def test_a_drift_in_the_time_of_one_session_stays_there(later, stops):
     other = read_measurements(source(timed), ARM, measured=False)
     if stops:
         with pytest.raises(PostprocError, match="another: its times lie beyond"):
-            predict_rows(fit.recorded(), other)
+            predict_rows(recorded_model(fit), other)
     else:
-        assert any(d.code == "DAT034" for d in predict_rows(fit.recorded(), other).diagnostics)
+        assert any(d.code == "DAT034" for d in predict_rows(recorded_model(fit), other).diagnostics)

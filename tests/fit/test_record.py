@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
-from postproc.fit.findings import data_findings, one_path
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import cautions
+from postproc.fit.words.findings import data_findings, one_path
+from postproc.fit.words.record import cautions
 from postproc.identify.diagnose import diagnose
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict

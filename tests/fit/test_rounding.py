@@ -12,11 +12,11 @@ from postproc.effects.contract import State
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.fit.problem import Problem, make_weights
-from postproc.fit.rounding import blurred
+from postproc.fit.solving.rounding import blurred
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
+from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.robot.catalogue import load_robot

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.fit import smooth
+from postproc.effects.library.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
-from postproc.fit.smooth import likeliest
-from postproc.fit.solve import Terms
+from postproc.fit.solving import smooth
+from postproc.fit.solving.smooth import likeliest
+from postproc.fit.solving.solve import Terms
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent.cells import Hidden
 

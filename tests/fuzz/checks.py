@@ -16,7 +16,7 @@ from postproc.cli.run import run
 from postproc.compensate.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model

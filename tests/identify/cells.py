@@ -15,7 +15,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.identify.diagnose import diagnose
 from postproc.identify.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.robot.catalogue import load_robot

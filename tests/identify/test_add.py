@@ -7,7 +7,7 @@ import numpy as np
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.identify.add import grown
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from tests.measure.tables import HEADER, Source, points

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
-from postproc.effects.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
 from postproc.fit.least_squares import fit_model
 from postproc.identify.acceptance import convincing
 from postproc.identify.forward import accepted

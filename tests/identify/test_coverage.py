@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.effects.joint_error_map import JointErrorMap
+from postproc.effects.library.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import cautions, fit_json
-from postproc.fit.solve import Terms
-from postproc.fit.step import sizes
+from postproc.fit.recorded import recorded_model
+from postproc.fit.solving.solve import Terms
+from postproc.fit.solving.step import sizes
+from postproc.fit.words.record import cautions, fit_json
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
@@ -114,7 +115,7 @@ def test_what_was_held_is_not_known():
         few, others, *_ = with_still_wrist(7900 + seed)
         fit = base_fit(few)
         assert {("joint_offset", 4), ("joint_offset", 5)} <= set(fit.held)
-        model = fit.recorded()
+        model = recorded_model(fit)
         sigma.append(predict_sigma(model, others.state))
         off.append(predict(model, others.state)[:, :3, 3] - others.position)
         inside.append(np.abs(off[-1]) < 1.96 * sigma[-1][:, None])
@@ -136,7 +137,7 @@ def test_how_far_what_was_held_may_be_off_is_bayes_rule():
     scale = np.linalg.norm(A, axis=0) / 2e-5 + np.sqrt(prior)
     inverse = np.linalg.inv((A.T @ A / 4e-10 + np.diag(prior)) / np.outer(scale, scale)) / np.outer(scale, scale)
     expected = np.sqrt(np.einsum("np,pq,nq->n", D, inverse, D).reshape(-1, 3).mean(axis=1))
-    np.testing.assert_allclose(predict_sigma(fit.recorded(), others.state), expected, rtol=0.05)
+    np.testing.assert_allclose(predict_sigma(recorded_model(fit), others.state), expected, rtol=0.05)
 
 
 def warm_rounds(seed: int, noise: float):

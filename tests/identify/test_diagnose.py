@@ -12,20 +12,21 @@ import pytest
 
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.contract import State
-from postproc.effects.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms
+from postproc.fit.recorded import recorded_model
+from postproc.fit.solving.solve import Terms
 from postproc.identify import refits
 from postproc.identify.add import add_effects
-from postproc.identify.candidate import Screen
+from postproc.identify.candidates.candidate import Screen
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
-from postproc.identify.plan import Plan as PosePlan
-from postproc.identify.plan import plan_poses
+from postproc.identify.planning.plan import Plan as PosePlan
+from postproc.identify.planning.plan import plan_poses
 from postproc.identify.predict import predict_rows
-from postproc.identify.report import diagnosis_json, diagnosis_text
-from postproc.identify.sentences import headline
 from postproc.identify.trends import joint_errors
+from postproc.identify.words.sentences import headline
+from postproc.identify.words.text import diagnosis_json, diagnosis_text
 from tests.identify.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -311,7 +312,7 @@ def test_where_no_noise_is_known_a_bound_is_called_one():
 
 def test_comparing_shows_where_the_residual_lives():
     data, _ = cell(kinds.backlash, seed=211)
-    found = compare(base_fit(data).recorded(), data)
+    found = compare(recorded_model(base_fit(data)), data)
     j = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert j["rms_mm"] > j["bound_mm"] > 0.5 * j["noise_mm"]
     assert j["channels"][0]["channel"].startswith("dir") and j["channels"][0]["where"].startswith("joint")
@@ -326,7 +327,7 @@ def test_comparing_shows_where_the_residual_lives():
     chance = (len(np.unique(side)) - 1) / (len(off) - 1)
     assert told == pytest.approx((explained - chance) / (1 - chance), abs=1e-4)
     clean, _ = cell(seed=101)
-    assert "What is left is of the size of the noise." in compare(base_fit(clean).recorded(), clean).text()
+    assert "What is left is of the size of the noise." in compare(recorded_model(base_fit(clean)), clean).text()
 
 
 def test_predictions_keep_the_rows_and_carry_their_deviation():

@@ -8,25 +8,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
-from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.contract import State
-from postproc.effects.dress_pack import DressPack
-from postproc.effects.gravity_compensator import GravityCompensator
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.payload_error import PayloadError
-from postproc.effects.thermal_growth import ThermalGrowth
-from postproc.effects.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.transmission_error import TransmissionError
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.bearing_tilt import BearingTilt
+from postproc.effects.library.dress_pack import DressPack
+from postproc.effects.library.gravity_compensator import GravityCompensator
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.payload_error import PayloadError
+from postproc.effects.library.thermal_growth import ThermalGrowth
+from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.transmission_error import TransmissionError
 from postproc.fit.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
-from postproc.fit.solve import Terms
+from postproc.fit.solving.solve import Terms
 from postproc.identify.acceptance import (
     convincing,
     fitted_best,
@@ -37,11 +37,11 @@ from postproc.identify.acceptance import (
     refit,
 )
 from postproc.identify.add import add_effects
-from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.composition import compose
+from postproc.identify.candidates.candidate import Candidate, Screen
+from postproc.identify.candidates.composition import compose
+from postproc.identify.candidates.forms import forms_of
 from postproc.identify.diagnose import diagnose
 from postproc.identify.evidence import laplace
-from postproc.identify.forms import forms_of
 from postproc.identify.forward import accepted
 from postproc.identify.indistinguishable import indistinguishable
 from postproc.identify.state import SearchState

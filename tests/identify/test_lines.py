@@ -7,15 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.joint_error_map import JointErrorMap
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
-from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
-from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.composition import _sharpened, columns_of
+from postproc.identify.candidates.candidate import Candidate, Screen
+from postproc.identify.candidates.composition import _sharpened, columns_of
+from postproc.identify.candidates.forms import forms_of
 from postproc.identify.diagnose import _steps, diagnose
 from postproc.identify.evidence import gain
-from postproc.identify.forms import forms_of
 from postproc.identify.forward import backward
 from postproc.identify.state import SearchState, SelectedEffect
 from postproc.patterns.dictionary import patterns

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms
+from postproc.fit.solving.solve import Terms
 from postproc.identify import refits
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds

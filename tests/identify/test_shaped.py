@@ -8,17 +8,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
 from postproc.effects.asking import load_of, loads_of
-from postproc.effects.dress_pack import DressPack
-from postproc.effects.gravity_compensator import GravityCompensator
-from postproc.effects.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.dress_pack import DressPack
+from postproc.effects.library.gravity_compensator import GravityCompensator
+from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.identify.add import add_effects
-from postproc.identify.candidate import Screen
-from postproc.identify.composition import compose
-from postproc.identify.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
+from postproc.identify.candidates.candidate import Screen
+from postproc.identify.candidates.composition import compose
+from postproc.identify.candidates.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
 from postproc.model.equilibrium import predict
 from postproc.model.places import carried
 from tests.identify.cells import base_fit, cell, true_error
@@ -113,7 +113,7 @@ def test_many_effects_load_the_arm_at_once_as_each_does_alone():
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
-    monkeypatch.setattr("postproc.identify.nonlinear.POSES", 30)
+    monkeypatch.setattr("postproc.identify.candidates.nonlinear.POSES", 30)
     fit, data, _ = _fitted(_hose)
     rng = np.random.default_rng(3)
     problem = replace(fit.problem, data=data)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.fit.recorded import recorded_model
 from postproc.identify.compare import compare
 from postproc.identify.trends import residual_trends
 from tests.identify.cells import base_fit, cell
@@ -36,7 +37,7 @@ def test_rows_that_stand_out_are_named_and_in_no_figure_of_a_comparison():
     data, _ = cell(seed=3)
     position = data.position.copy()
     position[7, 1] *= -1  # a sign that was forgotten
-    model = base_fit(data).recorded()
+    model = recorded_model(base_fit(data))
     found = compare(model, replace(data, position=position))
     far = found.as_json()["worst"][0]["error_mm"]
     assert f"Row 8 was left out: it lies {far:.1f} mm off, far from everything else." in found.text()

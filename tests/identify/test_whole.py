@@ -9,7 +9,7 @@ import numpy as np
 from postproc.effects.registry import effect_library
 from postproc.fit.problem import Weights
 from postproc.identify.acceptance import judged, refit
-from postproc.identify.composition import compose
+from postproc.identify.candidates.composition import compose
 from postproc.identify.forward import backward
 from postproc.identify.state import SearchState, SelectedEffect
 from tests.identify.cells import base_fit, cell

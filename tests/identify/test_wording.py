@@ -10,21 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.effects.link_compliance import LinkCompliance
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.session import Session
-from postproc.effects.transmission_error import TransmissionError
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.session import Session
+from postproc.effects.library.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import fit_json, parameters_json
-from postproc.fit.solve import Terms
-from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
+from postproc.fit.solving.solve import Terms
+from postproc.fit.words.record import fit_json, parameters_json
+from postproc.fit.words.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.compare import compare
 from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.report import _followed, _told
-from postproc.identify.sentences import doubts, headline, of_little_worth
 from postproc.identify.state import SelectedEffect
+from postproc.identify.words.sentences import doubts, headline, of_little_worth
+from postproc.identify.words.text import _followed, _told
 from postproc.measure.observations import observations
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
@@ -141,7 +141,8 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     )
     alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
     assert load.not_separable == ("payload_error", "dress_pack", "session")
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
     found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
     assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
     assert headline(found).split(". ")[0] == (
@@ -157,7 +158,8 @@ def test_many_rivals_stand_below_the_headline():
     map_ = SelectedEffect(
         SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
     )
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
     found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
     assert headline(found).startswith(
         "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"

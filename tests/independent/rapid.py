@@ -58,6 +58,8 @@ class Motion:
         mass [kg] and center (3,) [m] in tool0 of tool (or of the gripper that holds the work) plus grip load.
         zone: corner radius [m], 0 at stop points; fine; weld: the arc burns on the way to this goal.
         positional, optional: argument texts.
+        axes: (6,) external axes of the target as it states them; unit: that moves the work object, empty for none. The
+            work then stands in the frame of the unit, not in the base.
     """
 
     name: str
@@ -77,6 +79,8 @@ class Motion:
     positional: tuple[str, ...]
     optional: dict[str, str] = field(default_factory=dict)
     stationary: bool = False
+    axes: np.ndarray = field(default_factory=lambda: np.full(6, 9e9))
+    unit: str = ""
 
 
 @dataclass
@@ -309,7 +313,8 @@ class Runner:
         wobj = evaluate(optional["wobj"], scope) if "wobj" in optional else scope["wobj0"]
         tframe = pose(tool[1])
         mass, center = float(tool[2][0]), np.asarray(tool[2][1], float) / 1000
-        carried = pose(wobj[3]) @ pose(wobj[4])
+        unit = "" if wobj[1] else str(wobj[2])
+        carried = pose(wobj[4]) if unit else pose(wobj[3]) @ pose(wobj[4])
         if bool(tool[0]) == bool(wobj[0]):
             raise Unreadable("tool and work object are both held, or neither is")
         if self.grip is not None and self.grip[0] > 0:
@@ -330,7 +335,7 @@ class Runner:
                 via = frame @ pose(evaluate(positional[0], scope))
         return Motion(
             name, kind, i, s.line, goal, via, q, conf, tframe, mass, center, 0.0 if zone[0] else float(zone[1]) / 1000, bool(zone[0]),
-            weld, tuple(positional), optional, not tool[0],
+            weld, tuple(positional), optional, not tool[0], np.asarray(evaluate(positional[shift], scope)[1 if kind == "A" else 3], float), unit,
         )  # fmt: skip
 
 

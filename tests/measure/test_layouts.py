@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.measure.columns import likely_map
-from postproc.measure.table import read_measurements
+from postproc.measure.read.columns import likely_map
+from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.measure.tables import HEADER, column_map, points, poses

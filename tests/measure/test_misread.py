@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.measure.tables import HEADER, column_map, edited, poses, source, table

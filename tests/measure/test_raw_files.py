@@ -11,9 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.measure.columns import likely_map
-from postproc.measure.table import read_measurements
-from postproc.measure.terms import Reading
+from postproc.measure.read.columns import likely_map
+from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import Reading
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.measure.tables import column_map, points, source, table

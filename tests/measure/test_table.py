@@ -8,10 +8,10 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.identify.compare import compare
 from postproc.measure.alignment import align
+from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.iso9283 import iso9283
-from postproc.measure.repeat import estimate_noise
-from postproc.measure.table import read_measurements
-from postproc.measure.terms import Reading
+from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward

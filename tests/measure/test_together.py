@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.measure.terms import Reading
-from postproc.measure.together import read_tables
+from postproc.measure.read.terms import Reading
+from postproc.measure.read.together import read_tables
 from postproc.robot.catalogue import load_robot
 from tests.measure.tables import TOOL, edited, points, table
 

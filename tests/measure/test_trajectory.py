@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from tests.measure.tables import HEADER, Source, points, poses
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from postproc.compensate.correction.inverse import DAMPING, _newton, command
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect
-from postproc.effects.gravity_compensator import GravityCompensator
-from postproc.effects.joint_compliance import JointCompliance
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.effects.joint_offset import JointOffset
-from postproc.effects.link_compliance import LinkCompliance
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.servo_lag import ServoLag
-from postproc.effects.tool_frame import ToolFrame
-from postproc.effects.transmission_error import TransmissionError
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.gravity_compensator import GravityCompensator
+from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.servo_lag import ServoLag
+from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.transmission_error import TransmissionError
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model

@@ -223,7 +223,7 @@ def test_axes_that_carry_nothing_may_move() -> None:
     _, standing = read_moves(ROBOT, walk(read_program([Source("m.mod", away.encode())])), "b")
     assert [d.message.partition(":")[0] for d in standing] == ["external axes stand away from zero (eax_a at 90)"]
     assert "(eax_a, eax_b)" in found[""][0].message and "(eax_b)" in found["a"][0].message
-    assert found["a"][0].help.startswith("if they carry neither, say `--free-axes b`")
+    assert found["a"][0].help == "describe them with `--cell FILE`; if they carry neither, say `--free-axes b`"
 
 
 def test_standing_still_is_no_speed() -> None:

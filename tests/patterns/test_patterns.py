@@ -87,6 +87,11 @@ def closest(pattern, truth):
     return best(found, truth)
 
 
+def all_grown(pattern, every):
+    blocks = list(grown(pattern, every))
+    return np.hstack([values for values, _ in blocks]), [made for _, of in blocks for made in of]
+
+
 def of_two(**channels):
     n = len(next(iter(channels.values())))
     return patterns(channels, state(np.zeros((n, 6))), np.zeros((n, 3)))
@@ -108,7 +113,7 @@ def test_what_another_channel_switches_is_told_with_its_edge(law, said):
     truth = law(q5, dir5, temperature)
     every = of_two(q5=q5, dir5=dir5, temperature=temperature)
     one = closest(best(every.every, truth), truth)
-    values, which = grown(one, every)
+    values, which = all_grown(one, every)
     gates = [switched(*one) for one in which]
     for gate, column in zip(gates[::40], values.T[::40], strict=True):
         assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-9
@@ -125,7 +130,7 @@ def test_what_switches_may_switch_whatever_grows():
     for name, where, there in (("fixture", "where fixture is c", word == 2), ("rail_m", "step near", station > 2.4)):
         some = [p for p in every.every if p.text.startswith(where) and p.channels == (name,)]
         one = best(some, there)
-        found = best([switched(*made) for made in grown(one, every)[1]], payload * there)
+        found = best([switched(*made) for made in all_grown(one, every)[1]], payload * there)
         said = where if name == "fixture" else "where rail_m is above 2.62 ± 0.38"
         assert found.text == f"payload only {said}"
         assert found.values == pytest.approx(payload * there / 60.0)
@@ -153,7 +158,7 @@ def test_friction_that_grows_as_it_warms_is_the_side_of_a_load_where_it_is_warm(
     truth = np.sign(load) * np.maximum(warm - 24.0, 0.0)
     every = of_two(load2=load, temperature=warm)
     side = next(p for p in every.every if p.text == "side of load2")
-    gates = [switched(*one) for one in grown(side, every)[1]]
+    gates = [switched(*one) for one in all_grown(side, every)[1]]
     found = closest(best(gates, truth), truth)
     assert found.text.startswith("side of load2 only where temperature is above 2") and found.text.endswith("growing")
     assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
@@ -349,7 +354,7 @@ def test_what_only_a_few_rows_show_is_no_switch():
     q = np.linspace(-1, 1, 100)
     every = of_two(dir1=np.sign(np.cos(40 * q)), q2=q)
     side = next(p for p in every.every if p.kind == "line" and p.channels == ("dir1",))
-    finer = [p for gate, way, _ in every.switches[::7] for p in sharper(switched(side, gate, way))]
+    finer = [p for gate, way in every.switches[::7] for p in sharper(switched(side, every.gates[gate], way))]
     assert len(finer) > 100
     changed = [np.count_nonzero(np.abs(p.values - side.values) > 0.5) for p in finer]
     assert min(changed) >= 6

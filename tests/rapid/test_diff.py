@@ -137,7 +137,7 @@ def test_joint_targets() -> None:
 def test_text_and_json() -> None:
     found = compare(BODY.replace("q,v100,fine", "q,v150,fine"), DATA.replace("[200,", "[200.25,"))
     assert found.render().splitlines() == [
-        "changed M.main:4/4 MoveL  0.250 mm  0.0000 deg  speed: [100,500,5000,1000] -> [150,500,5000,1000]",
+        "changed M.main:4/4 MoveL  0.250 mm (+0.250, +0.000, +0.000)  0.0000 deg  speed: [100,500,5000,1000] -> [150,500,5000,1000]",
         "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 difference "
         "beyond 0.001 mm and 0.01 deg",
     ]

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc.effects.conformance import check_effect
+from postproc.effects.conformance.kit import check_effect
 from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.change_points import _kink, _ramp, _rise
+from postproc.patterns.change_points import _kink, _rise, bow
 from postproc.patterns.dictionary import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.harmonics import _wave
@@ -269,7 +269,7 @@ def bent(channel: str, form: str) -> Pattern:
     """A pattern of a channel whose values are X."""
     signal = channel_signal(channel, X)
     every = {
-        "growing to": lambda: _ramp(signal, 20.2, 0, 2),
+        "growing to": lambda: bow(signal, 20.2),
         "rising": lambda: _rise(signal, 24.0, 2.0, 0),
         "growing with": lambda: _settling(signal, 3.0, _slowing),
         "kink": lambda: _kink(signal, 21.0),
@@ -422,8 +422,8 @@ def test_a_family_has_the_values_of_its_patterns() -> None:
     wave, side = (
         next(p for p in every.every if p.text.startswith(s)) for s in ("wave 5 times", "growing with the root")
     )
-    gate, way, _ = every.switches[0]
-    switch = switched(side, gate, way)
+    gate, way = every.switches[0]
+    switch = switched(side, every.gates[gate], way)
     finer = [sharper(one) for one in (*(members(part)[0] for part in every.parts[::9]), sharper(wave)[3], switch)]
     for part in (*every.parts, *filter(len, finer)):
         made, some = members(part), slice(None, None, 3)

@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect
-from postproc.effects.dress_pack import DressPack
-from postproc.effects.gravity_compensator import GravityCompensator
-from postproc.effects.instrument_frame import InstrumentFrame
-from postproc.effects.joint_offset import JointOffset
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.payload_error import PayloadError
-from postproc.effects.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.tool_frame import ToolFrame
-from postproc.effects.transmission_error import TransmissionError
-from postproc.effects.wrist_coupling import WristCoupling
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.dress_pack import DressPack
+from postproc.effects.library.gravity_compensator import GravityCompensator
+from postproc.effects.library.instrument_frame import InstrumentFrame
+from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.payload_error import PayloadError
+from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.wrist_coupling import WristCoupling
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.written import RunTimeModule, write_module
 from tests.runtime.arms import CENTER, FORCE, TOOL, springs

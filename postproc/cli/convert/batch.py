@@ -12,10 +12,10 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.options import AS_WRITTEN, Flag, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import print_json, say, unmeasured
+from postproc.cli.report import print_document, say, unmeasured
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -32,6 +32,7 @@ def run(
     shard: str = "1/1",
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
+    format: Format = None,
     json: Flag = False,
 ) -> int:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
@@ -78,9 +79,10 @@ def run(
         say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:
-        write(report, batch_page(folder_or_jobs.name, document, told(own)))
-    if json:
-        print_json(document)
+        pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
+        write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
+    if (form := "json" if json else format) is not None:
+        print_document(document, form)
     return int(batch.failed)
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file
-from postproc.cli.options import Flag, Output, ReportFile
+from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import working
-from postproc.cli.report import STDIN, print_json, say, show, unmeasured
+from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
 
@@ -21,9 +21,11 @@ def run(
     output: Output = None,
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
+    certificate: CertificateFile = None,
     in_place: Flag = False,
     check: Flag = False,
     diff: Flag = False,
+    format: Format = None,
     json: Flag = False,
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
@@ -37,6 +39,7 @@ def run(
         json: print the postproc/compensate/1 document.
     """
     from postproc.convert import compensate_program
+    from postproc.report.certificate import program_certificate
     from postproc.report.compensation import compensation_page
     from postproc.settings import told
 
@@ -47,10 +50,11 @@ def run(
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
+    form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
-    beside = module_file(settings.options, target, nothing=check or diff or json)
-    check_outputs((program, *settings.inputs), output, report, beside)
+    beside = module_file(settings.options, target, nothing=check or diff or form is not None)
+    check_outputs((program, *settings.inputs), output, report, certificate, beside)
     settings, arm = settled(settings, program)
     sources = [source, *read_lent(settings.side_files, program)]
     with working(f"correcting `{source.path}`"):
@@ -58,6 +62,8 @@ def run(
     show(named_files(result.diagnostics))
     if report is not None:
         write(report, compensation_page(Path(source.path).name, result, told(settings)))
+    if certificate is not None:
+        write(certificate, program_certificate(Path(source.path).name, result, told(settings)))
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
@@ -67,9 +73,10 @@ def run(
         if in_place and not (check or diff):
             still_there(source)
         module = None if result.module is None or beside is None else (beside, result.module)
-        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json, module=module)
+        quiet = form is not None
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
     else:
         say("no program was written")
-    if json:  # files first: who reads stdout may go away
-        print_json({**result.report, **settings.document(arm.robot.name)})
+    if form is not None:  # files first: who reads stdout may go away
+        print_document({**result.report, **settings.document(arm.robot.name)}, form)
     return code

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Distance, Flag
+from postproc.cli.options import Distance, Flag, ReportFile
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, put, show
 from postproc.diagnostics import PostprocError, has_errors
 
@@ -13,7 +15,16 @@ if TYPE_CHECKING:
     from postproc.rapid.program.program import Program
 
 
-def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Distance = 0.01, json: Flag = False) -> int:
+def run(
+    a: str,
+    b: str,
+    /,
+    *,
+    tolerance: Distance = 0.001,
+    angle_tolerance: Distance = 0.01,
+    report: ReportFile = None,
+    json: Flag = False,
+) -> int:
     """Compare two programs by meaning, statement by statement; exit 1 if they differ by more than the tolerance.
 
     Args:
@@ -24,8 +35,13 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Dist
         json: print the postproc/diff/1 document.
     """
     from postproc.rapid.diff.compare import compare_programs
+    from postproc.report.difference import difference_page
+    from postproc.report.document import plain
 
+    check_outputs((a, b), report)
     found = compare_programs(_read(a), _read(b), tolerance, angle_tolerance)
+    if report is not None:
+        write(report, difference_page(Path(a).name, Path(b).name, plain(found.as_json())))
     if json:
         print_json(found.as_json())
     else:

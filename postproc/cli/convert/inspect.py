@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.conversion import ProgramOptions
-from postproc.cli.options import Flag
+from postproc.cli.options import Flag, Format
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
 from postproc.cli.progress import working
-from postproc.cli.report import print_json, put, say, show
+from postproc.cli.report import print_document, put, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import has_errors
 
@@ -30,7 +30,7 @@ EDITED: Mapping[Place | None, str] = {
 HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9}  tool, load, frame; what is edited"
 
 
-def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag = False) -> int:
+def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Format = None, json: Flag = False) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 
     What would be edited is decided as ``compensate`` does with what ``postproc.toml`` says, and no more.
@@ -46,15 +46,16 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
     with working(f"reading `{own.path}`"):
-        found = inspect_program(sources, arm.robot, options)
+        found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(found.diagnostics):
             found = found.decided(compensate_program(sources, arm, options).outcomes)
     show(named_files(found.diagnostics))
-    if json:
+    if (form := "json" if json else format) is not None:
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]
         stated = settings.document(arm.robot.name)
-        print_json({"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings})
+        document = {"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings}
+        print_document(document, form)
     elif found.rows:
         put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
     elif not has_errors(found.diagnostics):

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from postproc.cli.conversion import ConvertOptions
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Distance, Flag, Tolerance
+from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import working
@@ -31,6 +31,8 @@ def run(
     speed: Tolerance = 8.0,
     clearance: Distance = 50.0,
     convert: ConvertOptions = ConvertOptions(),
+    report: ReportFile = None,
+    certificate: CertificateFile = None,
     json: Flag = False,
 ) -> int:
     """Make a complete weld module out of seam points and compensate it; nothing is written if a row is wrong.
@@ -51,10 +53,13 @@ def run(
     from postproc.diagnostics import Source
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
+    from postproc.report.certificate import program_certificate
+    from postproc.report.compensation import compensation_page
+    from postproc.settings import told
 
     settings = convert.settings_at(Path(points).parent, entry=routine)
     settings = replace(settings, options=replace(settings.options, run_time="off"))  # all its targets are numbers
-    check_outputs((points, *settings.inputs), output)
+    check_outputs((points, *settings.inputs), output, report, certificate)
     source = read_source(points)
     settings, arm = settled(settings, points)
     table = read_seam_points(source)
@@ -75,6 +80,10 @@ def run(
         say(result.summary)
         if result.report["expected_accuracy"] is None:
             say(unmeasured(result.diagnostics))
+    if report is not None:
+        write(report, compensation_page(output.name, result, told(settings)))
+    if certificate is not None:
+        write(certificate, program_certificate(output.name, result, told(settings)))
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})

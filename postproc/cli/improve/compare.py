@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import load_model, short_names
-from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
+from postproc.cli.options import (
+    ArmFile,
+    CertificateFile,
+    EffectFiles,
+    Flag,
+    MeasuredOptions,
+    ReportFile,
+    Tables,
+    TextFlag,
+)
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_result, say_next, show
 
@@ -15,6 +24,7 @@ def run(
     effects: EffectFiles = (),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
+    certificate: CertificateFile = None,
     json: Flag = False,
     text: TextFlag = False,
 ) -> int:
@@ -24,15 +34,18 @@ def run(
         json: print the postproc/compare/1 document.
     """
     from postproc.identify.compare import compare
+    from postproc.report.certificate import arm_certificate
     from postproc.report.comparison import comparison_page
 
-    check_outputs((model, *data, *table.inputs, *effects), report)
+    check_outputs((model, *data, *table.inputs, *effects), report, certificate)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found))
+    if certificate is not None:
+        write(certificate, arm_certificate(short_names(model, *data), found))
     print_result(found.as_json(), found.text(), json, text)
     if not json:
         say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))

@@ -40,8 +40,8 @@ def run(
     """
     from postproc.identify.diagnose import diagnose
     from postproc.identify.interventions import hold_out_levels
-    from postproc.identify.report import diagnosis_json, diagnosis_text
-    from postproc.identify.sentences import of_little_worth, too_few
+    from postproc.identify.words.sentences import of_little_worth, too_few
+    from postproc.identify.words.text import diagnosis_json, diagnosis_text
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 

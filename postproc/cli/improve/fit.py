@@ -51,6 +51,9 @@ def run(
     from postproc.effects.loading import load_effect_file
     from postproc.effects.registry import effect_library, find_effect
     from postproc.fit.least_squares import fit_model
+    from postproc.fit.recorded import recorded_model
+    from postproc.fit.words.record import fit_json
+    from postproc.fit.words.text import fit_text
     from postproc.identify.add import grown
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
@@ -79,11 +82,11 @@ def run(
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
     _check_frames(fit, {cls.key for cls in classes})
-    write_model(output, fit.recorded(), silent=json)
+    write_model(output, recorded_model(fit), silent=json)
     if json:
-        print_result(fit.as_json(), fit.text(), json, text)
+        print_result(fit_json(fit), fit_text(fit), json, text)
     else:
-        (say if output is None else put)(fit.text())
+        (say if output is None else put)(fit_text(fit))
         if output is not None:
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, *data, *own)
@@ -105,8 +108,8 @@ def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
     """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
-    from postproc.fit.step import FRAMES
-    from postproc.measure.readings import HOPELESS_M
+    from postproc.fit.solving.step import FRAMES
+    from postproc.measure.checks.readings import HOPELESS_M
 
     left_out = [f"`{key}`" for key in FRAMES if key not in keys]
     if not left_out or fit.rms < NO_FRAME:

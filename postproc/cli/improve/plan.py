@@ -48,8 +48,8 @@ def run(
         measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
     """
-    from postproc.identify.plan import plan_poses
-    from postproc.identify.room import Room
+    from postproc.identify.planning.plan import plan_poses
+    from postproc.identify.planning.room import Room
     from postproc.render.measuring import measuring_module
 
     check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)

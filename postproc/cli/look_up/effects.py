@@ -12,7 +12,7 @@ from postproc.cli.options import EffectFiles, Flag
 from postproc.cli.report import print_json, put
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
-from postproc.effects.conformance import check_effect
+from postproc.effects.conformance.kit import check_effect
 from postproc.effects.findings import origin
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect, installed_effects, keys_taken_twice

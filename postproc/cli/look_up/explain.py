@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 from postproc.cli.report import put
 from postproc.diagnostics import PostprocError, did_you_mean
-from postproc.resources import resource
-
-SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
-
-
-def sections() -> dict[str, str]:
-    """Every diagnostic's section of ``docs/diagnostics``, by code."""
-    pages = sorted(resource("docs", "diagnostics").glob("*.md"))
-    return {found[1]: found[0].strip() for page in pages for found in SECTION.finditer(page.read_text("utf-8"))}
+from postproc.resources import explanations
 
 
 def run(code: str, /) -> int:
@@ -23,7 +13,7 @@ def run(code: str, /) -> int:
     Args:
         code: as printed in brackets, such as RAP012.
     """
-    known = sections()
+    known = explanations()
     wanted = code.strip("[]").upper()
     if wanted not in known:
         help_ = did_you_mean(wanted, known, 3, 0.5) or "codes look like `RAP012`"

@@ -11,13 +11,12 @@ from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.tool_frame import ToolFrame
+from postproc.effects.library.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import Pose
-from postproc.rapid.motions.units import pose_matrix, tool_matrix
+from postproc.rapid.motions.units import tool_matrix
 from postproc.robot.catalogue import no_masses
 from postproc.robot.pose import displace
 
@@ -42,7 +41,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     stated = {name for name, _ in options.channels}
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
-    findings += [*_without_load(model, options, source), *_turned(model, events, options.base)]
+    findings += [*_without_load(model, options, source), *_turned(model, events)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
@@ -80,12 +79,12 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
         yield no_masses(model.robot, "error")
 
 
-def _turned(model: Model, events: Sequence[MotionEvent], base: Pose) -> Iterator[Diagnostic]:
-    source = events[0].statement.source
-    if base != Pose():
-        up = pose_matrix(base.trans, base.rot)[2, :3]  # the world's z axis in the base
-        if not np.allclose(model.R_world_base[2], up, atol=1e-3):
-            text = "the controller's base frame tilts the arm, and the model's [mounting] does not hang it that way"
+def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
+    source, station = events[0].statement.source, model.station
+    if station is not None:
+        stated = station.gravity(np.zeros((1, 6)))
+        if stated is not None and not np.allclose(model.gravity, stated[0], atol=0.01):
+            text = "the controller's configuration hangs the arm otherwise than the model's [mounting]"
             help_ = "give [mounting] rpy_deg in the model: gravity pulls along it"
             yield Diagnostic("CMP014", "error", text, source, None, help_)
     elif not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):

@@ -57,7 +57,8 @@ def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[i
 
 def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:
     """Where a move begins and ends (3,) as its targets are written, in its own work frame."""
-    T = samples.curves.mounts[[i, i]].work(written.T_base_flange[[i - 1, i]])
+    ends = np.array([samples.start[i], samples.goal[i]])
+    T = samples.mounts_at(ends).work(written.T_base_flange[[i - 1, i]])
     return T[0, :3, 3], T[1, :3, 3]
 
 

@@ -165,10 +165,11 @@ def commanded_curve(
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
     """(m, 6) what every move's correction lacks to the target it starts from, and to its goal."""
-    mounts, m = samples.curves.mounts, len(samples.moves)
-    begins = mounts.work(exact.T_base_flange[np.maximum(np.arange(m) - 1, 0)])
+    before = np.maximum(np.arange(len(samples.moves)) - 1, 0)
+    begins = samples.mounts_at(samples.start).work(exact.T_base_flange[before])
     at_start = pose_error(exact.T_work_tcp[samples.start], begins)
-    return at_start, pose_error(exact.T_work_tcp[samples.goal], mounts.work(exact.T_base_flange))
+    at_goal = samples.curves.mounts.work(exact.T_base_flange)
+    return at_start, pose_error(exact.T_work_tcp[samples.goal], at_goal)
 
 
 def _shifted(T: Array, twist: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,26 +19,31 @@ from postproc.motion.path.curves import Curves
 from postproc.motion.values import Flags, Index
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Deviation:
     """Distance of the real TCP from the programmed curves.
 
     Args:
-        distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move;
-        u: (n,) fraction along it.
+        away: (n, 3) [m] at the samples of the program that ran, from the nearest point of the programmed move, in work
+            axes; owner: (n,) that move; u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
         goal_distance: (m,) [m] between the real TCP and the programmed target;
         goal_steady: (m,) as ``steady``, at the targets.
     """
 
-    distance: Array
+    away: Array
     owner: Index
     u: Array
     space: Flags
     steady: Flags
     goal_distance: Array
     goal_steady: Flags
+
+    @cached_property
+    def distance(self) -> Array:
+        """(n,) [m]."""
+        return np.asarray(np.linalg.norm(self.away, axis=1))
 
     def largest(self, rows: Flags) -> float:
         """Largest distance [m] over the chosen samples, 0 where there are none."""
@@ -70,25 +76,25 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
     for part in parts:
         ran, of = part.motion.samples, part.owner[part.motion.samples.move]
         in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
-        distance, u, reached = np.empty(len(of)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
+        away, u, reached = np.empty((len(of), 3)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
         for rows in part.motion.blocks():
             real = _reached(model, part.motion.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
-            distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
+            away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
             wanted = ran_pose(programmed, ran, of, joints)
-            distance[joints] = np.linalg.norm(real[joints - rows.start, :3, 3] - wanted, axis=1)
+            away[joints] = real[joints - rows.start, :3, 3] - wanted
             u[joints] = ran.u[joints]
             goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
             reached[goals] = real[ran.goal[goals] - rows.start]
-        distance[again[of]] = 0.0  # counted where it was reached
+        away[again[of]] = 0.0  # counted where it was reached
         steady = part.motion.steady()
-        found.append((distance, of, u, ~in_joints, steady))
+        found.append((away, of, u, ~in_joints, steady))
         # In the order of the moves: the last part of a divided move reaches its goal.
         wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
         goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
         goal_steady[part.owner] = steady[ran.goal]
-    distance, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
-    return Deviation(distance, of, u, space, steady, goal_distance, goal_steady)
+    away, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
+    return Deviation(away, of, u, space, steady, goal_distance, goal_steady)
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
@@ -107,8 +113,8 @@ def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array
     return programmed.T_work_tcp[at, :3, 3]
 
 
-def distance_to_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
-    """Distance [m] of points (n, 3) from the lines and arcs of ``move`` (n,), and the fraction nearest to them."""
+def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
+    """From the nearest point of the lines and arcs of ``move`` (n,) to points (n, 3) [m], and the fraction there."""
     chord, length = curves.chord[move], curves.length[move]
     away = p - curves.start[move]
     u = np.clip(np.sum(away * chord, axis=1) / np.maximum(length, 1e-12) ** 2, 0.0, 1.0)
@@ -124,4 +130,4 @@ def distance_to_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Ar
         nearest[rows] = (
             curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
         )
-    return np.linalg.norm(p - nearest, axis=1), u
+    return p - nearest, u

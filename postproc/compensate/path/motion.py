@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from postproc.compensate.path.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.values import Flags, Index, Move
+from postproc.robot.station import Station
 
 BLOCK = 10_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
@@ -26,6 +28,7 @@ class Motion:
     Args:
         place: (n,) where the samples stand on the programmed path, as move + fraction; timeline: of that path.
         moving: effects follow speed; sides: (n, 6) of approach where effects follow that, else None.
+        station: where the arm stands, None where it is not carried.
     """
 
     samples: Samples
@@ -34,6 +37,7 @@ class Motion:
     place: Array
     moving: bool
     sides: Array | None
+    station: Station | None = None
 
     @property
     def moves(self) -> tuple[Move, ...]:
@@ -48,6 +52,7 @@ class Motion:
         wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
         stated = {name: np.full(len(place), value) for name, value in self.options.channels}
         return State(
+            **self._carried(rows, place),
             q=samples.q[rows],
             v=timeline.at(timeline.v, place) if self.moving else None,
             a=timeline.at(timeline.a, place) if self.options.inertia else None,
@@ -60,6 +65,22 @@ class Motion:
             channels=stated,
             T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
         )
+
+    def _carried(self, rows: slice | Index, place: Array) -> dict[str, Any]:
+        """What a base that moves or leans with the external axes does to the arm."""
+        station = self.station
+        if station is None or not station.carried:
+            return {}
+        axes, timeline = self.samples.axes[rows], self.timeline
+        gravity = station.gravity(axes)
+        if gravity is None:
+            return {}
+        if not self.options.inertia:
+            return {"gravity": gravity}
+        v, a = timeline.at(timeline.axes_v, place), timeline.at(timeline.axes_a, place)
+        acceleration, spin, spin_rate = station.base_motion(axes, v, a)
+        turns = {"base_spin": spin, "base_spin_rate": spin_rate} if spin.any() or spin_rate.any() else {}
+        return {"gravity": gravity - acceleration, **turns}
 
     def steady(self) -> Flags:
         """(n,) see ``Timeline.steady``."""
@@ -78,7 +99,7 @@ def motion_of(
     moving = options.inertia or any("v" in effect.reads for effect in model.effects)
     sides = approach_side(samples) if feels_sides(model) else None
     where = samples.move + samples.u if place is None else place
-    return Motion(samples, timeline, options, where, moving, sides)
+    return Motion(samples, timeline, options, where, moving, sides, model.station)
 
 
 def feels_sides(model: Model) -> bool:

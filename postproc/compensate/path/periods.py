@@ -25,7 +25,7 @@ def first_periods(model: Model, path: Path) -> Array:
         q=path.q[rows],
         payload_mass=np.array([m.payload_mass for m in moves]),
         payload_center=np.array([m.payload_center for m in moves]),
-        T_flange_tcp=path.mounts[path.move[rows]].flange_tcp(path.T_work_tcp[rows]),
+        T_flange_tcp=path.mounts[rows].flange_tcp(path.T_work_tcp[rows]),
     )
     first = natural_frequencies(model, state)[:, 0]
     period = np.where(np.isfinite(first) & (first > 0), 1.0 / np.maximum(first, 1e-3), 0.0)

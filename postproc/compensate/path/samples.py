@@ -31,6 +31,7 @@ class Samples:
 
     Args:
         move, u: (n,) move index and fraction; T_work_tcp: (n, 4, 4) programmed; q: (n, 6) nominal joint angles [rad].
+        axes: (n, 6) external axes [m], [rad]; mounts: at every sample.
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
     """
 
@@ -40,12 +41,13 @@ class Samples:
     u: Array
     T_work_tcp: Array
     q: Array
+    axes: Array
     start: Index
     goal: Index
 
     def mounts_at(self, rows: slice | Index) -> Mounts:
         """The mounts at some samples."""
-        return self.curves.mounts[self.move[rows]]
+        return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
@@ -60,11 +62,13 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     first = np.array([move.first for move in moves])
     turn = np.linalg.norm(curves.turn, axis=1)
     count = np.maximum(np.ceil(curves.length / SPACING - 1e-9), np.ceil(turn / TURN - 1e-9))
+    count = np.maximum(count, np.ceil(np.abs(curves.axes_change).max(axis=1, initial=0) / SPACING - 1e-9))
     count = np.maximum(count, 1)
     arcs = np.maximum(np.maximum(count, np.ceil(curves.angle / ARC_STEP)), 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
     count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
     travel = np.ceil(np.abs(curves.q_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9)
+    travel = np.maximum(travel, np.ceil(np.abs(curves.axes_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9))
     count = np.where(curves.joint, np.maximum(travel, 1), count)
     count = np.where(first, 0, count).astype(int)
 
@@ -74,11 +78,12 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     move = np.repeat(np.arange(len(moves)), size)
     u = np.where(count[move] > 0, (np.arange(len(move)) - start[move]) / np.maximum(count[move], 1), 1.0)
     T = pose_at(robot, curves, move, u)
+    axes = curves.axes_at(move, u)
     known = np.array([m.q for m in moves])
     in_joints = curves.joint[move]
     q = np.where(in_joints[:, None], joints_at(curves, move, u), known[move])
     for a, b in stretches(~curves.joint & ~first):
         rows = slice(start[a], goal[b - 1] + 1)
-        q[rows] = track(robot, curves.mounts[move[rows]].flange(T[rows]), known[a - 1])
+        q[rows] = track(robot, curves.mounts_at(move[rows], axes[rows]).flange(T[rows]), known[a - 1])
     q[goal] = known  # exactly what the confdata says
-    return Samples(moves, curves, move, u, T, q, start, goal)
+    return Samples(moves, curves, move, u, T, q, axes, start, goal)

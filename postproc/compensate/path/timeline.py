@@ -33,6 +33,7 @@ class Timeline:
         place: (k,) ascending, as move + fraction; t: (k,) [s].
         q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
             natural period (none while the torch turns in place); restless: (k,) whether the load of inertia changes.
+        axes_v, axes_a: (k, 6) the same of the external axes [m/s], [rad/s], and accelerations.
         legs: rows of every leg, and its profile.
     """
 
@@ -42,6 +43,8 @@ class Timeline:
     v: Array
     a: Array
     restless: Flags
+    axes_v: Array
+    axes_a: Array
     legs: tuple[tuple[slice, Profile], ...]
 
     def at(self, values: Array, place: Array) -> Array:
@@ -77,19 +80,19 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         findings += more
         if has_errors(findings):
             continue  # with what is wrong elsewhere
-        leg = retime(model.robot, path, first_periods(model, path), model.gravity)
+        leg = retime(model.robot, path, first_periods(model, path), model.gravity, model.station)
         known = int(first < done)  # the stop that the leg goes on from
         in_place = (samples.curves.length < IN_PLACE * turn)[first + path.move]
         a = np.where(in_place[:, None], 0.0, leg.a_sustained)
-        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a)
+        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a, leg.axes_v, leg.axes_a_sustained)
         parts.append(tuple(column[known:] for column in columns))
         restless.append((changes_speed(leg.tcp_speed) | _fast_corner(leg))[known:])
         legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
         return None, once(findings)
-    place, t, q, v, a = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Timeline(place, t, q, v, a, np.concatenate(restless), tuple(legs)), once(findings)
+    place, t, q, v, a, axes_v, axes_a = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
 
 
 def _fast_corner(trajectory: Trajectory) -> Flags:

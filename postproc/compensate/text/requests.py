@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.compensate.correction.circles import circle_point
 from postproc.compensate.correction.curve import NO_JUMP, Exact
 from postproc.compensate.correction.fewest_targets import Pieces
-from postproc.compensate.path.deviation import distance_to_curves
+from postproc.compensate.path.deviation import away_from_curves
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.text.values import Conf, TargetRequest, TargetValue
 from postproc.compensate.tolerances import goal_tolerances
@@ -111,7 +111,7 @@ class Requester:
         """
         samples, move = self.motion.samples, self.motion.moves[i]
         assert move.T_work_via is not None
-        _, u = distance_to_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
+        _, u = away_from_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
         rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
         shifts = pose_error(samples.T_work_tcp[rows], curve[rows])
         shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])

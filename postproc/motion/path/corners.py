@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, joints_at, pose_at
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
@@ -53,7 +54,8 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
     first = np.array([move.first for move in moves])
     fly[-1:] = False
     fly[:-1] &= ~first[1:]
-    moving = (length > _IN_PLACE) | (angle > 1e-6) | (np.abs(curves.q_change).max(axis=1, initial=0) > 1e-6)
+    turning = np.abs(np.hstack([curves.q_change, curves.axes_change])).max(axis=1, initial=0) > 1e-6
+    moving = (length > _IN_PLACE) | (angle > 1e-6) | turning
     fly &= moving & ~first & np.append(moving[1:], False)
 
     a = np.flatnonzero(fly)
@@ -93,8 +95,24 @@ def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, 
     return rows, np.where(entering, move - 1, move)[rows], w[rows]
 
 
-def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array) -> tuple[Array, Array, Flags]:
+def blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Array:
+    """External axes (n, 6) along the path with its corners: those of joint moves are blended alike."""
+    axes = curves.axes_at(move, u)
+    if not curves.axes_change.any():
+        return axes
+    rows, a, w = _locate(move, u, corners.before, corners.after)
+    u_a, u_b = 1.0 - corners.before[a] * fade(1.0 - w), corners.after[a + 1] * fade(w)
+    axes[rows] = curves.axes_at(a, u_a) + curves.axes_change[a + 1] * u_b[:, None]
+    return axes
+
+
+def blended_poses(
+    robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array, axes: Array
+) -> tuple[Array, Array, Flags]:
     """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
+
+    Args:
+        axes: (n, 6) external axes there, see ``blended_axes``.
 
     Returns:
         T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
@@ -117,11 +135,11 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u
             i = rows[both]
             q[i] = joints_at(curves, a[both], u_a[both]) + joints_at(curves, b[both], u_b[both])
             q[i] -= curves.q_start[b[both]]
-            T[i] = curves.mounts[move[i]].work(forward(robot, q[i]))
+            T[i] = curves.mounts_at(move[i], axes[i]).work(forward(robot, q[i]))
         rows, a, b = rows[~both], a[~both], b[~both]
         u_a, u_b = u_a[~both], u_b[~both]
         q[rows] = np.nan
-        cross = _cross_fade(robot, curves, a, b, u_a, u_b, move[rows])
+        cross = _cross_fade(robot, curves, a, b, u_a, u_b, curves.mounts_at(move[rows], axes[rows]))
         if part == "place":
             T[rows, :3, 3] = cross[:, :3, 3]
         else:
@@ -129,18 +147,19 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u
     return T, q, blend
 
 
-def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Index) -> Array:
-    """Blend of two curves in the tool of the incoming move, given in the tool of the move that owns the sample."""
+def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Mounts) -> Array:
+    """Blend of two curves on the work of the incoming move, given on that of the move that owns the sample."""
     T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)
     T_corner = pose_at(robot, curves, a, np.ones(len(a)))
-    tool_a, tool_b, tool = (curves.mounts[i] for i in (a, b, owner))
-    changed = ~tool_a.same(tool_b)
-    if changed.any():
-        T_b[changed] = tool_a[changed].work(tool_b[changed].flange(T_b[changed]))
+    changed = np.flatnonzero(~curves.mounts[a].same(curves.mounts[b]))
+    if len(changed):
+        out, axes = b[changed], curves.axes_at(b[changed], u_b[changed])
+        mounts_a, mounts_b = curves.mounts_at(a[changed], axes), curves.mounts_at(out, axes)
+        T_b[changed] = mounts_a.work(mounts_b.flange(T_b[changed]))
     T = np.zeros_like(T_a)
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = T_a[:, :3, 3] + T_b[:, :3, 3] - T_corner[:, :3, 3]
     T[:, :3, :3] = T_a[:, :3, :3] @ T_corner[:, :3, :3].transpose(0, 2, 1) @ T_b[:, :3, :3]
-    if changed.any():
-        T[changed] = tool[changed].work(tool_a[changed].flange(T[changed]))
+    if len(changed):
+        T[changed] = owner[changed].work(mounts_a.flange(T[changed]))
     return T

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.values import Flags, Index, Move, mounts_of
+from postproc.motion.values import Flags, Frame, Index, Move, frames_at, goal_axes, mounts_of
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -30,8 +30,10 @@ class Curves:
         center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
             p = center + cos(u angle) radial + sin(u angle) tangent.
         q_start, q_change: (m, 6) of joint moves [rad].
-        mounts: of each move, whose work frame the curve is laid in.
+        mounts: of each move, whose work frame the curve is laid in, where they are at its goal.
         length: (m,) TCP path length [m]; zero for the first move of a chain.
+        axes_start, axes_change: (m, 6) of the external axes, which go evenly with u [m], [rad].
+        frames: in which work or tools stand, by the number that ``mounts`` have.
     """
 
     joint: Flags
@@ -49,6 +51,20 @@ class Curves:
     q_change: Array
     mounts: Mounts
     length: Array
+    axes_start: Array
+    axes_change: Array
+    frames: tuple[Frame | None, ...]
+
+    def axes_at(self, move: Index, u: Array) -> Array:
+        """(n, 6) external axes at fractions ``u`` (n,) of moves (n,)."""
+        return self.axes_start[move] + self.axes_change[move] * u[:, None]
+
+    def mounts_at(self, move: Index, axes: Array) -> Mounts:
+        """The mounts of moves (n,) where external axes stand at (n, 6)."""
+        found = self.mounts[move]
+        if found.frame is None:
+            return found
+        return replace(found, T_base_frame=frames_at(self.frames, found.frame, axes))
 
 
 ARC_FAULTS = (
@@ -75,8 +91,10 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     for i, move in enumerate(moves):
         if move.T_work_tcp is not None:
             T_end[i] = move.T_work_tcp
-    # The start as this move's own tool sees it: the tool may have changed since the move before.
-    T_start = mounts.work(T_flange[before])
+    # The start as this move's own tool sees it: the tool, or the work, may have changed since the move before.
+    axes = goal_axes(moves)
+    axes_start = np.where(np.isnan(axes[before]), axes, axes[before])
+    T_start = mounts_of(moves, axes_start).work(T_flange[before])
     same_tool = mounts.same(mounts[before])
     T_start[same_tool] = T_end[before][same_tool]
 
@@ -99,7 +117,8 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     arc &= fault == 0
     curves = Curves(
         joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
-        q[before], q - q[before], mounts, length,
+        q[before], q - q[before], mounts, length, axes_start, np.nan_to_num(axes - axes_start),
+        tuple(dict.fromkeys(move.frame for move in moves)),
     )  # fmt: skip
     rows = np.flatnonzero(joint & ~first)
     if len(rows):
@@ -186,7 +205,8 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
     in_joints = np.flatnonzero(curves.joint[move])
     if len(in_joints):
         q = joints_at(curves, move[in_joints], u[in_joints])
-        T[in_joints] = curves.mounts[move[in_joints]].work(forward(robot, q))
+        mounts = curves.mounts_at(move[in_joints], curves.axes_at(move[in_joints], u[in_joints]))
+        T[in_joints] = mounts.work(forward(robot, q))
     return T
 
 

@@ -11,18 +11,22 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
+from postproc.motion.path.places import unit_of
 from postproc.motion.path.postures import goal_joints, supposed_start
 from postproc.motion.path.reach import another_arm, only_displaced
 from postproc.motion.path.refusals import refuse_events
 from postproc.motion.path.weights import doubt_weights
-from postproc.motion.values import Move
+from postproc.motion.values import Frame, Move, frames_at
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import LoadData, ToolData, WobjData
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
+from postproc.robot.cell import LETTERS
+from postproc.robot.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+_BESIDE = 1e-5  # [m], [rad]: six digits of a configuration beside a limit
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
 
@@ -36,13 +40,16 @@ class _Held:
     center: Array
 
 
-def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "") -> tuple[list[Move], list[Diagnostic]]:
+def read_moves(
+    robot: Robot, events: Sequence[MotionEvent], free_axes: str = "", station: Station | None = None
+) -> tuple[list[Move], list[Diagnostic]]:
     """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
 
     An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
 
     Args:
         free_axes: see ``refuse_events``.
+        station: where the arm stands, what moves it and its work, for events that ``place_events`` has seen.
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
@@ -59,9 +66,10 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         if key not in held:
             held[key] = _on_flange(*key)
         loads.append(held[key])
-    mounts = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
-    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, mounts)
-    refused = refuse_events(events, free_axes)
+    station = station or Station()
+    places = _places([events[i] for i in known], station)
+    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
+    refused = [*refuse_events(events, free_axes, station), *_beyond_limits(events, known, station, places)]
     wrong = [(known[f.index], f.diagnostic(*place(events[known[f.index]]))) for f in failures]
     lost = {i: finding.code for i, finding in wrong}
     runs = [(events[i], lost.get(i)) for i in known]
@@ -83,7 +91,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         if i in bad:
             continue
         broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
-        move = _move(i, e, load, q[row], T_work_tcp[row], broken)
+        move = replace(_move(i, e, load, q[row], T_work_tcp[row], broken), frame=places[row][0], axes=places[row][1])
         if e.again is not None:
             if e.again not in of_event:
                 continue  # nothing brings the arm there
@@ -92,6 +100,50 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         moves.append(move)
         previous = i
     return moves, once(findings)
+
+
+_Place = tuple[Frame | None, Array]  # what the work stands in, external axes (6,) [m], [rad]
+
+
+def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
+    """Where the work of every event stands."""
+    units = [unit_of(e) for e in events]
+    frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
+    axes = station.positions(np.array([e.axes or e.target.extax for e in events if e.target]).reshape(-1, 6))
+    fixed = station.in_world
+    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, axes, strict=True)]
+
+
+def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
+    """The mounts at the goals of events."""
+    found = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
+    frames = list(dict.fromkeys(frame for frame, _ in places))
+    if not any(frames):
+        return found
+    which = np.array([frames.index(frame) for frame, _ in places])
+    return replace(found, T_base_frame=frames_at(frames, which, np.array([axes for _, axes in places])), frame=which)
+
+
+def _beyond_limits(
+    events: Sequence[MotionEvent], known: Sequence[int], station: Station, places: Sequence[_Place]
+) -> list[tuple[int, Diagnostic]]:
+    """KIN003 where a target sends an external axis beyond its limits."""
+    found = []
+    for letter, joint in station.joints.items():
+        lower, upper = (
+            (-np.inf if joint.lower is None else joint.lower),
+            (np.inf if joint.upper is None else joint.upper),
+        )
+        value = np.array([axes[LETTERS.index(letter)] for _, axes in places])
+        scale, unit = (1e3, "mm") if joint.kind == "linear" else (np.degrees(1.0), "deg")
+        for row in np.flatnonzero((value < lower - _BESIDE) | (value > upper + _BESIDE)).tolist():
+            text = (
+                f"eax_{letter} at {scale * value[row]:.1f} {unit}, allowed are {scale * lower:.1f} to"
+                f" {scale * upper:.1f} {unit}"
+            )
+            help_ = "change the target, or the limits that the cell states"
+            found.append((known[row], Diagnostic("KIN003", "error", text, *place(events[known[row]]), help_)))
+    return found
 
 
 def _arrives(e: MotionEvent) -> bool:
@@ -147,6 +199,7 @@ def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, fi
         payload_center=load.center,
         speed=speed * MM,
         rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
+        axis_speed={"linear": e.speed.v_leax * MM, "rotary": float(np.radians(e.speed.v_reax))},
         duration=e.duration,
         ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
         fine=e.zone.finep,

@@ -8,26 +8,28 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import place
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXIS
+from postproc.robot.cell import LETTERS
+from postproc.robot.station import Station
 
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.
 STILL = 0.1
-LETTERS = "abcdef"
 
 
-def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[tuple[int, Diagnostic]]:
+def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Station) -> list[tuple[int, Diagnostic]]:
     """Findings about motions that cannot be compensated for the arm alone, with the row of the event.
 
     Args:
         free_axes: letters of external axes that carry neither the robot nor its work: they may stand and move anywhere.
+        station: whose axes are known, wherever they stand.
 
     Returns:
         MOT007 tool and work object that do not fit together, MOT008 external axes that move or stand away from zero,
         where base and work are not where the program's frames say.
     """
     findings: list[tuple[int, Diagnostic]] = []
-    carrying = [k for k in range(6) if LETTERS[k] not in free_axes]
-    station: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
+    carrying = [k for k in range(6) if LETTERS[k] not in {*free_axes, *station.joints}]
+    last: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
     for row, event in enumerate(events):
         if event.reason is not None or event.target is None:
             continue
@@ -35,13 +37,13 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[tu
             findings.append((row, _unfit(event)))
         axes = event.target.extax
         known = [k for k in carrying if axes[k] < NO_AXIS]
-        moving = [k for k in known if station[k] < NO_AXIS and abs(axes[k] - station[k]) > STILL]
-        standing = [k for k in known if station[k] >= NO_AXIS and abs(axes[k]) > STILL]
+        moving = [k for k in known if last[k] < NO_AXIS and abs(axes[k] - last[k]) > STILL]
+        standing = [k for k in known if last[k] >= NO_AXIS and abs(axes[k]) > STILL]
         if moving or standing:
             findings.append((row, _carrying(event, moving, standing)))
         for k, axis in enumerate(axes):
-            if axis < NO_AXIS and (k in moving or station[k] >= NO_AXIS):
-                station[k] = axis
+            if axis < NO_AXIS and (k in moving or last[k] >= NO_AXIS):
+                last[k] = axis
     return findings
 
 
@@ -53,7 +55,7 @@ def _carrying(event: MotionEvent, moving: list[int], standing: list[int]) -> Dia
         at = ", ".join(f"eax_{LETTERS[k]} at {event.target.extax[k]:g}" for k in standing)
         text = f"external axes stand away from zero ({at})"
     letters = "".join(LETTERS[k] for k in sorted({*moving, *standing}))
-    help_ = f"if they carry neither, say `--free-axes {letters}`"
+    help_ = f"describe them with `--cell FILE`; if they carry neither, say `--free-axes {letters}`"
     text += ": where they carry the robot or the work piece is not known"
     return Diagnostic("MOT008", "error", text, *place(event), help_)
 

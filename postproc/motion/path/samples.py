@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.motion.findings import at_move, once
-from postproc.motion.path.corners import Corners, blended_poses, plan_corners
+from postproc.motion.path.corners import Corners, blended_axes, blended_poses, plan_corners
 from postproc.motion.path.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of, stretches
 from postproc.robot.arm import Robot
@@ -41,7 +41,16 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
     if not moves:
         none, nowhere = np.zeros(0, dtype=np.int64), np.zeros(0)
         return Path(
-            (), mounts_of(()), np.zeros((0, 4, 4)), np.zeros((0, 6)), none, nowhere, nowhere, none, none > 0
+            (),
+            mounts_of(()),
+            np.zeros((0, 4, 4)),
+            np.zeros((0, 6)),
+            np.zeros((0, 6)),
+            none,
+            nowhere,
+            nowhere,
+            none,
+            none > 0,
         ), []
     curves = build_curves(robot, moves)
     findings = [
@@ -51,21 +60,22 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
     ]  # fmt: skip
     corners = plan_corners(moves, curves)
     move, u, goal = place_samples(moves, curves, corners)
-    T, q, blend = blended_poses(robot, curves, corners, move, u)
+    axes = blended_axes(curves, corners, move, u)
+    T, q, blend = blended_poses(robot, curves, corners, move, u, axes)
     lone = np.flatnonzero([m.first for m in moves])
     q[goal[lone]] = [moves[i].q for i in lone]
     in_space = np.isnan(q[:, 0])
-    mounts = curves.mounts
-    findings += _track(robot, moves, mounts[move].flange(T), q, move)
+    mounts = curves.mounts_at(move, axes)
+    findings += _track(robot, moves, mounts.flange(T), q, move)
 
-    # Arc length in the tool of the sample: a change of tool is no travel.
+    # Arc length in the tool of the sample: a change of tool, or of the work, is no travel.
     back = T[:-1].copy()
-    changed = np.flatnonzero(~mounts[move[1:]].same(mounts[move[:-1]]))
-    back[changed] = mounts[move[1:][changed]].work(mounts[move[changed]].flange(T[changed]))
+    changed = np.flatnonzero(~mounts[1:].same(mounts[:-1]))
+    back[changed] = curves.mounts_at(move[changed + 1], axes[changed]).work(mounts[changed].flange(T[changed]))
     step = np.linalg.norm(T[1:, :3, 3] - back[:, :3, 3], axis=1)
     step[starts_chain(moves, move)[1:]] = 0.0
     s = np.concatenate([[0.0], np.cumsum(step)])
-    path = Path(moves, mounts, T, q, move, u, s, goal, blend, corners.stop)
+    path = Path(moves, mounts, T, q, axes, move, u, s, goal, blend, corners.stop)
     findings += _examine(robot, moves, path, in_space & (curves.fault[move] == 0))
     return path, once(findings)
 
@@ -87,7 +97,7 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
     travel = np.where(curves.joint, np.abs(curves.q_change).max(axis=1), 0.0)
     asked = np.maximum.reduce([
         np.where(curves.joint, 0.0, curves.length / SPACING), np.where(curves.joint, 0.0, turn / TURN),
-        np.abs(curves.angle) / ARC_STEP, travel / JOINT_STEP,
+        np.abs(curves.angle) / ARC_STEP, travel / JOINT_STEP, np.abs(curves.axes_change).max(axis=1) / SPACING,
     ])  # fmt: skip
     least = np.where((curves.length < _SHORT) & (turn < TURN) & (travel < JOINT_STEP), 2, 4)
     bend = np.append(_corner_angles(curves), 0.0)

@@ -39,13 +39,16 @@ logging.getLogger("toppra").setLevel(logging.ERROR)
 
 
 class GridPath(AbstractGeometricPath):  # type: ignore[misc]
-    """A path that is known at the grid points alone: joint angles and their derivatives, (g, 6) each."""
+    """A path that is known at the grid points alone: its coordinates and their derivatives, (g, c) each."""
 
-    dof = 6
     waypoints = None
 
     def __init__(self, values: Sequence[Array], interval: Array) -> None:
         self.values, self.interval = values, interval
+
+    @property
+    def dof(self) -> int:
+        return int(self.values[0].shape[1])
 
     @property
     def path_interval(self) -> Array:
@@ -58,10 +61,9 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
 class SpeedBounds(LinearConstraint):  # type: ignore[misc]
     """Bounds (g,) of the squared path speed."""
 
-    dof = 6
-
-    def __init__(self, low: Array, high: Array) -> None:
+    def __init__(self, low: Array, high: Array, dof: int) -> None:
         super().__init__()
+        self.dof = dof
         self.bounds = np.column_stack([low, high])
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
@@ -69,15 +71,15 @@ class SpeedBounds(LinearConstraint):  # type: ignore[misc]
 
 
 class JointLimits(LinearConstraint):  # type: ignore[misc]
-    """a u + b x + c within the limits of the joints, coefficients (g, 6)."""
+    """a u + b x + c within limits (k,), coefficients (g, k) of a path with ``dof`` coordinates."""
 
-    dof = 6
-
-    def __init__(self, terms: tuple[Array, Array, Array], limit: Array) -> None:
+    def __init__(self, terms: tuple[Array, Array, Array], limit: Array, dof: int) -> None:
         super().__init__()
+        self.dof = dof
         self.identical = True
         self.terms, self.limit = terms, np.tile(limit, 2)
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-        F = np.vstack([np.eye(6), -np.eye(6)])
+        one = np.eye(self.terms[0].shape[1])
+        F = np.vstack([one, -one])
         return canlinear_colloc_to_interpolate(*self.terms, F, self.limit, None, None, gridpoints, identical=True)

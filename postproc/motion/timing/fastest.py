@@ -35,21 +35,22 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
     values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
     # Next to nothing is nothing: toppra's linear programs fail on lines that are all but parallel.
-    values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * robot.acceleration] = 0.0
+    values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * runs.limits.acceleration] = 0.0
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
-    bounds = SpeedBounds(low, np.maximum(high, _STOP))
+    dof = values[0].shape[1]
+    bounds = SpeedBounds(low, np.maximum(high, _STOP), dof)
     whole = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
     ease = grid.ease[:, None]
     eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
     blocked = 0
     for share in _SHARES:
-        acceleration = JointLimits(eased, share * robot.acceleration)
-        limits = [JointVelocityConstraint(robot.speed), acceleration, bounds]
+        acceleration = JointLimits(eased, share * runs.limits.acceleration, dof)
+        limits = [JointVelocityConstraint(runs.limits.speed), acceleration, bounds]
         if robot.torque is not None:
             # M q' u + (M q'' + C(q') q') x + g
-            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque))
+            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque, dof))
         solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
@@ -66,7 +67,7 @@ def _torque_terms(
     """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
     held = runs.moves_at(grid.s)
     mass, center = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
-    q, q1, q2 = values
+    q, q1, q2 = (column[:, :6] for column in values)
     still = np.zeros_like(q)
     rest = inertial_torque(robot, q, still, still, mass, center, gravity)
     return (inertial_torque(robot, q, still, q1, mass, center), inertial_torque(robot, q, q1, q2, mass, center), rest)

@@ -9,7 +9,6 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.timing.spline import Runs
 from postproc.motion.values import Flags, Index
-from postproc.robot.arm import Robot
 
 FASTEST = 20.0  # [m/s] stands for no limit
 _CLOSE = 1e-6  # [m] toppra loses its footing between grid points that are closer
@@ -40,7 +39,7 @@ class Grid:
 def programmed_speed(runs: Runs) -> Array:
     """Highest path speeds (k - 1,) [m/s] of the intervals that the program permits; zero between runs.
 
-    TCP speed and reorientation speed of each move; with ``\\T`` the length of the move over its duration.
+    Speeds of TCP, reorientation and external axes of each move; with ``\\T`` the length of the move over its duration.
     """
     moves, index = runs.path.moves, runs.path.move[runs.sample[1:]]
     h = np.diff(runs.s)
@@ -49,6 +48,9 @@ def programmed_speed(runs: Runs) -> Array:
     rotation = np.array([m.rotation_speed for m in moves])[index]
     with np.errstate(divide="ignore"):
         cap = np.minimum(speed * h / runs.travel, rotation * h / runs.turn)
+        for change, kind in zip(runs.slides.T, runs.kinds, strict=True):
+            slide = np.array([m.axis_speed[kind] for m in moves])[index]
+            cap = np.minimum(cap, slide * h / change)
     duration = np.array([np.nan if m.duration is None else m.duration for m in moves])
     length = np.bincount(index[inside], h[inside], minlength=len(moves))
     cap = np.where(np.isfinite(duration)[index], (length / duration)[index], cap)
@@ -61,13 +63,13 @@ def programmed_ease(runs: Runs) -> Array:
     return np.where(runs.inside, ease[runs.path.move[runs.sample[1:]]], 1.0)
 
 
-def smooth_speed(robot: Robot, runs: Runs) -> Array:
+def smooth_speed(runs: Runs) -> Array:
     """Path speeds (k - 1,) [m/s] at which the curve itself uses half of a joint's jerk limit: |q'''| s_dot^3."""
-    jerk = (np.abs(6 * runs.curve.c[0]) / robot.jerk).max(axis=1)
+    jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
     return np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
 
 
-def lay_grid(robot: Robot, runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
+def lay_grid(runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
     """Grid points at knots, and where a ramp between two speeds starts or ends inside an interval.
 
     A lower speed is reached half a window early and kept half a window longer, so that averaging does not exceed it.
@@ -75,8 +77,8 @@ def lay_grid(robot: Robot, runs: Runs, cap: Array, ease: Array, window: Array) -
     s, inside = runs.s, runs.inside
     slope = runs.curve.c[2]
     with np.errstate(divide="ignore"):
-        joint_cap = (robot.speed / np.abs(slope)).min(axis=1)
-        ramp = ease * (robot.acceleration / np.abs(slope)).min(axis=1)
+        joint_cap = (runs.limits.speed / np.abs(slope)).min(axis=1)
+        ramp = ease * (runs.limits.acceleration / np.abs(slope)).min(axis=1)
     cap = np.where(inside, np.minimum(cap, joint_cap), 0.0)
     reach = 0.5 * cap * window[runs.run[:-1]]
     wide = _lower_over(s, s[:-1] - reach, s[1:] + reach, cap, runs.run)

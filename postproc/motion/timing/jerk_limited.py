@@ -101,22 +101,22 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     Raises:
         PostprocError: MOT010, no speed keeps the limits of a joint.
     """
-    window = np.full(runs.count, float((robot.acceleration / robot.jerk).max()))
+    window = np.full(runs.count, float((runs.limits.acceleration / runs.limits.jerk).max()))
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
     program, ease = programmed_speed(runs), programmed_ease(runs)
-    grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), ease, window)
+    grid = lay_grid(runs, np.minimum(program, smooth_speed(runs)), ease, window)
     speed, blocked = fastest(robot, runs, grid, gravity)
     if blocked is not None:
         raise PostprocError(_blocked(robot, runs, grid.s[blocked], gravity), exit_code=1)
     changed = np.ones(len(grid.s), dtype=bool)
     excess = np.zeros(len(program))
     for attempt in range(_ROUNDS + 1):
-        wider = _wide_enough(robot, runs, grid, speed, window, changed)
+        wider = _wide_enough(runs, grid, speed, window, changed)
         changed |= (wider > window)[grid.run]
         window = wider
         law = time_law(grid.run, grid.s, speed, window)
-        allowed = _examine(robot, runs, law, program, ease, np.flatnonzero(changed), excess)
+        allowed = _examine(runs, law, program, ease, np.flatnonzero(changed), excess)
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
@@ -156,7 +156,7 @@ def _slowed(
     return grid, result, rows
 
 
-def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Array, changed: Flags) -> Array:
+def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: Flags) -> Array:
     """Averaging windows (r,) at which speeding up or slowing down takes no joint past its jerk limit."""
     rows = np.flatnonzero(changed)
     run = grid.run[rows]
@@ -166,7 +166,7 @@ def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Arr
         for shift in (0.0, 1.0):
             m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9, runs.curve)
             led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
-            jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / robot.jerk
+            jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / runs.limits.jerk
             np.maximum.at(ratio, run, jerk.max(axis=1))
         if (ratio <= _KEPT).all():
             break
@@ -176,7 +176,7 @@ def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Arr
     return window
 
 
-def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array, rows: Index, excess: Array) -> Array:
+def _examine(runs: Runs, law: TimeLaw, program: Array, ease: Array, rows: Index, excess: Array) -> Array:
     """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
 
     Returns:
@@ -194,10 +194,10 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array
         m = joint_motion(runs, law, run, t, runs.curve)
         i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
-            (np.abs(m.v) / robot.speed).max(axis=1),
+            (np.abs(m.v) / runs.limits.speed).max(axis=1),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
-            np.sqrt((np.abs(m.a) / robot.acceleration).max(axis=1) / ease[i]),
-            np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk).max(axis=1)),
+            np.sqrt((np.abs(m.a) / runs.limits.acceleration).max(axis=1) / ease[i]),
+            np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / runs.limits.jerk).max(axis=1)),
         ])  # fmt: skip
         np.maximum.at(found, i, over)
         slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)
@@ -210,14 +210,14 @@ def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
     (move,) = runs.moves_at(np.array([s]))
     place = np.array([min(s, np.nextafter(runs.s[-1], 0.0))])
     if robot.torque is None:
-        share = np.abs(runs.curve(place, 2)[0]) / robot.acceleration
+        share = np.abs(runs.curve(place, 2)[0]) / runs.limits.acceleration
     else:
         still = np.zeros((1, 6))
-        weight = inertial_torque(robot, runs.curve(place), still, still, np.array([move.payload_mass]),
+        weight = inertial_torque(robot, runs.curve(place)[:, :6], still, still, np.array([move.payload_mass]),
                                  move.payload_center[None], gravity)  # fmt: skip
         share = np.abs(weight[0]) / robot.torque
     return at_move(
         move, "MOT010", "error",
-        f"at no speed can the arm follow the path to this target: joint {np.argmax(share) + 1} passes its limits",
+        f"at no speed can the arm follow the path to this target: {runs.name(int(np.argmax(share)))} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip

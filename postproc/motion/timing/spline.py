@@ -1,7 +1,8 @@
-"""Joint angles as a twice differentiable function of a path parameter, in runs from rest to rest."""
+"""Joints and external axes as a twice differentiable function of a path parameter, in runs from rest to rest."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +12,51 @@ from scipy.linalg import solve_banded
 from postproc.arrays import Array
 from postproc.motion.path.samples import starts_chain
 from postproc.motion.values import Flags, Index, Move, Path
+from postproc.robot.arm import Robot
+from postproc.robot.cell import LETTERS, Joint, Kind
+from postproc.robot.station import Station
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
 STILL = 1e-7  # [m] samples closer than this are one place
 GAP = 1e-3  # [m] of the parameter between two runs
+
+
+SPEED = {"linear": 1.0, "rotary": np.pi / 2}
+"""[m/s], [rad/s] that an external axis is taken to reach where nothing is stated, in `RISE`."""
+RISE, JERK = 0.5, 0.1
+"""[s] in which an external axis reaches its speed, and its acceleration, where nothing is stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Limits (c,) of the six joints and the external axes behind them [rad or m per s, s^2, s^3]."""
+
+    speed: Array
+    acceleration: Array
+    jerk: Array
+
+
+def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
+    """The external axes that move along a path, by their number."""
+    found = {LETTERS.index(letter): joint for letter, joint in (station.joints if station else {}).items()}
+    known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in found}
+    return {k: found[k] for k in sorted(found) if len(known[k]) and np.ptp(known[k]) > STILL}
+
+
+def _known(column: Array) -> Array:
+    """(n,) with the next known value where there is none."""
+    at = np.flatnonzero(np.isfinite(column))
+    return np.asarray(column[at[np.minimum(np.searchsorted(at, np.arange(len(column))), len(at) - 1)]])
+
+
+def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
+    """Those of the arm, and of external axes."""
+    speed = [joint.speed or SPEED[joint.kind] for joint in axes]
+    acceleration = [joint.acceleration or v / RISE for joint, v in zip(axes, speed, strict=True)]
+    jerk = [a / JERK for a in acceleration]
+    return Limits(*(np.append(own, more) for own, more in zip(
+        (robot.speed, robot.acceleration, robot.jerk), (speed, acceleration, jerk), strict=True)))  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +93,22 @@ class Runs(Knots):
     Args:
         path: that is cut.
         travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
-        curve: q(s) [rad].
+        slides: (k - 1, c) change of each external axis from knot to knot [m], [rad]; kinds: (c,) of those.
+        curve: (q, external axes)(s) [rad], [m]; axes: the numbers of the latter; limits: of all of them.
     """
 
     path: Path
     travel: Array
     turn: Array
+    slides: Array
+    kinds: tuple[Kind, ...]
     curve: PPoly
+    axes: tuple[int, ...]
+    limits: Limits
+
+    def name(self, column: int) -> str:
+        """What a column of the curve is called."""
+        return f"joint {column + 1}" if column < 6 else f"eax_{LETTERS[self.axes[column - 6]]}"
 
     def moves_at(self, s: Array) -> list[Move]:
         """The move behind each path parameter (n,)."""
@@ -67,7 +117,7 @@ class Runs(Knots):
 
 
 def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
-    """q', q'', q''' (n, 6) at path parameters (n,): one look-up for all three."""
+    """q', q'', q''' (n, c) at path parameters (n,): one look-up for all three."""
     i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
     cubic, square, linear, _ = curve.c[:, i]
     x = (place - curve.x[i])[:, None]
@@ -77,21 +127,27 @@ def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
     return first, second + 2.0 * square, third
 
 
-def cut_runs(path: Path) -> Runs:
+def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     """Cut a path at its stops and spline the joint angles of each run over its own travel.
 
-    The parameter grows by the TCP travel, the reorientation (on 30 mm) and the turn of the joints (on 20 mm), squares
-    added: smooth where one takes over from the other.
+    The parameter grows by the TCP travel, the reorientation (on 30 mm), the turn of the joints (on 20 mm) and that of
+    external axes (their slide counts in full), squares added: smooth where one takes over from the other.
     """
     n = len(path.q)
     travel = np.diff(path.s)
     R = path.T_work_tcp[:, :3, :3]
     turn = rotation_angle(np.swapaxes(R[:-1], 1, 2) @ R[1:])
     # A change of tool turns the TCP frame, not the arm.
-    same = path.mounts[path.move[:-1]].same(path.mounts[path.move[1:]])
+    same = path.mounts[:-1].same(path.mounts[1:])
     turn = np.where(same, turn, 0.0)
+    moving = axes_that_move(path, station)
+    share = np.where([joint.kind == "linear" for joint in moving.values()], 1.0, JOINT_ARM)
+    axes = np.reshape([_known(path.axes[:, k]) for k in moving], (len(moving), n)).T
+    slides = np.abs(np.diff(axes, axis=0))
     joints = np.linalg.norm(np.diff(path.q, axis=0), axis=1)
-    step = np.sqrt(travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2)
+    step = np.sqrt(
+        travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2 + np.sum((share * slides) ** 2, axis=1)
+    )
     rest = np.zeros(n, dtype=bool)
     rest[path.goal[path.stop]] = True
     live = (step > STILL) & ~starts_chain(path.moves, path.move)[1:]
@@ -105,8 +161,12 @@ def cut_runs(path: Path) -> Runs:
     sample[at], run[at], sample[at + 1], run[at + 1] = left, of_run, left + 1, of_run
     steps, travels, turns = np.full(max(k - 1, 0), GAP), np.zeros(max(k - 1, 0)), np.zeros(max(k - 1, 0))
     steps[at], travels[at], turns[at] = step[left], travel[left], turn[left]
+    changes = np.zeros((max(k - 1, 0), len(moving)))
+    changes[at] = slides[left]
     s = np.concatenate([[0.0], np.cumsum(steps)])[:k]
-    return Runs(sample, run, count, s, path, travels, turns, fit_spline(s, path.q[sample], run))
+    curve, limits = fit_spline(s, np.hstack([path.q, axes])[sample], run), limits_of(robot, list(moving.values()))
+    kinds = tuple(joint.kind for joint in moving.values())
+    return Runs(sample, run, count, s, path, travels, turns, changes, kinds, curve, tuple(moving), limits)
 
 
 def rotation_angle(R: Array) -> Array:
@@ -116,21 +176,21 @@ def rotation_angle(R: Array) -> Array:
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
-    """Cubic splines through (k, 6) values, twice differentiable inside each run, independent between runs.
+    """Cubic splines through (k, c) values, twice differentiable inside each run, independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
     slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.
     """
-    k = len(s)
+    k, columns = q.shape
     if k < 2:
-        return PPoly(np.zeros((4, 1, 6)), np.array([0.0, 1.0]))
+        return PPoly(np.zeros((4, 1, columns)), np.array([0.0, 1.0]))
     h = np.diff(s)
     inside = np.diff(run) == 0
     slope = np.where(inside[:, None], np.diff(q, axis=0) / h[:, None], 0.0)
     head, tail = np.append(True, ~inside), np.append(~inside, True)
     lone = np.zeros(k, dtype=bool)
     lone[:-1] = head[:-1] & tail[1:]  # a run of one interval: a straight line
-    lower, diagonal, upper, right = np.zeros(k), np.ones(k), np.zeros(k), np.zeros((k, 6))
+    lower, diagonal, upper, right = np.zeros(k), np.ones(k), np.zeros(k), np.zeros((k, columns))
     i = np.flatnonzero(~head & ~tail)
     lower[i], diagonal[i], upper[i] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
     right[i] = 3 * (h[i, None] * slope[i - 1] + h[i - 1, None] * slope[i])

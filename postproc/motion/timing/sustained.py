@@ -26,13 +26,14 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
     """Part of the joint accelerations that lasts at least one natural period, at times t.
 
     Args:
-        acceleration: (k, 6) [rad/s^2] at times (k,) [s] in [0, duration]; at rest before and after.
+        acceleration: (k, c) [rad/s^2] at times (k,) [s] in [0, duration]; at rest before and after.
         t: (n,) ascending [s]; period: (n,) first natural period T1 [s].
 
     Returns:
-        (n, 6) between 0 and the acceleration.
+        (n, c) between 0 and the acceleration.
     """
-    result = np.zeros((len(t), 6))
+    columns = acceleration(np.zeros(1)).shape[1]
+    result = np.zeros((len(t), columns))
     if not len(t):
         return result
     level = np.round(np.log(period) / _LEVELS).astype(int)
@@ -45,12 +46,12 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
         near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
         even = np.asarray(near * step, dtype=float)
         inside = (even >= 0.0) & (even <= duration)
-        a = np.zeros((len(even), 6))
+        a = np.zeros((len(even), columns))
         a[inside] = acceleration(even[inside])
         for n in np.unique(level[rows]):
             size = (max(1, int(np.ceil(np.exp(n * _LEVELS) / step))), 1)
             opened = [grey_opening(part, size=size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
             chosen = rows[level[rows] == n]
-            for j in range(6):
+            for j in range(columns):
                 result[chosen, j] = np.interp(t[chosen], even, opened[0][:, j] - opened[1][:, j])
     return result

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array, blocks
+from postproc.arrays import Array, blocks, invert
 from postproc.motion.timing.inertia import point_velocity
 from postproc.motion.timing.jerk_limited import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.timing.spline import cut_runs
 from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.timelaw import times_at
-from postproc.motion.values import Flags, Path, Trajectory
+from postproc.motion.values import Flags, Path, Trajectory, frames_at
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
+from postproc.robot.station import INSTANT, Station
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
@@ -22,7 +23,13 @@ _BLOCK = 5000  # samples
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
-def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array = GRAVITY) -> Trajectory:
+def retime(
+    robot: Robot,
+    path: Path,
+    period: Array | None = None,
+    gravity: Array = GRAVITY,
+    station: Station | None = None,
+) -> Trajectory:
     """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
 
     toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
@@ -31,17 +38,18 @@ def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array
     Args:
         period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one.
         gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
+        station: whose external axes keep their limits, too.
 
     Raises:
         PostprocError: MOT010, no speed along the path keeps the limits of a joint.
     """
     n = len(path.q)
-    runs = cut_runs(path)
+    runs = cut_runs(robot, path, station)
     law = limited_law(robot, runs, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
     profile = Profile(runs, law, start)
 
-    t, v, a, slope = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
+    t, (v, a, slope) = np.full(n, np.nan), np.zeros((3, n, 6 + len(runs.axes)))
     if runs.count:
         base = runs.s[np.flatnonzero(np.diff(runs.run, prepend=-1))]
         inner = times_at(law, runs.run, runs.s - base[runs.run])
@@ -51,24 +59,42 @@ def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
+    axes_v, axes_a, axes_kept = np.zeros((3, n, 6))
+    axes_v[:, runs.axes], axes_a[:, runs.axes] = v[:, 6:], a[:, 6:]
     tcp_speed = np.empty(n)
     for part in blocks(n, _BLOCK):
         # The work goes past a stationary tool as fast as the tool goes over the work.
-        point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
-        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
+        point = path.mounts[part].base_tcp(path.T_work_tcp[part])[:, :3, 3]
+        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part, :6], point)
+        velocity -= _frame_velocity(path, part, axes_v[part], point)
         tcp_speed[part] = np.linalg.norm(velocity, axis=1)
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = a
     if runs.count:
         rows = slope.any(axis=1)  # where nothing acts nothing lasts
-        kept = np.zeros((n, 6))
+        kept = np.zeros_like(slope)
         kept[rows] = sustained(
             lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
         )
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
         in_space = np.array([m.kind in ("line", "arc") for m in path.moves])[path.move]
         a_sustained = _bridged(a - slope + kept, path.blend, in_space & ~changes_speed(tcp_speed))
-    return Trajectory(path, t, v, a, a_sustained, tcp_speed, profile)
+    axes_kept[:, runs.axes] = a_sustained[:, 6:]
+    return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_a, axes_kept)
+
+
+def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:
+    """Velocities (k, 3) [m/s] in the base of points (k, 3) that stand still in the frame of work or tool."""
+    mounts = path.mounts[part]
+    if mounts.T_base_frame is None or mounts.frame is None or not axes_v.any():
+        return np.zeros_like(point)
+    frames = list(dict.fromkeys(m.frame for m in path.moves))
+    axes, p = (
+        path.axes[part],
+        (invert(mounts.T_base_frame) @ np.append(point, np.ones((len(point), 1)), axis=1)[..., None]),
+    )
+    before, after = (frames_at(frames, mounts.frame, axes + sign * INSTANT * axes_v) @ p for sign in (-1.0, 1.0))
+    return np.asarray((after - before)[:, :3, 0] / (2 * INSTANT))
 
 
 def changes_speed(tcp_speed: Array) -> Flags:

@@ -12,6 +12,7 @@ from typing import Literal
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.grouping import grouped
 from postproc.rapid.data.records import (
+    Ax6,
     JointTarget,
     LoadData,
     Pose,
@@ -195,6 +196,7 @@ class MotionEvent:
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
+    axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 
     @property

@@ -10,8 +10,9 @@ from typing import Literal
 
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.data.pose import subtract
 from postproc.rapid.data.predefined import PREDEFINED
-from postproc.rapid.data.records import JointTarget, Quat, RobTarget
+from postproc.rapid.data.records import JointTarget, Quat, RobTarget, Vec3
 from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.difference import Difference, ProgramDiff
 from postproc.rapid.diff.words import Ranks, compare_declarations, compare_statements, words
@@ -102,6 +103,7 @@ def _compare(
 ) -> Difference:
     distance: float | None = None
     angle: float | None = None
+    shift: Vec3 | None = None
     conf = None
     texts: dict[str, tuple[str, str]] = {}
     if x.instruction != y.instruction:
@@ -111,7 +113,9 @@ def _compare(
     for one, two in zip(a, b, strict=False):
         for p, q in ((one.target, two.target), (one.via, two.via)):
             if isinstance(p, RobTarget) and isinstance(q, RobTarget):
-                distance = max(distance or 0.0, math.dist(p.trans, q.trans))
+                far = math.dist(p.trans, q.trans)
+                if distance is None or far > distance:
+                    distance, shift = far, subtract(q.trans, p.trans)
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
@@ -127,7 +131,7 @@ def _compare(
     known = _known(of_x, x, a) & _known(of_y, y, b)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
-    return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows)
+    return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows, shift)
 
 
 def angle_between(p: Quat, q: Quat) -> float:

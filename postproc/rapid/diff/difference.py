@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from postproc.rapid.data.records import Vec3
+
 
 @dataclass(frozen=True, slots=True)
 class Difference:
@@ -16,7 +18,8 @@ class Difference:
         place: ``module.routine``, or ``module`` for data.
         name: the instruction, or the name of the data.
         line_a, line_b: line in each file, as far as it stands there.
-        distance_mm: largest distance of the targets (None if not both are known).
+        distance_mm: largest distance of the targets (None if not both are known); shift_mm: from the first to the
+            second there, in object axes.
         angle_deg: largest angle between their orientations, or between joints.
         conf: configurations of both where they differ.
         arguments: role and both texts of arguments that differ.
@@ -32,13 +35,15 @@ class Difference:
     angle_deg: float | None = None
     conf: tuple[tuple[int, ...], tuple[int, ...]] | None = None
     arguments: tuple[tuple[str, str, str], ...] = ()
+    shift_mm: Vec3 | None = None
 
     def render(self) -> str:
         """One line for a terminal."""
         lines = "/".join("-" if line is None else str(line) for line in (self.line_a, self.line_b))
         parts = [f"{self.kind:8}{self.place}:{lines} {self.name}"]
         if self.distance_mm is not None and self.kind == "changed":
-            parts.append(f"{self.distance_mm:.3f} mm")
+            shift = "" if self.shift_mm is None else " ({:+.3f}, {:+.3f}, {:+.3f})".format(*self.shift_mm)
+            parts.append(f"{self.distance_mm:.3f} mm{shift}")
         if self.angle_deg is not None and self.kind == "changed":
             parts.append(f"{self.angle_deg:.4f} deg")
         if self.conf is not None:

@@ -24,6 +24,7 @@ from postproc.rapid.syntax.trees import (
     Text,
     Truth,
     Unary,
+    nodes,
 )
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
@@ -238,18 +239,4 @@ def _call(call: Call, scope: Scope) -> Value:
 
 def names_in(tree: Expression) -> set[str]:
     """Names of the data and functions an expression depends on, lower case."""
-    match tree:
-        case Name(_, name):
-            return {name}
-        case Index(_, base, items):
-            return names_in(base).union(*map(names_in, items))
-        case Component(_, base, _) | Unary(_, _, base):
-            return names_in(base)
-        case Aggregate(_, items):
-            return set().union(*map(names_in, items))
-        case Binary(_, _, left, right):
-            return names_in(left) | names_in(right)
-        case Call(_, name, arguments, options):
-            found = {name}.union(*map(names_in, arguments))
-            return found.union(*(names_in(value) for _, value in options if value is not None))
-    return set()
+    return {node.name for node in nodes(tree) if isinstance(node, Name | Call)}

@@ -94,7 +94,7 @@ class _Follower(Flow):
         self.jump: str | None = None
         self.traps = [r for r in program.all_routines() if r.kind == "TRAP"]
         self.interrupted = False
-        self.count = 0
+        self.count = self.own = 0
         self.recorder.emitting = False
 
     def memory(self, routine: Routine) -> WorldMemory:
@@ -220,8 +220,9 @@ class _Follower(Flow):
     def move(self, motion: MotionStatement, memory: Memory) -> None:
         """Record a motion; then the procedure that it starts may run, and traps."""
         if motion.key in self.ordinals:
-            self.count += 1
-            if len(self.motions) >= MOST_MOTIONS:
+            # Added statements do not count: the written program goes as far as the original.
+            self.count, self.own = self.count + 1, self.own + 1
+            if self.own > MOST_MOTIONS:
                 raise _Stop
         arguments = {argument.role: argument for argument in motion.arguments}
         to, circle, signature = arguments.get("to"), arguments.get("via"), SIGNATURES[motion.instruction.lower()]

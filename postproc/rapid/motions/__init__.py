@@ -2,6 +2,6 @@
 
 `events_of` makes an event from its `targets`, `settings` (tool, speed, zone, weld) and `regressors` (numbers it
 goes with); `missing` and `rough` say what is wrong with them. `predecessors` knows where the arm may come from;
-`recorder` and `repeats` keep what was met. `units` (metres and matrices) and `base_frame` (the base of the arm)
-serve the rooms below.
+`recorder` and `repeats` keep what was met. `units` (metres and matrices) serves the rooms
+below.
 """

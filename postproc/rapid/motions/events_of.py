@@ -56,8 +56,8 @@ class EventMaker:
             tool, payload = replace(tool, tload=total), LoadData()
         displacement, more = self.state(state, "@pdisp", Pose(), Kind.DISPLACEMENT, reasons)
         assumed = joined_causes(tuple(memory.noted), causes, more)
-        if not wobj.ufprog:
-            reasons.append(Unknown(Kind.MOVED_OBJECT if wobj.ufmec else Kind.MOVED_BY_NOBODY, wobj.name, wobj.ufmec))
+        if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
+            reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
         offset, more = without_causes(state.get("@eoffs"))
         if (offset is not False or more) and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
             reasons.append(Unknown(Kind.EXTERNAL_OFFSET))

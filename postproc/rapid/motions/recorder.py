@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from postproc.rapid.data.events import MotionStatement, StatementKey
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.motions.elements import Choice, elements
 from postproc.rapid.motions.events_of import EventMaker
-from postproc.rapid.motions.predecessors import Predecessors
+from postproc.rapid.motions.predecessors import NOWHERE, Predecessors
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.motions.repeats import Repeats
+from postproc.rapid.unknown import Kind
 
 
 class Recorder:
@@ -25,6 +28,7 @@ class Recorder:
         only_new: only what has not been recorded yet counts.
         supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
         chosen: some call means nobody knows which routine: what is supposed to have run may begin anywhere.
+        cases: of statements to an element that only the controller knows, the last event of each case.
         emitting: motions become events; not while something is tried out.
         returning: from the end of a loop to the first motion of its next turn.
     """
@@ -39,6 +43,7 @@ class Recorder:
         self.elsewhere: set[StatementKey] = set()
         self.astray: set[StatementKey] = set()
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
+        self.cases: dict[StatementKey, dict[Choice, int]] = {}
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
 
@@ -70,8 +75,15 @@ class Recorder:
             self.elsewhere.add(statement.key)
             self.ways.lose()
             return 0
+        if event.target is None and (cases := elements(statement, memory)):
+            return self._each(statement, cases)
         if self.returning and event.reason is not None:
             return 0
+        return self._add(event, memory)
+
+    def _add(self, event: MotionEvent, memory: Memory) -> int:
+        """Add an event; how many it takes beyond the first."""
+        statement = event.statement
         events, before = self.ways.events, len(self.ways.events)
         came_from = events[self.ways.last] if before and self.ways.ends == {self.ways.last} else None
         start = self.maker.start(came_from, event, memory) if came_from is not None else None
@@ -83,6 +95,32 @@ class Recorder:
         if isinstance(event.target, RobTarget):
             self.went.setdefault((statement.key, event.target), index)
         return len(events) - before - 1
+
+    def _each(self, statement: MotionStatement, cases: Sequence[tuple[Choice, Memory]]) -> int:
+        """One execution to each of the elements that may be meant; how many events it takes beyond the first.
+
+        Where the motion before went by the same numbers, each case goes on from its own place.
+        """
+        if self.returning or statement.key in self.cases:
+            self.astray.add(statement.key)  # another turn: it begins elsewhere and goes to the same places
+            self.ways.ends = frozenset(self.cases.get(statement.key, {}).values()) or frozenset({NOWHERE})
+            return 0
+        begin, before = self.ways.ends, len(self.ways.events)
+        last = self.cases.get(self.ways.events[self.ways.last].statement.key, {}) if self.ways.known else {}
+        ends: dict[Choice, int] = {}
+        for choice, memory in cases:
+            event = self.maker.event(statement, memory, conditional=True)
+            if event.target is None:
+                if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
+                    self.elsewhere.add(statement.key)
+                continue
+            own = {last[choice]} if choice in last and begin == {*last.values()} else begin
+            self.ways.ends = frozenset(own if len(own) == 1 else {NOWHERE})
+            self._add(event, memory)
+            ends[choice] = self.ways.last
+        self.cases[statement.key] = ends
+        self.ways.ends = frozenset(ends.values()) or frozenset({NOWHERE})
+        return len(self.ways.events) - before - 1
 
     def _pass(self, key: StatementKey, index: int | None) -> None:
         """Run a statement again to the place to which an event brought the arm."""

@@ -1,8 +1,8 @@
 """The one boundary between RAPID's millimetres and the metres of every other room.
 
 A RAPID target is the pose of the TCP in the object frame of the work object, after the program displacement:
-``T_base_tcp = T_uframe T_oframe T_displacement T_target`` (ABB RAPID reference manual, wobjdata and PDispSet).
-Base and world frame are the same here.
+``T_frame_tcp = T_uframe T_oframe T_displacement T_target`` (ABB RAPID reference manual, wobjdata and PDispSet), in the
+world, or without the user frame at the end of the mechanical unit that moves it.
 """
 
 from __future__ import annotations
@@ -45,19 +45,19 @@ def matrix_pose(matrix: Array) -> Pose:
 
 
 def tool_matrix(tool: ToolData) -> Array:
-    """``T_tool0_tcp`` (4, 4) [m]; for a stationary tool (``robhold`` FALSE) ``T_base_tcp``."""
+    """``T_tool0_tcp`` (4, 4) [m]; for a stationary tool (``robhold`` FALSE) ``T_world_tcp``."""
     return pose_matrix(tool.tframe.trans, tool.tframe.rot)
 
 
 def object_matrix(wobj: WobjData, displacement: Pose = Pose()) -> Array:
-    """``T_base_object`` (4, 4) [m] with the program displacement; ``T_tool0_object`` if the robot holds the object."""
-    uframe = pose_matrix(wobj.uframe.trans, wobj.uframe.rot)
+    """``T_frame_object`` (4, 4) [m] with the program displacement; ``T_tool0_object`` if the robot holds the object."""
+    uframe = pose_matrix(wobj.uframe.trans, wobj.uframe.rot) if wobj.ufprog or wobj.robhold else np.eye(4)
     oframe = pose_matrix(wobj.oframe.trans, wobj.oframe.rot)
     return uframe @ oframe @ pose_matrix(displacement.trans, displacement.rot)
 
 
 def target_matrix(event: MotionEvent) -> Array:
-    """``T_base_tcp`` (4, 4) [m] of an event's target; ``T_tool0_tcp`` if the robot holds the work object.
+    """``T_frame_tcp`` (4, 4) [m] of an event's target; ``T_tool0_tcp`` if the robot holds the work object.
 
     Raises:
         ValueError: the event has no robtarget.
@@ -97,8 +97,8 @@ def object_matrices(events: Sequence[MotionEvent]) -> Array:
     return np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])[rows]
 
 
-def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]:
-    """The poses to write as the targets of events so that the TCP is commanded to ``T_base_tcp`` (n, 4, 4) [m].
+def target_poses(events: Sequence[MotionEvent], T_frame_tcp: Array) -> list[Pose]:
+    """The poses to write as the targets of events so that the TCP is commanded to ``T_frame_tcp`` (n, 4, 4) [m].
 
     Inverse of ``target_matrices``: in the object frame, before the program displacement; quaternions on the side of the
     target they replace.
@@ -109,7 +109,7 @@ def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]
     if not events:
         return []
     rots = [target.rot for target in _robtargets(events)]
-    matrices = invert(object_matrices(events)) @ T_base_tcp
+    matrices = invert(object_matrices(events)) @ T_frame_tcp
     quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat(scalar_first=True)
     quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
     return [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from postproc.diagnostics import Span
@@ -81,3 +82,23 @@ class Binary(Node):
 
 
 Expression = Number | Text | Truth | Star | Name | Index | Component | Aggregate | Call | Unary | Binary
+
+
+def nodes(tree: Expression) -> Iterator[Expression]:
+    """An expression and every expression inside it, from outside to inside and from left to right."""
+    yield tree
+    match tree:
+        case Index(_, base, items):
+            inside: tuple[Expression, ...] = (base, *items)
+        case Component(_, base, _) | Unary(_, _, base):
+            inside = (base,)
+        case Aggregate(_, items):
+            inside = items
+        case Binary(_, _, left, right):
+            inside = (left, right)
+        case Call(_, _, arguments, options):
+            inside = (*arguments, *(value for _, value in options if value is not None))
+        case _:
+            inside = ()
+    for part in inside:
+        yield from nodes(part)

@@ -21,8 +21,8 @@ from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms
-from postproc.identify.forms import forms_of
+from postproc.fit.solving.solve import Terms
+from postproc.identify.candidates.forms import forms_of
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import derivatives
 from tests.bench.diagnosis.judge import base_fit, error, judge

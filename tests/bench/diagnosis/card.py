@@ -26,6 +26,10 @@ WHAT = {
     "orientation": "positions and orientations",
     "encoder": "joint encoders alone: lag, lost motion, a wave, nothing",
     "arms": "other arms, an effect or nothing",
+    "new payload": "one effect, asked at a payload that no measured row has",
+    "new side": "one effect, asked where joints 2 and 3 come from different sides, which they never did",
+    "new temperature": "one effect, asked at the last degrees of a warm-up, beyond all measured ones",
+    "new region": "one effect, asked in a sector of joint 1 that was not measured",
 }
 
 

@@ -13,6 +13,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.fit.recorded import recorded_model
 from postproc.identify.add import grown
 from postproc.identify.diagnose import diagnose
 from postproc.identify.diagnosis import Diagnosis
@@ -54,7 +55,7 @@ def model_joints(model: Model, true: Measurements) -> np.ndarray:
 
 def inside(fit: Fit, true: Measurements) -> float:
     """Share of true coordinates inside the 95 % intervals of the prediction."""
-    model = fit.recorded()
+    model = recorded_model(fit)
     e = predict(model, true.state)[:, :3, 3] - true.position
     return float(np.nanmean(np.abs(e) < 1.96 * predict_sigma(model, true.state)[:, None]))
 

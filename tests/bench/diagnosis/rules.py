@@ -20,18 +20,18 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 
 RULES: dict[str, tuple[Patch, ...]] = {
     "backward": (("identify.forward", "backward", lambda state: state),),
-    "maps": (("effects.transmission_error", "TransmissionError.generalised", _nothing),),
-    "nonlinear": (("identify.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
+    "maps": (("effects.library.transmission_error", "TransmissionError.generalised", _nothing),),
+    "nonlinear": (("identify.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
     "further": (("identify.forward", "reaches_further", lambda after, before: True),),
     "held_out": (
         ("identify.forward", "reaches_further", lambda after, before: True),
         ("identify.forward", "predicts_better", lambda after, before, errors: True),
     ),
     "row": (("identify.forward", "lives_on_a_row", lambda fit, best: False),),
-    "nested": (("identify.ranking", "_nested", lambda candidate, found: candidate),),
+    "nested": (("identify.candidates.ranking", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (
-            "effects.transmission_error",
+            "effects.library.transmission_error",
             "TransmissionError.rooms",
             lambda terms, *others: np.ones(len(terms), dtype=bool),
         ),

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Source
 from postproc.measure.measurements import Measurements
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from tests.independent import arm as A
 from tests.independent import library_effects as K
@@ -77,7 +77,8 @@ class Set:
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a set is drawn. Args: as in `Set`; size: factor on every hidden effect; measured: what the instrument tells."""
+    """How a set is drawn. Args: as in `Set`; size: factor on every hidden effect; measured: what the instrument tells;
+    unseen: what is changed, to a level that no measured row has, at the poses with true places."""
 
     kinds: tuple[Kind, ...] = ()
     robot: str = MAIN
@@ -85,6 +86,7 @@ class Recipe:
     poses: int | None = None
     moving: bool = False
     measured: str = "positions"
+    unseen: str = ""
     name: str = field(default="")
 
     @property
@@ -119,7 +121,12 @@ def drawn(kind: str, index: int, recipe: Recipe, seed: int) -> Set:
     moving = recipe.moving or any(h.needs == "moving" for h in hidden) or (not hidden and g.random() < 0.15)
     session = any(h.needs == "session" for h in hidden) or (not hidden and g.random() < 0.15)
     cell = draw_cell(g, arm, hidden)
-    s, t = (draw_states(g, count, arm, moving, session) for count in (n, 150))
+    if recipe.unseen:
+        every = draw_states(g, 8 * (n + 150), arm, moving, session)
+        new = CHANGED[recipe.unseen](every)
+        s, t = every.take(np.sort(g.permutation(np.flatnonzero(~new))[:n])), every.take(np.flatnonzero(new)[:150])
+    else:
+        s, t = (draw_states(g, count, arm, moving, session) for count in (n, 150))
     again = np.concatenate([np.arange(n), *[np.arange(0, n, max(n // 12, 1))] * 2])
     tables = []
     for states, rows, spread in ((s, again, 1e-3 * noise), (t, np.arange(150), 0.0)):
@@ -137,6 +144,16 @@ def drawn(kind: str, index: int, recipe: Recipe, seed: int) -> Set:
     base = ("joint_offset", "joint_compliance") if encoders else Set.base
     name = f"{recipe.label} #{index}"
     return Set(kind, name, recipe.robot, *tables, Truth.of(hidden), ENCODER if encoders else 1e-3 * noise, base)
+
+
+CHANGED: dict[str, Callable[[States], np.ndarray]] = {
+    "payload": lambda s: s.mass == s.mass.max(),
+    "side": lambda s: s.approach[:, 1] != s.approach[:, 2],
+    "temperature": lambda s: s.temperature > 34.0,
+    "region": lambda s: s.q[:, 0] > np.radians(40.0),
+}
+"""Rows of levels that a table does not have: the heaviest payload of three; joints 2 and 3 approached from different
+sides; the last degrees of a warm-up; a sector of joint 1."""
 
 
 def _read(robot: str, s: States, places: np.ndarray, ids: list[str], digits: int) -> Measurements:
@@ -187,6 +204,13 @@ def _several(count: int, poses: int, pools: tuple[list[Kind], ...]) -> Callable[
     return recipe
 
 
+CARRIED: dict[str, list[Kind]] = {
+    "payload": [K.arm_load, K.payload_error, K.backlash, K.base_compliance, K.link_compliance, K.bearing_tilt, K.gravity_compensator, K.dress_pack],
+    "side": [K.backlash, K.arm_load, K.transmission_error, K.thermal_growth],
+    "temperature": [K.thermal_growth, K.backlash, K.thermal_joint_drift, K.frame_drift],
+    "region": [K.backlash, K.arm_load, K.transmission_error, K.wrist_coupling, K.gravity_compensator, K.base_compliance, K.link_geometry, K.thermal_growth],
+}  # fmt: skip
+"""Effects that are asked at levels which the table does not have."""
 MOVING = [K.servo_lag, K.backlash, K.transmission_error, K.arm_load, K.joint_error_map, K.dress_pack]
 TURNING = [K.backlash, K.joint_error_map, K.link_geometry, K.thermal_joint_drift, K.bearing_tilt, K.transmission_error]
 KINDS: dict[str, tuple[int, Callable[[int], Recipe]]] = {
@@ -208,6 +232,10 @@ KINDS: dict[str, tuple[int, Callable[[int], Recipe]]] = {
             ]
         ),
     ),
+    **{
+        f"new {what}": (2 * len(some), _cycle([Recipe((k,), poses=150, unseen=what) for k in some]))
+        for what, some in CARRIED.items()
+    },
     "arms": (
         18,
         _cycle(
@@ -232,7 +260,8 @@ def recipes(kind: str, count: int) -> Iterator[tuple[int, Recipe]]:
 
 def seed_of(kind: str, index: int) -> int:
     """Seeds of different kinds are far apart, and apart from those of the tests."""
-    return 40_000_000 + 100_000 * list(KINDS).index(kind) + index
+    known = [kind for kind in KINDS if not kind.startswith("new ")]
+    return 40_000_000 + 100_000 * [*known, *(kind for kind in KINDS if kind not in known)].index(kind) + index
 
 
 def real(name: str, folder: Path, block: int) -> Set:

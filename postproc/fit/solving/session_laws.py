@@ -1,0 +1,60 @@
+"""Laws in the order of rows, or in the time, of one measuring session: they say nothing of another one."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.terms import accepted
+from postproc.model.arm import Model
+
+CLOCKS = {"row": "row", "time": "time_s"}
+"""Channels that begin anew with every session, and their columns."""
+
+
+def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
+    """DAT034 for effects that follow the row or the time of a session on a table that the model was not fitted to.
+
+    Rows of another table are other rows. Times may go on from those of the fit: where some lie beyond them, it is
+    another session.
+
+    Raises:
+        PostprocError: DAT034 where such a law would be applied, unless the user accepts it.
+    """
+    found = []
+    for effect in model.effects:
+        clocks = [clock for clock in CLOCKS if clock in effect.reads and data.state.channel(clock) is not None]
+        if effect.is_null or effect.key == "outlier" or _fitted_to(model, data):
+            continue
+        for clock in clocks:
+            foreign = _beyond_times(model, data) if clock == "time" else data.counted
+            message = (
+                f"`{effect.key}` follows `{CLOCKS[clock]}` of the table that it was fitted to, and this is another"
+            )
+            if clock == "time":
+                message += ": its times lie beyond those" if foreign else ", whose times may be of the same session"
+            help_ = "take the effect out of the model, or fit it to this session"
+            found.append(Diagnostic("DAT034", "error" if foreign else "warning", message, data.source, help=help_))
+    found = accepted(found, data.accepted)
+    if any(one.severity == "error" for one in found):
+        raise PostprocError(found)
+    return found
+
+
+def _fitted_to(model: Model, data: Measurements) -> bool:
+    """Whether all files are among those that the model was fitted to, or the data is in memory alone."""
+    told = model.fit.get("data_sha256", [])
+    known = [told] if isinstance(told, str) else list(told)
+    return all(hashlib.sha256(source.data).hexdigest() in known for source in data.sources)
+
+
+def _beyond_times(model: Model, data: Measurements) -> bool:
+    """Whether times lie outside those of the fit, by more than a tenth of them; True where these are not known."""
+    span, time = model.fit.get("range", {}).get("time"), data.state.time
+    if span is None or time is None:
+        return span is None
+    slack = 0.1 * (span[1] - span[0])
+    return bool(np.nanmin(time) < span[0] - slack or np.nanmax(time) > span[1] + slack)

@@ -1,0 +1,42 @@
+"""A fit in sentences."""
+
+from __future__ import annotations
+
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
+from postproc.fit.words.record import cautions
+from postproc.fit.words.wording import FEW, held_text, values_lines
+
+
+def held_lines(fit: Fit) -> list[str]:
+    """What the data could not determine, and what stopped at a bound; a blank line before it."""
+    lines = [f"Not determined by this data and held: {held_text(fit, fit.held)}"] if fit.held else []
+    lines += [f"Stopped at a bound: {held_text(fit, fit.at_bound)}"] if fit.at_bound else []
+    return ["", *lines] if lines else []
+
+
+def set_aside_lines(fit: Fit) -> list[str]:
+    """Rows that no figure counts."""
+    off, unit = 1e3 * distances(fit.observed_error), fit.observed.unit
+    rows = [(f"R{fit.data.name(i)[1:]}", off[i]) for i in fit.set_aside]
+    return [f"{row} was left out: it lies {far:.1f} {unit} off, far from everything else." for row, far in rows]
+
+
+def fit_text(fit: Fit) -> str:
+    """A fit in sentences, then its parameters with their standard deviations."""
+    unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
+    noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
+    if level is not None and fit.parts.repeatability:
+        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
+    lines = [
+        f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that the "
+        f"fit has not seen; the noise is {noise}.",
+        "",
+    ]
+    for effect in fit.model.effects:
+        values = values_lines(fit, effect.key, 4 * FEW)
+        lines += [f"{effect.key}:", *(f"  {text}" for text in values)] if values else []
+    lines += held_lines(fit)
+    lines += set_aside_lines(fit)
+    lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit)]
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""What a diagnosis says: its `sentences`, and `text` and JSON of it."""

@@ -1,0 +1,283 @@
+"""What is likely wrong with a table: units, columns, single rows. Nothing is removed; every finding names its row."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, Severity, has_errors
+from postproc.measure.alignment import Alignment
+from postproc.measure.checks.readings import (
+    HOPELESS_M,
+    RADIANS,
+    RADIANS_BELOW,
+    SUSPICIOUS_M,
+    fits,
+    other_arms,
+    other_lengths,
+    other_reading,
+    seen,
+    slipped,
+    zero_errors,
+)
+from postproc.measure.checks.sizes import check_sizes
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.cells import Cells
+from postproc.measure.read.turns import FOLLOWS, Turns
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward
+
+SHOWN = 5
+FEW = 8
+COARSE = 0.99 * np.radians(0.01)
+"""Step of angles [rad] whose rounding stands beside the noise of an instrument."""
+MANY_FAR = 20
+"""Single typing errors are fewer than one row in so many."""
+OWN_M, OWN_TURN = 1e-5, 1e-4
+"""No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
+
+
+def check_measurements(
+    data: Measurements,
+    robot: Robot,
+    cells: Cells,
+    turns: Turns | None,
+    measured: bool = True,
+    unit: str = "mm",
+) -> list[Diagnostic]:
+    """All findings about a table; of poses that nobody has measured those about their angles.
+
+    Args:
+        unit: of length, in which the positions were read.
+    """
+    if not _asked(data, measured).any():
+        message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
+        return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
+    found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
+    rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
+    poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
+    if data.tool_known or len(poses) < FEW:
+        small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
+        radians = [_finding("warning", *RADIANS, cells)] if small else []
+        return (
+            found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
+        )
+    readings = _check_readings(data, robot, rows, cells, unit, turns)
+    if has_errors(readings):
+        return found + readings
+    turned = _check_orientations(data, robot, rows, cells, turns)
+    if readings:
+        return found + readings + turned
+    return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells, unit)
+
+
+def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
+    """(n,) rows that say what they have to."""
+    return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
+
+
+def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
+    return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
+
+
+def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
+    found = []
+    commanded = _asked(data, measured=False)
+    for lacking, what in ((~commanded, "no joint angles"), (commanded & ~_asked(data, measured), "nothing measured")):
+        if lacking.any():
+            first = int(np.flatnonzero(lacking)[0])
+            message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
+            help_ = "fill in the empty cells if the values are known"
+            found.append(Diagnostic("DAT005", "warning", message, cells.source, cells.span(first), help_))
+    skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
+    seen: dict[tuple[str, ...], int] = {}
+    repeated = 0
+    for i, row in enumerate(cells.rows):
+        key = tuple(cell for k, cell in enumerate(row) if k not in skipped)
+        first = seen.setdefault(key, i)
+        if first != i and repeated < SHOWN:
+            repeated += 1
+            message = f"row {i + 1} repeats row {first + 1} digit by digit; no instrument measures the same twice"
+            help_ = "if it was copied, remove it: copied rows make the noise look smaller than it is"
+            found.append(Diagnostic("DAT006", "warning", message, cells.source, cells.span(i), help_))
+    return found
+
+
+def _listed(some: NDArray[np.bool_]) -> str:
+    """Rows by their numbers, the first of many."""
+    rows = [str(i + 1) for i in np.flatnonzero(some)]
+    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
+    return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN])}{more}"
+
+
+def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
+    step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
+    if step < COARSE:
+        return []
+    # A rounding error is uniform: its standard deviation is step / sqrt(12); 1.5 m is the lever of a middle-sized arm.
+    error = step / np.sqrt(12) * 1.5e3
+    message = f"all joint angles are multiples of {np.rad2deg(step):g} deg"
+    message += f"; if rounded, that alone is an error of {error:.2f} mm"
+    help_ = "export the angles with four decimals; ignore this if the poses were commanded with these round angles"
+    return [Diagnostic("DAT010", "warning", message, cells.source, cells.span(0), help_)]
+
+
+def _check_readings(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str, turns: Turns | None
+) -> list[Diagnostic]:
+    """Where the points are not where the arm is: what makes them fit, or that nothing does.
+
+    Joint angles under which measured orientations do not follow the flange are no other reading.
+    """
+    some = rows[:: max(1, len(rows) // 120)]
+    q, y = data.state.q[some], data.position[some]
+    as_read = seen(robot, q, y)
+    own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
+    far = np.linalg.norm(as_read.residual, axis=1) > HOPELESS_M
+    if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
+        return []
+
+    def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
+        return [_finding(severity, message, help_, cells)]
+
+    if own:
+        message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
+        return found("warning", message, "are they the controller's, and the instrument's in other columns?")
+    slip = slipped(robot, data.state.q[rows], data.position[rows])
+    if slip is not None:
+        return [_slip(*slip, rows, cells)]
+    if fits(as_read):
+        return []
+    oriented = None if turns is None else replace(turns, numbers=turns.numbers[some])
+    other = other_reading(robot, q, y, as_read, unit, lambda angles: _agree(robot, angles, q, oriented))
+    if other is not None:
+        return found("error", *other)
+    if as_read.typical < SUSPICIOUS_M:
+        # Few poses in a small part of space tell neither a scale nor a mirror.
+        return []
+    size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
+    message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
+    if names := other_arms(robot, q, y):
+        return found("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
+    offset, left = zero_errors(robot, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
+    if left < SUSPICIOUS_M:
+        j = int(np.argmax(np.abs(offset)))
+        help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
+        return found("warning", message, help_)
+    help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
+    return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
+
+
+def _agree(robot: Robot, angles: Array, as_read: Array, turns: Turns | None) -> bool:
+    """Whether orientations allow other joint angles than those that were read (n, 6): they follow no worse."""
+    good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
+    if turns is None or good.sum() < FEW:
+        return True
+    shown = replace(turns, numbers=turns.numbers[good])
+    off, before = (shown.off(forward(robot, q[good])[:, :3, :3], None) for q in (angles, as_read))
+    return off is None or before is None or off < max(FOLLOWS, before)
+
+
+def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells) -> Diagnostic:
+    """Points beside the joint angles of other rows: by so many steps before the k-th and after it."""
+    last, first = len(rows) - 1, int(rows[min(k, len(rows) - 1)])
+    where = f"from row {first + 1} on every" if after else f"up to row {int(rows[k - 1]) + 1} every"
+    whole = k <= 1 if after else k >= last
+    beside = "row before" if before + after > 0 else "next row"
+    cause = "stands twice, or the angles of one are missing" if before + after > 0 else "is missing"
+    message = f"{'every' if whole else where} point belongs to the joint angles of the {beside}: so they fit the arm"
+    help_ = f"a point {cause} there: put both side by side again, with empty cells for what is missing"
+    return Diagnostic("DAT009", "error", message, cells.source, cells.span(first if after else 0), help_)
+
+
+def _check_orientations(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, turns: Turns | None
+) -> list[Diagnostic]:
+    """Orientations that do not follow the flange, and the form, order or unit in which they do."""
+    if turns is None:
+        return []
+    some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
+    if len(some) < FEW:
+        return []
+    flange = forward(robot, data.state.q[some])[:, :3, :3]
+    placed = None
+    if len(rows) >= FEW:
+        placed = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
+    shown = replace(turns, numbers=turns.numbers[some])
+    off = shown.off(flange, placed)
+    if off is None or off < FOLLOWS:
+        return []
+    message = (
+        f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
+    )
+    help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
+    meant = shown.meant(flange, placed)
+    if meant is not None:
+        what, help_, left = meant
+        message += f"; read as {what} they follow it to {np.degrees(left):.2f} deg"
+    return [_finding("error", message, help_, cells)]
+
+
+def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
+    margin = np.deg2rad(1.0)
+    beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
+    found = []
+    for i in np.flatnonzero(beyond.any(axis=1))[:SHOWN]:
+        j = int(np.flatnonzero(beyond[i])[0])
+        message = (
+            f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
+            f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
+        )
+        found.append(
+            Diagnostic(
+                "DAT011", "warning", message, cells.source, cells.span(int(i)), "check the angle and the arm's name"
+            )
+        )
+    return found
+
+
+def _check_points(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str
+) -> list[Diagnostic]:
+    """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
+    aligned = seen(robot, data.state.q[rows], data.position[rows])
+    error = np.linalg.norm(aligned.residual, axis=1)
+    limit = max(0.005, 8 * aligned.typical)
+    mixed = _check_mixed(aligned, data.position[rows], limit, unit)
+    if mixed is not None:
+        first, message, help_ = mixed
+        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(rows[first])), help_)]
+    found = []
+    for k in np.argsort(-error)[:20]:
+        if not error[k] > limit:
+            break
+        i, worst = int(rows[k]), int(np.argmax(np.abs(aligned.residual[k])))
+        size = 1e3 * aligned.residual[k, worst]
+        alone = np.abs(aligned.residual[k, worst]) > 0.95 * error[k]
+        cause = (
+            f"`{'xyz'[worst]}_mm` alone is off by {size:.1f} mm: a typing error?"
+            if alone
+            else "another point, or a wrong joint angle?"
+        )
+        message = (
+            f"row {i + 1} lies {1e3 * error[k]:.1f} mm from where the arm should be "
+            f"(others {1e3 * aligned.typical:.2f} mm); {cause}"
+        )
+        help_ = "correct the row; until then the fit sets it aside and says so"
+        found.append(Diagnostic("DAT007", "warning", message, cells.source, cells.span(i), help_))
+    return found
+
+
+def _check_mixed(aligned: Alignment, position: Array, limit: float, unit: str) -> tuple[int, str, str] | None:
+    """More rows in another unit than a fit can set aside: the first of them, what they look like, and what to do."""
+    far = np.linalg.norm(aligned.residual, axis=1) > limit
+    for factor, look, short in other_lengths(unit):
+        alike = far & (np.linalg.norm(aligned.residual + position / factor - position, axis=1) < limit)
+        if 20 * alike.sum() > len(alike):
+            message = f"{alike.sum()} of {len(alike)} rows {look}: they then fit the others"
+            help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
+            return int(np.argmax(alike)), message, help_
+    return None

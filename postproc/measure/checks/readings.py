@@ -1,0 +1,182 @@
+"""Other readings of a table that does not fit the arm: units, signs, zeros and order of its columns, another arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import combinations, product
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.measure.alignment import SAME, Alignment, align
+from postproc.measure.read.units import UNITS
+from postproc.robot.arm import Robot
+from postproc.robot.catalogue import list_robots, load_robot
+from postproc.robot.kinematics import forward
+
+SUSPICIOUS_M = 0.010
+"""No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
+HOPELESS_M = 0.050
+"""Where nothing else explains so much, the table and the arm do not belong together."""
+SAME_LENGTHS_M = 1e-9
+"""Arms that a table fits equally well have the same lengths."""
+CLEARER = 5.0
+"""Another reading of columns is named only where it follows the arm this many times better."""
+LENGTHS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
+RENAME = "rename the columns, or give the right ones in a column map"
+STRAY = 20.0
+RADIANS_BELOW = np.radians(7.0)
+RADIANS = (
+    "the joint angles are all below 7 deg: they look like radians, not degrees",
+    "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
+)
+TURNS = 4 * np.pi
+"""No joint turns so far."""
+DEGREES = (
+    "the joint angles look like degrees, not radians",
+    "correct the unit in the column's name, or give it in a column map: q1_deg = {name = .., unit = 'deg'}",
+)
+
+
+def seen(robot: Robot, q: Array, position: Array) -> Alignment:
+    """The nominal arm as the instrument sees it; points of another world (lost beams, 1e9) do not count.
+
+    Residuals are of all points.
+    """
+    away = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+    near = away <= STRAY * np.median(away)
+    return align(forward(robot, q), position, fitted=near)
+
+
+def fits(found: Alignment) -> bool:
+    """Whether the points are where the arm is, in its units and its hand."""
+    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME
+
+
+def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
+    """Lengths in other units than they are read in: their scale then, what they look like, and the unit."""
+    for short, name in LENGTHS.items():
+        if UNITS[short] != UNITS[unit]:
+            read = next(LENGTHS[known] for known in LENGTHS if UNITS[known] == UNITS[unit])
+            yield UNITS[unit] / UNITS[short], f"look like {name}, not {read}", short
+
+
+def other_reading(
+    robot: Robot,
+    q: Array,
+    position: Array,
+    as_read: Alignment,
+    unit: str = "mm",
+    allowed: Callable[[Array], bool] = lambda q: True,
+) -> tuple[str, str] | None:
+    """What the table more likely means, and what to do, where that makes the points fit; None where nothing does.
+
+    Args:
+        unit: of length, in which the positions were read. allowed: whether other joint angles (n, 6) are possible.
+    """
+    best, found = as_read.typical / CLEARER, None
+    mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
+    mirrored = seen(robot, q, position[:, [1, 0, 2]])
+    in_mirror = fits(mirrored) and mirrored.typical < best
+    for q_other, text, help_ in _joints(q):
+        other = seen(robot, q_other, position)
+        for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
+            if abs(other.scale / factor - 1) > SAME:
+                continue
+            fit = other if factor == 1.0 else seen(robot, q_other, position / factor)
+            if fits(fit) and fit.typical < best and allowed(q_other):
+                best = fit.typical / 2
+                length = f"the positions {look}" if look else ""
+                unit_help = f"give the unit in a column map: x_mm = {{name = .., unit = '{short}'}}" if look else ""
+                # A vendor's sign convention is more common than a left-handed instrument.
+                said = [" and ".join(x for x in (text, length) if x), *([mirror] if in_mirror else [])]
+                message = f"{', or '.join(said)}: the points then fit to {1e3 * fit.typical:.2f} mm"
+                found = message, "; ".join(x for x in (help_, unit_help) if x)
+    if found is None and in_mirror:
+        return f"{mirror}: they then fit to {1e3 * mirrored.typical:.2f} mm", f"{RENAME}, or `sign = -1`"
+    return found
+
+
+def slipped(robot: Robot, q: Array, position: Array) -> tuple[int, int, int] | None:
+    """Rows k at which points begin to stand beside the joint angles of other rows: (steps before k, steps after, k).
+
+    One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
+    twice, moves all that follow. The first third of the rows, or the last, tells where the instrument stands. None
+    where this does not bring nine rows of ten to the arm, and half of those that are not there as they stand.
+    """
+    n, flange = len(q), forward(robot, q)
+    right = np.linalg.norm(seen(robot, q, position).residual, axis=1) < HOPELESS_M
+    most, found = max(0.9 * n, 0.5 * (n + right.sum())), None
+    for first, (mine, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
+        fitted = np.zeros(2 * n, dtype=bool)
+        fitted[: n // 3] = first
+        fitted[n - n // 3 : n] = not first
+        both = np.concatenate([np.roll(flange, step, axis=0) for step in (mine, other)])
+        known = align(both, np.tile(position, (2, 1)), fitted=fitted)
+        near = (np.linalg.norm(known.residual, axis=1) < HOPELESS_M).reshape(2, n)[:: 1 if first else -1]
+        right = np.append(0, np.cumsum(near[0])) + np.append(np.cumsum(near[1, ::-1])[::-1], 0)
+        if fits(known) and right.max() > most:
+            most, best = right.max(), np.flatnonzero(right == right.max())
+            before, after = (mine, other) if first else (other, mine)
+            # Repeats stand right either way: what is wrong goes as far as it can.
+            found = before, after, int(best[-1] if before else best[0])
+    return found
+
+
+def other_arms(robot: Robot, q: Array, position: Array) -> list[str]:
+    """The arms of the library that the points fit best in place of this one: several where their lengths are equal."""
+    found: dict[str, float] = {}
+    for name in list_robots():
+        try:
+            other = seen(load_robot(name), q, position)
+        except PostprocError:
+            continue
+        if fits(other) and name != robot.name:
+            found[name] = other.typical
+    return [name for name, typical in found.items() if typical <= min(found.values()) + SAME_LENGTHS_M]
+
+
+def zero_errors(robot: Robot, q: Array, position: Array) -> tuple[Array, float]:
+    """(6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] that is left."""
+    from scipy.optimize import least_squares
+
+    def error(offset: Array) -> Array:
+        return seen(robot, q + offset, position).residual.ravel()
+
+    best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
+    return np.asarray(best.x), seen(robot, q + best.x, position).typical
+
+
+def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
+    """Other readings of the joint angles, the simplest first."""
+    yield q, "", ""
+    if np.nanmax(np.abs(q)) < RADIANS_BELOW:
+        yield np.rad2deg(q), *RADIANS
+    if np.nanmax(np.abs(q)) > TURNS:
+        yield np.deg2rad(q), *DEGREES
+    for i, j in combinations(range(6), 2):
+        order = list(range(6))
+        order[i], order[j] = j, i
+        yield q[:, order], f"columns `q{i + 1}_deg` and `q{j + 1}_deg` look swapped", RENAME
+    coupled = q.copy()
+    coupled[:, 2] -= q[:, 1]
+    yield coupled, "column `q3_deg` looks like the angle of the forearm to the ground (q3 + q2)", RENAME
+    yield from _negated(q, [1])
+    for j in range(6):
+        for turn in (90, -90, 180):
+            other = q.copy()
+            other[:, j] += np.deg2rad(turn)
+            text = f"joint {j + 1} looks counted from a zero {abs(turn)} deg away"
+            yield other, text, f"give it in a column map: q{j + 1}_deg = {{name = .., offset = {turn}}}"
+    yield from _negated(q, range(2, 7))
+
+
+def _negated(q: Array, counts: Iterable[int]) -> Iterator[tuple[Array, str, str]]:
+    for count in counts:
+        for some in combinations(range(6), count):
+            other = q.copy()
+            other[:, some] *= -1
+            listed = ", ".join(f"`q{j + 1}_deg`" for j in some)
+            text = f"column {listed} looks negated" if count == 1 else f"columns {listed} count the other way"
+            yield other, text, "give `sign = -1` in a column map"

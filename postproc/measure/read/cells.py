@@ -1,0 +1,234 @@
+"""Text of a measurement file -> columns of cells, each with its place in the file."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.measure.read.layout import ColumnMap
+from postproc.measure.read.numbers import EMPTY, as_number, find_decimal, holds_numbers
+from postproc.measure.read.spreadsheet import MARK, sheet_text
+from postproc.measure.read.units import is_unit, stated_unit
+from postproc.numbers import read_number
+
+LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
+NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
+"""What many instruments write where they saw nothing."""
+NUMBER_AND_MORE = re.compile(r"[-+]?\d+[.,]?\d*\s*[^\d\s.,;:/-]")
+SAMPLE = 20
+BLANK = " \t,;"
+"""What a spreadsheet writes for a line in which nothing stands."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A table as text.
+
+    Args:
+        source: the file as UTF-8 with line feeds.
+        header: column names; numbers from 1 where the file has no header.
+        units: the unit that each column states, in its name or in a row of units; empty where it states none.
+        rows: cells as text, stripped, every row as long as the header.
+        lines: line number of each row.
+        decimal: decimal sign.
+    """
+
+    source: Source
+    header: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    decimal: str
+
+    def span(self, row: int) -> Span:
+        return self.source.line_span(self.lines[row])
+
+    def at(self, name: str | int) -> int:
+        """Index of a column by its name, or by its number counted from 1; -1 where there is none."""
+        if isinstance(name, int):
+            return name - 1 if 0 < name <= len(self.header) else -1
+        return self.header.index(name) if name in self.header else -1
+
+    def text(self, name: str | int) -> list[str]:
+        at = self.at(name)
+        return [row[at] for row in self.rows]
+
+    def numbers(
+        self, name: str | int, diagnostics: list[Diagnostic], cure: str = "correct the cell or leave it empty"
+    ) -> Array:
+        """One column as numbers, NaN where a cell is empty.
+
+        Signs alone are 1 and -1 where both occur. Cells that are no numbers (DAT003), and nines far from all other
+        values (DAT005), are reported and become NaN.
+        """
+        cells = self.text(name)
+        if "+" in cells:
+            cells = [f"{cell}1" if cell in ("+", "-", "\u2212") else cell for cell in cells]
+        cells = [as_number(cell, self.decimal) for cell in cells]
+        wrong: list[int] = []
+        try:
+            values = np.array([read_number(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            values = np.full(len(cells), np.nan)
+            for i, cell in enumerate(cells):
+                try:
+                    values[i] = read_number("nan" if cell.lower() in EMPTY else cell)
+                except ValueError:
+                    wrong.append(i)
+        huge = np.abs(values) > LARGEST
+        values[huge] = np.nan
+        self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", cure)
+        if any(NUMBER_AND_MORE.match(cells[i]) for i in wrong):
+            cure = "write the number alone, and its unit behind the column's name: `X [mm]`"
+        self._report(wrong, name, diagnostics, "DAT003", "is not a number", cure)
+        if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
+            # So many are no slips: the column is not what it is taken for.
+            diagnostics[-1] = replace(diagnostics[-1], severity="error")
+        nines = np.array([bool(NINES.fullmatch(cell)) for cell in cells])
+        others = values[~nines & np.isfinite(values)]
+        if nines.any() and len(others):
+            away = np.abs(values - (others.max() + others.min()) / 2) > 1.5 * np.ptp(others)
+            values[nines & away] = np.nan
+            what = "is far from all other values there, as instruments write what they did not see"
+            found = np.flatnonzero(nines & away).tolist()
+            self._report(found, name, diagnostics, "DAT005", what, "leave such cells empty")
+        return values
+
+    def _report(
+        self, rows: list[int], name: str | int, diagnostics: list[Diagnostic], code: str, what: str, help_: str
+    ) -> None:
+        if rows:
+            at = self.at(name)
+            more = f" (and {len(rows) - 1} more)" if rows[1:] else ""
+            message = f"`{self.rows[rows[0]][at]}`{more} in column `{self.header[at]}` {what}"
+            help_ = f"{help_}; it counts as not measured"
+            diagnostics.append(Diagnostic(code, "warning", message, self.source, self.span(rows[0]), help_))
+
+
+def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic], every: bool = False) -> Cells:
+    """Split a delimited text file into cells.
+
+    Args:
+        every: rows with more or fewer cells than the header stay, with nothing but their first cell.
+
+    Raises:
+        PostprocError: DAT001 where there is no table.
+    """
+    source = _as_text(source, diagnostics)
+    numbered = [
+        (number, line)
+        for number, line in enumerate(source.data.decode(source.encoding).split("\n"), start=1)
+        if line.strip(BLANK) and not (layout.comment and line.lstrip().startswith(layout.comment))
+    ]
+    if len(numbered) < (2 if layout.header else 1):
+        help_ = "a table has a line of column names and below it a line for each row; export it as CSV"
+        raise _no_table("there are no rows in this file", source, help_)
+    separator = layout.separator or _find_separator([line for _, line in numbered[:SAMPLE]], layout.header)
+    split = [(number, [cell.strip() for cell in _split(line, separator)]) for number, line in numbered]
+    decimal = layout.decimal or find_decimal([cell for _, cells in split[:SAMPLE] for cell in cells])
+    if layout.header:
+        header, units, body = _heading(split, decimal, source, diagnostics)
+    else:
+        header, body = [str(i + 1) for i in range(len(split[0][1]))], split
+        units = ["" for _ in header]
+    rows: list[tuple[str, ...]] = []
+    lines: list[int] = []
+    for number, cells in body:
+        if len(cells) == len(header) + 1 and not cells[-1]:
+            cells = cells[:-1]
+        if len(cells) != len(header):
+            message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
+            then = "nothing is told of it" if every else "the row is left out"
+            help_ = f"check for a missing separator or a decimal comma; until then {then}"
+            diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
+            if not every:
+                continue
+            cells = [cells[0], *("" for _ in header[1:])]
+        rows.append(tuple(cells))
+        lines.append(number)
+    if all(not any(row) for row in rows):
+        size = Counter(len(cells) for _, cells in body).most_common(1)
+        found = f"rows have {size[0][0]}" if size else "there is no other row"
+        help_ = "check the separator and the decimal sign, and that every column has a name"
+        if separator == "," and size and size[0][0] > len(header) > 1:
+            help_ = (
+                "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
+            )
+        raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {found}", source, help_)
+    return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
+
+
+def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
+    """The file as UTF-8 or latin-1 with line feeds alone, whatever wrote it."""
+    if source.data.startswith(MARK):
+        return sheet_text(source, diagnostics)
+    data = source.data
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16", "replace").encode()
+    if b"\0" in data[:4096]:
+        help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
+        raise _no_table("this file is no text: an old spreadsheet, or another binary form", source, help_)
+    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return source if data == source.data else replace(source, data=data)
+
+
+def _heading(
+    split: Sequence[tuple[int, list[str]]], decimal: str, source: Source, diagnostics: list[Diagnostic]
+) -> tuple[list[str], list[str], Sequence[tuple[int, list[str]]]]:
+    """Names and units of the columns, and the rows below: of the lines before the first numbers the fullest one.
+
+    Lines before it are a title, and said so; a line below it that holds units alone belongs to it.
+    """
+    numbers = (i for i, (_, cells) in enumerate(split[:SAMPLE]) if holds_numbers(cells, decimal))
+    first = next(numbers, min(len(split) - 1, SAMPLE))
+    if first == 0:
+        help_ = "add a header row (pose_id,q1_deg,...), or a column map with `header = false`"
+        raise _no_table("the first row holds numbers where the column names should be", source, help_)
+    at = max(range(first), key=lambda i: (sum(bool(cell) for cell in split[i][1]), -i))
+    if at:
+        lines = "1 line before the column names is" if at == 1 else f"{at} lines before the column names are"
+        help_ = "start them with `#` if they are, or remove them"
+        message = f"{lines} taken for a title"
+        diagnostics.append(Diagnostic("DAT004", "info", message, source, _start(source, split[0][0]), help_))
+    header = split[at][1]
+    units = [stated_unit(name) for name in header]
+    below = split[at + 1][1]
+    told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY]
+    if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or holds_numbers(below, decimal):
+        return header, units, split[at + 1 :]
+    units = [stated_unit(f"[{cell.strip('[]()')}]") or unit for cell, unit in zip(below, units, strict=True)]
+    return header, units, split[at + 2 :]
+
+
+def _find_separator(sample: Sequence[str], header: bool) -> str:
+    """The mark that splits a line into most cells; a comma between digits may be the decimal sign of a table."""
+    lines = [re.sub(r"(?<=\d),(?=\d)", "", line) if header else line for line in sample]
+    best = max((",", ";", "\t"), key=lambda mark: max(line.count(mark) for line in lines))
+    return best if any(best in line for line in lines) else "whitespace"
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if separator == "whitespace":
+        return line.split()
+    if '"' not in line:
+        return line.split(separator)
+    try:
+        return next(csv.reader([line], delimiter=separator))
+    except csv.Error:  # a cell of more than 131072 letters
+        return line.split(separator)
+
+
+def _start(source: Source, line: int) -> Span:
+    start = source.line_starts[line - 1]
+    return start, start + 1
+
+
+def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
+    return PostprocError.of("DAT001", message, source, help=help_)

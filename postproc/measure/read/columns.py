@@ -1,0 +1,154 @@
+"""The columns of a measurement table: standard names, whose ends are their units, and what other programs call them."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+
+from postproc.effects.contract import COLUMNS
+from postproc.measure.read.layout import MappedColumn
+from postproc.measure.read.units import fitting
+
+_UNIT_OF_SUFFIX = ("deg_s2", "deg_s", "deg", "mm", "kg", "Nm", "N", "C", "s")
+
+JOINTS = COLUMNS["q"]
+POSITION = ("x_mm", "y_mm", "z_mm")
+ORIENTATION = ("qw", "qx", "qy", "qz")
+MEASURED_JOINTS = tuple(f"mq{j}_deg" for j in range(1, 7))
+COMMAND_POSITION = ("cmd_x_mm", "cmd_y_mm", "cmd_z_mm")
+COMMAND_ORIENTATION = ("cmd_qw", "cmd_qx", "cmd_qy", "cmd_qz")
+CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
+PAYLOAD = COLUMNS["payload"]
+WRENCH = COLUMNS["wrench"]
+APPROACH = COLUMNS["approach"]
+SPEED = COLUMNS["v"]
+ACCELERATION = COLUMNS["a"]
+TEXT = ("pose_id", "session", "target")
+STANDARD = (
+    *(*TEXT, *JOINTS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION, *COMMAND_ORIENTATION),
+    *(*CONFIGURATION, *PAYLOAD, *WRENCH, *APPROACH, *SPEED, *ACCELERATION, "temperature_C", "time_s", "sigma_mm"),
+)
+
+
+def columns_of(channel: str) -> str:
+    """How a channel's columns are called, for people; a column of the table's own is its own channel."""
+    names = COLUMNS.get(channel)
+    return channel if names is None else " .. ".join(f"`{name}`" for name in dict.fromkeys((names[0], names[-1])))
+
+
+def unit_of(column: str) -> str:
+    """The unit that a standard column's name ends in, ``1`` where it has none."""
+    return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
+
+
+LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
+EXPANDED = re.compile(r"u[ _]*[xyz]?[ _]*\(?[ _]*95[ _]*%?\)?.*", re.IGNORECASE)
+"""Expanded uncertainties as instruments call them: U95, U(95), Ux95."""
+_JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|joint[ _]?a|gelenk|theta|rob)"
+_UR = {"base": "j1", "shoulder": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
+"""What Universal Robots call their joints."""
+_ROS = {"shoulderpan": "j1", "shoulderlift": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
+"""The same in its drivers for ROS, each followed by `joint`."""
+_RADIANS = re.compile(r"(?:.*_joint|(?:actual|target)_q_?\d|joint_a\d)")
+"""Names that ROS (REP 103) and the real-time interface of Universal Robots write: their angles are in radians."""
+ZEROTH = frozenset({"actual_q_0", "target_q_0", "actual_q0", "target_q0"})
+"""Joints that are counted from 0."""
+_WHOSE = "(?:actual|act|ist|measured|measurement|meas|tracker|smr)"
+_ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
+TURNS: Mapping[tuple[str, ...], str] = {
+    ("w", "p", "r"): "xyz",
+    ("rx", "ry", "rz"): "rotvec",
+    ("q0", "q1", "q2", "q3"): "wxyz",
+    ("q1", "q2", "q3", "q4"): "wxyz",
+    ("roll", "pitch", "yaw"): "xyz",
+    ("a", "b", "c"): "ZYX",
+    ("o", "a", "t"): "ZYZ",
+}
+"""What robots call the parts of an orientation, in small letters, and the form that is then usual."""
+_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
+
+
+def nearest(name: str) -> str | None:
+    """The standard column that a name may be a misspelling of; the numbers in both must agree."""
+    for found in difflib.get_close_matches(name, STANDARD, 3, 0.85):
+        if re.sub(r"\D", "", found) == re.sub(r"\D", "", name) and found != name:
+            return found
+    return None
+
+
+def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedColumn]:
+    """Standard columns under another name that states its unit, ``X [mm]`` or ``J1 (rad)``, where it is unique."""
+    pairs = zip(_meanings(header, units), header, units, strict=True)
+    every = [(theirs, name, unit) for name, theirs, unit in pairs if name]
+    names = [name for _, name, _ in every]
+    lower = {theirs.lower() for theirs in header}
+    return {
+        name: MappedColumn(name=theirs, unit=unit or "1")
+        for theirs, name, unit in every
+        if names.count(name) == 1
+        and name.lower() not in lower
+        and fitting(unit or "1", unit_of(name))
+        and name not in TEXT
+    }
+
+
+def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str] = STANDARD) -> str:
+    """The lines of a column map for columns that are called as robots and trackers often call them; empty if none are.
+
+    Joints: J1, A1, axis_1, joint1, theta1, base, shoulder ..; positions: X, px, x [mm], TCP.Y, Actual X .. Units that
+    are stated are taken over.
+
+    Args:
+        needed: columns of which at least one must be among them.
+    """
+    found: dict[str, str] = {}
+    for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
+        unit = unit or ("rad" if name in JOINTS and _RADIANS.fullmatch(theirs.lower()) else "")
+        other = unit != unit_of(name) and fitting(unit, unit_of(name))
+        found.setdefault(
+            name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
+        )
+    wanted = [name for name in STANDARD if name in found and name not in header]
+    if len(wanted) < 3 or not set(wanted) & set(needed):
+        return ""
+    guess = "# units that the names do not state are guesses: deg, mm"
+    return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
+
+
+def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Standard names of columns that another program wrote, empty where none is known.
+
+    Joint angles are six: fewer columns q1, q2, .. may be the parts of a quaternion, and are none.
+    """
+    lower = {theirs.lower() for theirs in header}
+    counted = [_counted(theirs) for theirs in header] if lower & ZEROTH else header
+    found = [_meant(theirs, unit) for theirs, unit in zip(counted, units, strict=True)]
+    if set(JOINTS) <= set(found):
+        return found
+    pairs = zip(found, header, strict=True)
+    return ["" if name in JOINTS and theirs.lower().startswith("q") else name for name, theirs in pairs]
+
+
+def _counted(theirs: str) -> str:
+    """A joint counted from 0 as one counted from 1: ``actual_q_0`` is ``q1``."""
+    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", theirs.strip().lower())
+    return f"q{int(found[1]) + 1}" if found else theirs
+
+
+def _meant(theirs: str, unit: str) -> str:
+    """Standard name of a column that another program wrote; empty where none is known."""
+    plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
+    bare = re.sub("[ _]", "", plain)
+    plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
+    if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
+        return f"q{joint[1]}_deg"
+    if place := re.fullmatch(
+        rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?", plain
+    ):
+        return f"{place[1]}_mm"
+    if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
+        return f"q{part[1]}"
+    if plain in LABELS:
+        return "pose_id"
+    return _WORDS.get(plain, "") if unit else ""

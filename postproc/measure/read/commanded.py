@@ -1,0 +1,112 @@
+"""Commanded joint angles from commanded poses, or from the program that was run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.measure.read.cells import Cells
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.units import flange_matrix, tool_matrix
+from postproc.rapid.program.program import read_program
+from postproc.robot.arm import Robot
+from postproc.robot.inverse import joint_solution
+from postproc.robot.pose import transform
+
+MANY = 0.2
+"""Share of poses that cannot be reached beyond which the table does not mean what it says."""
+
+
+def commanded_joints(
+    robot: Robot,
+    position: Array,
+    rotation: Array,
+    configuration: Array | None,
+    cells: Cells,
+    diagnostics: list[Diagnostic],
+) -> Array:
+    """Joint angles [rad] (n, 6) that the controller's nominal inverse kinematics gives for commanded flange poses.
+
+    Args:
+        position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base; configuration: (n, 4) cf1, cf4, cf6, cfx.
+
+    A row that the arm cannot reach is reported as DAT012 and becomes NaN.
+
+    Raises:
+        PostprocError: DAT012 where that are more than a fifth of the rows.
+    """
+    T = transform(position, rotation)
+    wanted = np.zeros((len(T), 4)) if configuration is None else np.nan_to_num(configuration)
+    solution = joint_solution(robot, T, np.rint(wanted).astype(np.int64))
+    failures = [failure for failure in solution.failures if np.isfinite(T[failure.index]).all()]
+    if len(failures) > MANY * len(T):
+        message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
+        help_ = (
+            "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "
+            f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
+        )
+        raise PostprocError.of("DAT012", message, cells.source, cells.span(failures[0].index), help_)
+    for failure in failures:
+        message = f"row {failure.index + 1}: {failure.message}"
+        help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
+        span = cells.span(failure.index)
+        diagnostics.append(Diagnostic("DAT012", "warning", message, cells.source, span, help_))
+    return solution.q
+
+
+def program_targets(
+    program: Source | Sequence[Source], robot: Robot, target: Sequence[str], cells: Cells, diagnostics: list[Diagnostic]
+) -> tuple[Array, Array]:
+    """Joint angles [rad] (n, 6) and tools (n, 4, 4) of the targets that a program visits, by name.
+
+    Pose, work object, displacement, tool and configuration are those in force where the program moves to the target.
+
+    Raises:
+        PostprocError: DAT012 where a target is not in the program; RAP020 and its like where a tool or a work object of
+            a visit is declared in no file.
+    """
+    events = _visited(program)
+    missing = [i for i, name in enumerate(target) if name.lower() not in events]
+    if missing:
+        names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
+        message = f"the program does not move to {names}"
+        help_ = "name the module that was run, and targets as they stand in its motion statements"
+        raise PostprocError.of("DAT012", message, cells.source, cells.span(missing[0]), help_)
+    visited = [events[name.lower()] for name in target]
+    unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")
+    if unknown:
+        help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
+        raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
+    T_flange_tcp = np.array([tool_matrix(event.tool) for event in visited])
+    q = np.full((len(visited), 6), np.nan)
+    free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]
+    for i, event in enumerate(visited):
+        if isinstance(event.target, JointTarget):
+            q[i] = np.radians(event.target.robax)
+    if free:
+        T = np.array([flange_matrix(visited[i]) for i in free])
+        conf = np.array([visited[i].target.robconf for i in free])  # type: ignore[union-attr]
+        solution = joint_solution(robot, T, conf)
+        q[free] = solution.q
+        for failure in solution.failures:
+            row = free[failure.index]
+            message = f"row {row + 1}, `{target[row]}`: {failure.message}"
+            found = Diagnostic("DAT012", "warning", message, cells.source, cells.span(row), failure.help)
+            diagnostics.append(found)
+    return q, T_flange_tcp
+
+
+def _visited(program: Source | Sequence[Source]) -> dict[str, MotionEvent]:
+    """The first motion to every named target, by its name in lower case."""
+    events: dict[str, MotionEvent] = {}
+    for event in walk(read_program(program)):
+        argument = event.statement.argument("to")
+        if argument is not None and event.target is not None:
+            events.setdefault(argument.text.strip().lower(), event)
+    return events

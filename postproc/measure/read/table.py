@@ -1,0 +1,205 @@
+"""Reading a measurement table into one value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
+from postproc.effects.contract import State
+from postproc.measure.checks.likely_wrong import check_measurements
+from postproc.measure.measurements import Measurements
+from postproc.measure.read import columns as names
+from postproc.measure.read.cells import read_cells
+from postproc.measure.read.commanded import commanded_joints, program_targets
+from postproc.measure.read.join import join
+from postproc.measure.read.layout import read_column_map
+from postproc.measure.read.lookup import Table, missing_help
+from postproc.measure.read.own import own_channels, row_order
+from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
+from postproc.measure.trajectory import with_motion
+from postproc.robot.arm import Robot
+
+ANGLES = (
+    "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "
+    "by row, or name the program's targets in a column `target` and give the program (`--program`)"
+)
+
+
+def read_measurements(
+    source: Source,
+    robot: Robot,
+    program: Source | Sequence[Source] | None = None,
+    column_map: Source | None = None,
+    measured: bool = True,
+    *,
+    terms: Reading = AS_IT_IS,
+) -> Measurements:
+    """Read a measurement table and check it against the arm.
+
+    Args:
+        source: the table; comma, dot decimals and the standard column names unless the column map says otherwise.
+        robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
+        program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
+        column_map: how another layout writes its columns, see ``read_column_map``.
+        measured: False for poses that are only asked about, or have yet to be measured: then every row stays.
+        terms: what the user says of the table beside that.
+
+    Raises:
+        PostprocError: DAT001 to DAT009, where the table cannot be what it says.
+    """
+    diagnostics: list[Diagnostic] = []
+    layout = read_column_map(column_map)
+    cells = read_cells(source, layout, diagnostics, every=not measured)
+    if terms.joints is not None:
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+    table = Table(cells, layout, diagnostics)
+    n = len(table.cells.rows)
+    turns = table.turns(names.ORIENTATION, layout.orientation)
+    measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
+    position = _seen(table)
+    if position is None:
+        position = np.full((n, 3), np.nan)
+        if measured and turns is None and measured_joints is None:
+            message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
+            raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
+    state, tool_known = _state(table, robot, program)
+    if "time_s" in table.place:
+        state, findings = with_motion(state, source)
+        diagnostics += findings
+    elif terms.rows_in_order:
+        state = state.with_(channels={**state.channels, **row_order(state, table.text("pose_id"))})
+    data = Measurements(
+        state=state,
+        position=position,
+        rotation=None if turns is None else turns.matrix,
+        joint=measured_joints,
+        sigma=_deviations(table),
+        pose_id=tuple(table.text("pose_id") or _labels(state.q)),
+        row=tuple(range(1, n + 1)),
+        line=table.cells.lines,
+        tool_known=tool_known,
+        counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
+        accepted=terms.accept,
+        sources=(source,),
+    )
+    unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
+    diagnostics += check_measurements(data, robot, table.cells, turns, measured, unit)
+    diagnostics = accepted(diagnostics, terms.accept)
+    if has_errors(diagnostics):
+        raise PostprocError(diagnostics)
+    return replace(data, diagnostics=tuple(diagnostics))
+
+
+def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[State, bool]:
+    """What was commanded, with the channels, and whether a program tells the tool of every row."""
+    q, T_flange_tcp = _commanded(table, robot, program)
+    sessions = table.text("session")
+    session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
+    state = State(
+        q=q,
+        v=table.vector(names.SPEED, fill=0.0),
+        a=table.vector(names.ACCELERATION, fill=0.0),
+        approach=_sides(table),
+        payload_mass=table.column("payload_kg", fill=0.0),
+        payload_center=table.vector(names.PAYLOAD[1:], fill=0.0),
+        wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
+        temperature=table.column("temperature_C", fill="median"),
+        time=table.column("time_s", fill="between"),
+        session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
+        session_names=session_names,
+        channels=own_channels(table),
+    )
+    if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():
+        message = "there is `payload_kg` and no `payload_x_mm`, `payload_y_mm`, `payload_z_mm`"
+        table.say(
+            "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
+        )
+    if state.payload_mass is None and state.payload_center is not None:
+        table.say("DAT015", "warning", "there is a centre of the payload and no mass", "give `payload_kg`, or map it")
+    return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
+
+
+def _labels(q: Array) -> list[str]:
+    """Names for poses that have none: the number of the first row with the same joint angles."""
+    first: dict[bytes, str] = {}
+    return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
+
+
+def _seen(table: Table) -> Array | None:
+    """(n, 3) measured positions, NaN along axes that have no column.
+
+    Exact zeros of all three among others are beams that were lost, and said so.
+    """
+    present = [name for name in names.POSITION if name in table.place]
+    if not present:
+        return None
+    if len(present) < len(names.POSITION):
+        missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
+        message = (
+            f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"
+        )
+        table.say("DAT002", "warning", message, missing_help(table.cells))
+    nothing = np.full(len(table.cells.rows), np.nan)
+    position = np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)
+    lost = (position == 0).all(axis=1)
+    if not lost.any() or lost.all():
+        return position
+    message = f"x, y and z are 0 in {lost.sum()} of {len(lost)} rows, as a tracker writes that lost its beam"
+    table.say(
+        "DAT005", "warning", message, "leave such cells empty; they count as not measured", int(np.flatnonzero(lost)[0])
+    )
+    return np.where(lost[:, None], np.nan, position)
+
+
+def _deviations(table: Table) -> Array | None:
+    """(n,) what the instrument says of itself; NaN, and said so, where that is nothing."""
+    sigma = table.column("sigma_mm")
+    if sigma is None:
+        return None
+    none = np.flatnonzero(sigma <= 0)
+    if len(none):
+        message = f"`sigma_mm` is {1e3 * sigma[none[0]]:g} in {len(none)} of {len(sigma)} rows; no instrument has none"
+        table.say("DAT015", "warning", message, "these rows count as not stated", int(none[0]))
+    return np.where(sigma > 0, sigma, np.nan) if (sigma > 0).any() else None
+
+
+def _sides(table: Table) -> Array | None:
+    """(n, 6) approach sides; other numbers than +1, -1 and 0 count by their sign, and that is said."""
+    sides = table.vector(names.APPROACH, fill=0.0)
+    if sides is None:
+        return None
+    odd = np.flatnonzero((np.abs(sides) != 1) & (sides != 0))
+    if len(odd):
+        row, joint = divmod(int(odd[0]), 6)
+        message = f"`dir{joint + 1}` holds {sides[row, joint]:g}; its sign is taken"
+        table.say("DAT015", "warning", message, "sides of approach are +1, -1 or 0 (not known)", row)
+    if (sides > 0).any() and (sides == 0).any() and not (sides < 0).any():
+        row, joint = divmod(int(np.flatnonzero(sides == 0)[0]), 6)
+        message = f"the sides of approach are 1 and 0 and never -1: `dir{joint + 1}` = 0 is taken for `not known`"
+        table.say("DAT015", "warning", message, "if 0 is the other side, write -1 for it", row)
+    return np.sign(sides)
+
+
+def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[Array, Array | None]:
+    q = table.vector(names.JOINTS)
+    if q is not None:
+        if "target" in table.place and program is not None:
+            message = "the table has joint angles and targets of the program: the angles are taken"
+            table.say("DAT015", "warning", message, "leave out `q1_deg` .. `q6_deg` if the program is to tell them")
+        return q, None
+    cells = table.cells
+    if "target" in table.place and program is not None:
+        return program_targets(program, robot, table.text("target"), cells, table.diagnostics)
+    position = table.vector(names.COMMAND_POSITION)
+    turns = table.turns(names.COMMAND_ORIENTATION, table.layout.cmd_orientation)
+    if position is None or turns is None:
+        message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
+        if "target" in table.place:
+            message = "column `target` names robtargets, and the program that was run is not given"
+        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINTS, ANGLES))
+    configuration = table.vector(names.CONFIGURATION, fill=0.0)
+    return commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics), None

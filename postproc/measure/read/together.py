@@ -1,0 +1,198 @@
+"""Several tables of one arm as one: rows in the order of the tables, each table read with columns of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import PurePath
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
+from postproc.effects.contract import State
+from postproc.measure.alignment import align
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, seen
+from postproc.measure.clock import going_on
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.cells import read_cells
+from postproc.measure.read.layout import read_column_map
+from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward
+
+NOTHING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
+"""What a table leaves out where there was none of it (or nobody knows the side); others were not recorded."""
+FEW = 8
+
+
+def read_tables(
+    sources: Sequence[Source],
+    robot: Robot,
+    program: Sequence[Source] | None = None,
+    column_map: Source | None = None,
+    measured: bool = True,
+    *,
+    terms: Reading = AS_IT_IS,
+) -> Measurements:
+    """Read tables of one arm, see ``read_measurements``; of several the map counts for those that have its columns.
+
+    Raises:
+        PostprocError: what is wrong with one of them; DAT031 where they do not belong together.
+    """
+    if len(sources) == 1:
+        return read_measurements(sources[0], robot, program, column_map, measured, terms=terms)
+    if terms.joints is not None:
+        message = f"`{terms.joints.path}` can stand beside one table, and {len(sources)} are named"
+        raise PostprocError.of("DAT033", message, help="name one table, or put its angles into each")
+    maps = [column_map if column_map is not None and _concerns(column_map, source) else None for source in sources]
+    pairs = zip(sources, maps, strict=True)
+    return together(
+        [read_measurements(source, robot, program, own, measured, terms=terms) for source, own in pairs], robot
+    )
+
+
+def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
+    """Tables of one arm as one.
+
+    A table that names no session is one of its own, called as its file; sessions of one name are one session. What was
+    recorded in some tables alone is no channel; no payload, force or speed in a table means that there was none.
+    Times that begin anew go on after those of the table before.
+
+    Args:
+        tables: each read from a file; the tool, unless a program tells it, is the same in all.
+
+    Raises:
+        PostprocError: DAT031 where one stands there twice, where tools differ or are known in some of them only, where
+            sessions of one name saw the arm from two places.
+    """
+    found: list[Diagnostic] = []
+    sources = [source for table in tables for source in table.sources]
+    for a, b in combinations(sources, 2):
+        if a.data == b.data:
+            raise PostprocError(
+                _finding("error", f"`{a.path}` and `{b.path}` are the same table, twice", "name it once")
+            )
+    if len({table.tool_known for table in tables}) > 1:
+        message = "a program tells the tool of some of the tables, and of others nobody"
+        raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
+    names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
+    for (one, here), (other, there) in combinations(zip(tables, names, strict=True), 2):
+        setup = _check_setup(one, other, robot, shared=sorted(set(here) & set(there)))
+        found += accepted([] if setup is None else [setup], tables[0].accepted)
+    if has_errors(found):
+        raise PostprocError(found)
+    data = Measurements(
+        state=_state(tables, names, found),
+        position=np.vstack([table.position for table in tables]),
+        rotation=_stacked([table.rotation for table in tables], tables, np.nan),
+        joint=_stacked([table.joint for table in tables], tables, np.nan),
+        sigma=_stacked([table.sigma for table in tables], tables, np.nan),
+        pose_id=tuple(label for table in tables for label in table.pose_id),
+        row=tuple(row for table in tables for row in table.row),
+        line=tuple(line for table in tables for line in table.line),
+        tool_known=tables[0].tool_known,
+        counted=all(table.counted for table in tables),
+        accepted=tables[0].accepted,
+        sources=tuple(sources),
+        file=tuple(k for k, table in enumerate(tables) for _ in range(len(table))),
+    )
+    return replace(data, diagnostics=(*(d for table in tables for d in table.diagnostics), *found))
+
+
+def _concerns(column_map: Source, source: Source) -> bool:
+    layout = read_column_map(column_map)
+    columns = [*(mapped.name for mapped in layout.columns.values()), *layout.turned]
+    try:
+        cells = read_cells(source, layout, [])
+    except PostprocError:
+        return False
+    return not columns or any(cells.at(name) >= 0 for name in columns)
+
+
+def _names(sources: Sequence[Source]) -> list[str]:
+    """What tables are called: their files without ending, with folders where these are alike."""
+    short = [PurePath(source.path).stem for source in sources]
+    return short if len(set(short)) == len(short) else [source.path for source in sources]
+
+
+def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill: float) -> Array | None:
+    """Parts one below the other, filled where a table has none; None where no table has one."""
+    known = next((part for part in parts if part is not None), None)
+    if known is None:
+        return None
+    pairs = zip(parts, tables, strict=True)
+    return np.concatenate([np.full((len(t), *known.shape[1:]), fill) if p is None else p for p, t in pairs])
+
+
+def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], found: list[Diagnostic]) -> State:
+    states = [table.state for table in tables]
+    every = tuple(dict.fromkeys(name for some in names for name in some))
+    session = [
+        np.zeros(len(s)) + every.index(some[0])
+        if s.session is None
+        else np.array([every.index(some[int(i)]) for i in s.session])
+        for s, some in zip(states, names, strict=True)
+    ]
+    channels: dict[str, Array] = {}
+    for name in dict.fromkeys(name for s in states for name in s.channels):
+        parts = [s.channels.get(name) for s in states]
+        # The word of a column stands nowhere in a table that has no such word.
+        column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, found)
+        channels |= {} if column is None else {name: column}
+    state = State(
+        q=np.vstack([s.q for s in states]),
+        session=np.concatenate(session).astype(int),
+        session_names=every,
+        temperature=_shared("temperature_C", [s.temperature for s in states], tables, found),
+        time=_shared("time_s", going_on([s.time for s in states]), tables, found),
+        channels=channels,
+    )
+    state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
+    if tables[0].tool_known:
+        state = state.with_(T_flange_tcp=np.concatenate([s.T_flange_tcp for s in states]))
+    return state
+
+
+def _shared(
+    name: str, parts: Sequence[Array | None], tables: Sequence[Measurements], found: list[Diagnostic]
+) -> Array | None:
+    """A channel that every table has recorded; said, and None, where some have not."""
+    lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
+    if lacking and len(lacking) < len(tables):
+        message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
+        found.append(_finding("warning", message, "what follows it can be tried on the tables that have it"))
+    return None if lacking else _stacked(parts, tables, np.nan)
+
+
+def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: Sequence[str]) -> Diagnostic | None:
+    """DAT031 where the second table has its points elsewhere on the flange, or a session of both moved; else None."""
+    if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
+        return None
+    (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
+    first, own = seen(robot, q, y), seen(robot, q_other, y_other)
+    T = forward(robot, q_other)
+    T[:, :3, 3] += T[:, :3, :3] @ first.tool
+    same = align(T, y_other, tool=False)
+    paths = f"`{one.sources[0].path}` and `{other.sources[0].path}`"
+    if same.typical > max(SUSPICIOUS_M, CLEARER * own.typical):
+        message = f"the points of {paths} are not one point of the flange: {1e3 * same.typical:.0f} mm apart"
+        return _finding("error", message, "fit a model to each, or state the tools in a program")
+    frame = first.T_instrument_base
+    left = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
+    if shared and left > max(SUSPICIOUS_M, CLEARER * same.typical):
+        message = (
+            f"the instrument stood elsewhere in {paths} ({1e3 * left:.0f} mm), and both name session `{shared[0]}`"
+        )
+        return _finding("error", message, "give them different names in column `session`")
+    return None
+
+
+def _located(table: Measurements) -> Array:
+    return np.asarray(np.isfinite(table.position).all(axis=1) & np.isfinite(table.state.q).all(axis=1))
+
+
+def _finding(severity: Severity, message: str, help_: str) -> Diagnostic:
+    return Diagnostic("DAT031", severity, message, help=help_)

@@ -1,0 +1,92 @@
+"""Where external axes stand at every motion, and motions whose base or work cannot be placed.
+
+A target may leave axes open (9E9): they stay where they are. A unit that is not active stays, whatever targets say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import NO_AXIS, Ax6
+from postproc.rapid.unknown import Kind, Unknown
+from postproc.robot.cell import LETTERS
+from postproc.robot.station import Station
+
+NOWHERE: Ax6 = (nan,) * 6
+
+
+def place_events(events: Iterable[MotionEvent], station: Station) -> list[MotionEvent]:
+    """The events with where external axes stand at their goals; a reason where base or work stand is not known."""
+    now = NOWHERE
+    found: list[MotionEvent] = []
+    for event in events:
+        if event.first:
+            now = NOWHERE
+        if event.again is not None:
+            now = found[event.again].axes or NOWHERE
+        elif event.target is not None:
+            now = _reached(now, event.target.extax)
+        elif event.reason is not None:
+            now = NOWHERE  # wherever that leads
+        event = replace(event, axes=now)
+        found.append(event)
+    rows = [i for i, e in enumerate(found) if e.reason is None and e.target is not None]
+    for i, why in zip(rows, _unplaced([found[i] for i in rows], station), strict=True):
+        if why is not None:
+            event = found[i]
+            found[i] = replace(event, reason=why.reason, unknowns=(*event.unknowns, why))
+    return found
+
+
+def _reached(before: Ax6, stated: Ax6) -> Ax6:
+    a, b, c, d, e, f = (new if new < NO_AXIS else old for old, new in zip(before, stated, strict=True))
+    return a, b, c, d, e, f
+
+
+def unit_of(event: MotionEvent) -> str | None:
+    """The mechanical unit that moves the work of an event; None where the work stands in the world or on the flange."""
+    return None if event.wobj.ufprog or event.wobj.robhold else event.wobj.ufmec
+
+
+def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown | None]:
+    """Why base or work of each event are nowhere; None where they are known."""
+    known = station.cell.units
+    positions = station.positions(np.array([e.axes for e in events]).reshape(-1, 6))
+    base = np.asarray(np.isfinite(station.base(positions)).all(axis=(1, 2)))
+    units = {name for e in events if (name := unit_of(e)) is not None}
+    placed = {
+        name: np.asarray(np.isfinite(station.frame(name, positions)).all(axis=(1, 2)))
+        for name in units
+        if name.lower() in known
+    }
+    found: list[Unknown | None] = []
+    for i, event in enumerate(events):
+        unit = unit_of(event)
+        if not base[i]:
+            carrier = station.cell.arms[station.arm.lower()].unit
+            found.append(Unknown(Kind.BASE_NOWHERE, carrier or "", _why(station, carrier)))
+        elif unit is not None and unit not in placed:
+            found.append(Unknown(Kind.MOVED_OBJECT, event.wobj.name, unit))
+        elif unit is not None and not placed[unit][i]:
+            found.append(Unknown(Kind.WORK_NOWHERE, event.wobj.name, _why(station, unit)))
+        else:
+            found.append(None)
+    return found
+
+
+def _why(station: Station, name: str | None) -> str:
+    """Why the end of a unit is nowhere: it is not understood, or no target says where one of its axes stands."""
+    while name is not None:
+        unit = station.cell.unit(name)
+        if unit.unknown:
+            return f"`{unit.name}`: {unit.unknown}"
+        if name.lower() not in {u.lower() for u in station.units}:
+            return f"another task moves `{unit.name}`"
+        name = unit.parent
+    axes = [f"eax_{letter}" for letter in LETTERS if letter in station.joints]
+    return f"no target on the way here says where {' and '.join(axes)} stand" + "s" * (len(axes) == 1)

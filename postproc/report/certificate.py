@@ -1,0 +1,162 @@
+"""Certificates to print and sign: what was asked of a program or an arm, what was found, and who accepts it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+from postproc import __version__
+from postproc.convert import Conversion
+from postproc.identify.compare import Comparison
+from postproc.report.comparison import iso_figures
+from postproc.report.document import plain
+from postproc.report.page import asset, render
+
+COMPUTED = (
+    "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
+    "read back. They are no measurement of this arm."
+)
+Row = tuple[object, ...]
+LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A table of a certificate."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Row]
+    note: str = ""
+
+
+def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
+    """HTML of a certificate for a corrected program: a row for each seam with its tolerance, kept or not.
+
+    It is kept by a program that was written, of which everything that welds was corrected and keeps its tolerance in
+    the proof; without welds everything along lines and arcs. What is accepted, people sign.
+    """
+    document, made = plain(found.report), made or {}
+    facts = [("program", name)]
+    facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(found)]
+    if found.plan is None:
+        sentence = "The program is not safe to compensate; no corrected program was written."
+        if found.module is not None:
+            sentence = (
+                "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
+            )
+        return _page(f"Acceptance of {name}", False, sentence, facts, (), [COMPUTED])
+    tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
+    seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
+    along = (document["max_error_before_mm"], document["max_error_after_mm"])
+    limit = air if seams else tolerance
+    path: list[Row] = [
+        ("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(along[1] <= limit))
+    ]
+    for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
+        path.append((what, "", f"{document[key]:.3f}", "", ""))
+    columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
+    parts = [Part("Path accuracy, after ISO 9283, in the model", columns, path)]
+    if seams:
+        of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
+        parts.insert(0, Part("Seams, while the arc burns", of_seam, seams))
+    kept = all(row[-1] == _kept(True) for row in seams or path[:1]) and not document["unproved_statements"]
+    facts += [("arm", document["robot"]), *made.items()]
+    sentence = f"{sum(row[-1] == _kept(True) for row in seams)} of {len(seams)} seams keep {tolerance:g} mm."
+    if not seams:
+        sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
+    return _page(f"Acceptance of {name}", kept, sentence, facts, parts, [COMPUTED, *_sure(document)])
+
+
+def arm_certificate(name: str, found: Comparison) -> str:
+    """HTML of a certificate for an arm beside its measurements: ISO 9283 figures, with room for what is required."""
+    document = plain(found.as_json())
+    kind, data = found.fit.observed, found.fit.data
+    within = document[kind.key("percentiles")]
+    figures = [
+        *iso_figures(document),
+        ("mean distance from the model", document[kind.key("mean")]),
+        ("95 % of the poses are within", within["95"]),
+        ("largest distance from the model", document[kind.key("maximum")]),
+    ]
+    noise = document[kind.key("noise")]
+    facts = [
+        ("model and measurements", name),
+        ("arm", found.fit.model.robot.name),
+        ("rows", str(len(data))),
+        (f"noise per {kind.each}", "not known" if noise is None else f"{noise:.3f} {kind.unit}"),
+    ]
+    rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
+    columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
+    parts = [Part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
+    return _page("Accuracy of an arm", None, found.text().splitlines()[0], facts, parts, ())
+
+
+def _page(
+    title: str,
+    kept: bool | None,
+    sentence: str,
+    facts: Sequence[tuple[str, str]],
+    parts: Sequence[Part],
+    remarks: Sequence[str],
+) -> str:
+    page = render(
+        "certificate.html.j2",
+        title=title,
+        kept=kept,
+        verdict="" if kept is None else ("The tolerance is kept." if kept else "The tolerance is not kept."),
+        sentence=sentence.replace("`", ""),
+        facts=facts,
+        parts=parts,
+        remarks=remarks,
+        style=asset("page.css"),
+        version=__version__,
+    )
+    return str(page)
+
+
+def _digests(found: Conversion) -> list[tuple[str, str]]:
+    """Which bytes were examined: of the original and the corrected file, by name where there are several."""
+    sources = {o.statement.source.path: o.statement.source.data for o in found.outcomes}
+    several = len(sources) > 1
+    rows = []
+    for path, data in sources.items():
+        part = f" {path}" if several else ""
+        rows.append((f"original{part}", sha256(data).hexdigest()))
+        if path in found.outputs:
+            rows.append((f"corrected{part}", sha256(found.outputs[path]).hexdigest()))
+    return rows
+
+
+def _seam(seam: Mapping[str, Any], tolerance: float) -> Row:
+    after = seam["after_mm"]
+    kept = after is not None and after <= tolerance and not seam["left"]
+    lines = f"{seam['line_from']} to {seam['line_to']}"
+    figures = _fall(seam["before_mm"], after)
+    return (
+        seam["name"],
+        lines,
+        f"{seam['length_mm']:.0f}",
+        *figures,
+        f"{tolerance:g}",
+        seam["left"],
+        _kept(kept),
+    )
+
+
+def _fall(before: float | None, after: float | None) -> tuple[str, str]:
+    first, last = ("not measured" if value is None else f"{value:.3f}" for value in (before, after))
+    return first, last
+
+
+def _kept(kept: bool) -> str:
+    return "kept" if kept else "not kept"
+
+
+def _sure(document: Mapping[str, Any]) -> list[str]:
+    known = document["expected_accuracy"]
+    if known is None:
+        return ["The model was not fitted to measurements of this arm."]
+    return [f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."]

@@ -1,0 +1,196 @@
+"""The laws that a fit has found: where an effect moves the arm over the channel that it follows, with band and data.
+
+Everything is asked of the effect itself, through what every effect answers: its displacement and its load at states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.fit.channels import fit_channels, unit_of
+from postproc.fit.fitted import Fit
+from postproc.identify.trends import DAMPING
+from postproc.model.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
+from postproc.report.charts import Curve, scatter
+from postproc.robot.kinematics import body_poses
+
+GRID, ROWS = 80, 24  # values of a channel, and measured rows over which the law is averaged at each of them
+FOLLOWS = 0.3  # of the variance, that may not follow the channel of a law
+MINOR = 0.15  # of the largest, that a coordinate must move to be drawn
+MOST = 4  # coordinates of one effect
+PREFIXES = {"q": "q", "pose": "q", "v": "v", "a": "a", "approach": "dir", "load": "load", "wrench": "f"}
+FIELDS = {"q": "q", "v": "v", "a": "a", "dir": "approach", "load": "joint_load"}
+TORQUE = "torque"
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """One coordinate that an effect moves (or the torque that it puts on a joint), over the channel that it follows.
+
+    Args:
+        effect: its key; where: the coordinate, for people; unit: of y; channel: name.
+        x: (n,) channel and y: (n,) what the data says there: the law and the residual; in SI units of the channel, and
+            in thousandths (mm, mrad) or N m.
+        curve: the law over values of the channel, averaged over the other channels as they were measured.
+    """
+
+    effect: str
+    where: str
+    unit: str
+    channel: str
+    x: Array
+    y: Array
+    curve: Curve
+
+
+def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
+    """The laws of some effects of a fitted model; none of what is the same in all rows or follows no single channel."""
+    state, named = fit.problem.sensitivity.state, fit_channels(fit)
+    found = []
+    for key in keys:
+        effect = fit.model.effect(key)
+        if effect is not None and not effect.is_null and not effect.missing(state):
+            found += _laws(fit, effect, state, named)
+    return found
+
+
+def law_charts(laws: Iterable[Law]) -> list[str]:
+    """A chart of every law."""
+    charts = []
+    for law in laws:
+        unit, factor = unit_of(law.channel)
+        curve = Curve(law.curve.x * factor, law.curve.y, law.curve.sigma)
+        label = f"{law.channel} [{unit}]" if unit else law.channel
+        title = f"{law.effect}: {law.where}"
+        charts.append(scatter(law.x * factor, law.y, label, law.unit, title=title, curve=curve))
+    return charts
+
+
+def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> list[Law]:
+    moved = coordinates(effect, state)
+    loads = not moved.any()
+    if loads:
+        moved = torques(effect, state)
+    # What is the same in all rows differs by rounding.
+    size = np.where(np.ptp(moved, axis=0) > 1e-9 * np.abs(moved).max(axis=0), moved.std(axis=0), 0.0)
+    found = []
+    for k in np.argsort(-size, kind="stable")[:MOST]:
+        channel = _channel(effect, int(k), moved[:, k], named) if size[k] > 0 else None
+        if size[k] < MINOR * size.max() or channel is None:
+            continue
+        curve = _curve(fit, effect, state, channel, int(k), loads, named)
+        y = moved[:, k] if loads else 1e3 * (moved[:, k] + _residual(fit, int(k)))
+        where, unit = (f"{TORQUE} on joint {k + 1}", "N m") if loads else place_name(int(k))
+        found.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
+    return found
+
+
+def coordinates(effect: Effect, state: State) -> Array:
+    """(n, 60) where an effect moves the arm, by place [rad or m] (`model.places`)."""
+    return flat(placed(displacement_of(effect, state)), len(state), PLACES)
+
+
+def torques(effect: Effect, state: State) -> Array:
+    """(n, 6) torques that an effect puts on the joints, its forces on bodies included [N m].
+
+    tau_j = sum of z_j . (m_b - p_j x f_b) over the bodies b behind joint j, wrenches about the base origin.
+    """
+    load = load_of(effect, state)
+    result = np.zeros((len(state), 6)) if load.joint is None else np.array(load.joint, dtype=float)
+    assert state.robot is not None and state.T_base_body is not None
+    for body, wrench in load.body.items():
+        for j in range(min(body, 6)):
+            T = state.T_base_body[:, j + 1]
+            moment = wrench[:, 3:] - np.cross(T[:, :3, 3], wrench[:, :3])
+            result[:, j] += np.sum((T[:, :3, :3] @ state.robot.axis[j]) * moment, axis=1)
+    return result
+
+
+def place_name(k: int) -> tuple[str, str]:
+    """What a coordinate of `model.places` is called, and the unit of a thousandth of it."""
+    if k < BODY:
+        return f"joint {k - JOINT + 1}", "mrad"
+    begin = next(start for start in (INSTRUMENT, TOOL, BODY) if k >= start)
+    name = {INSTRUMENT: "instrument", TOOL: "tool"}.get(begin, f"body {(k - BODY) // 6}")
+    axis, turned = "xyz"[(k - begin) % 3], (k - begin) % 6 >= 3
+    return f"{name}, {'turned about' if turned else 'shifted along'} {axis}", "mrad" if turned else "mm"
+
+
+def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> str | None:
+    """The channel that explains most of (n,) values: they change least from row to row in its order (von Neumann)."""
+    read = [PREFIXES.get(name, name) for name in effect.reads]
+    own = [c for c in named if c in read or (c[:-1] in read and c[-1:].isdigit()) or (c[:1] == "f" and "f" in read)]
+    best, least = None, FOLLOWS
+    # At a joint its own channel comes first among those that explain as much.
+    for channel in sorted(own, key=lambda c: c[-1:] != str(k + 1)):
+        y = values[np.lexsort((values, named[channel]))]
+        spread = float(np.sum((y - y.mean()) ** 2))
+        rest = float(np.sum(np.diff(y) ** 2)) / (2 * spread) if spread > 0 else 1.0
+        if rest < 0.8 * least:
+            best, least = channel, rest
+    return best
+
+
+def _curve(fit: Fit, effect: Effect, state: State, channel: str, k: int, loads: bool, named: dict[str, Array]) -> Curve:
+    values = named[channel]
+    known = np.unique(values)
+    at = known if len(known) <= 6 else np.linspace(values.min(), values.max(), GRID)
+    rows = np.linspace(0, len(values) - 1, min(ROWS, len(values))).astype(int)
+    swept = _swept(state.rows(np.tile(rows, len(at))), channel, np.repeat(at, len(rows)))
+
+    def law(e: Effect) -> Array:
+        moved = torques(e, swept)[:, k] if loads else 1e3 * coordinates(e, swept)[:, k]
+        return np.asarray(moved.reshape(len(at), -1).mean(axis=1))
+
+    y, x = law(effect), effect.vector()
+    mine = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]
+    slopes = np.zeros((len(at), len(mine)))
+    for m, (_, i) in enumerate(mine):
+        step = 1e-3 * float(effect.scale()[i])
+        nudged = x.copy()
+        nudged[i] += step
+        slopes[:, m] = (law(effect.with_vector(nudged)) - y) / step
+    index = [column for column, _ in mine]
+    covariance = fit.covariance[np.ix_(index, index)] if mine else np.zeros((0, 0))
+    sigma = np.sqrt(np.maximum(np.einsum("nm,mk,nk->n", slopes, covariance, slopes), 0.0))
+    return Curve(at, y, sigma)
+
+
+def _swept(state: State, channel: str, values: Array) -> State:
+    """The states with one channel at other values; the bodies follow the joints."""
+    name, joint = channel[:-1], channel[-1:]
+    if name in FIELDS and joint.isdigit():
+        column = np.array(getattr(state, FIELDS[name]), dtype=float)
+        column[:, int(joint) - 1] = values
+        state = state.with_(**{FIELDS[name]: column})
+        if name == "q" and state.robot is not None:
+            state = state.with_(T_base_body=body_poses(state.robot, column))
+        return state
+    if channel in ("fx", "fy", "fz"):
+        wrench = np.array(state.wrench, dtype=float)
+        wrench[:, "xyz".index(joint)] = values
+        return state.with_(wrench=wrench)
+    if channel in state.channels:
+        return state.with_(channels={**state.channels, channel: values})
+    return state.with_(**{"payload_mass" if channel == "payload" else channel: values})
+
+
+def _residual(fit: Fit, k: int) -> Array:
+    """(n,) what the residual would have a coordinate move more, l . r / (l^2 + s^2) with its lever l [m/rad or m/m]."""
+    error = fit.observed_error.copy()
+    error[list(fit.set_aside)] = np.nan
+    if fit.observed.name == "joint":
+        return error[:, k] if k < BODY else np.full(len(error), np.nan)
+    if fit.observed.name != "position":
+        return np.full(len(error), np.nan)
+    known = np.isfinite(error)
+    lever = fit.problem.sensitivity.matrix[:, :3, k] * known
+    found = np.sum(lever * np.nan_to_num(error), axis=1) / (np.sum(lever**2, axis=1) + DAMPING**2)
+    return np.where(known.any(axis=1), found, np.nan)

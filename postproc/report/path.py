@@ -1,0 +1,190 @@
+"""The path of a converted program as numbers for its page: places, deviations, joints, targets and lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array, blocks
+from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.plan import Plan
+from postproc.convert import Conversion
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.deflection import Deflection
+from postproc.model.loads import loaded_state
+from postproc.motion.path.curves import Curves, pose_at
+from postproc.motion.values import Index, Move
+from postproc.rapid.data.events import MotionStatement
+from postproc.report.chain import chain_of
+from postproc.report.columns import exact, packed
+
+MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
+BLOCK = 10_000
+LONGEST = 60  # characters of a target's name
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """n places of the programmed path, those at which the deviation is known before or after.
+
+    Args:
+        move: (n,) and u: (n,) fraction of it, ascending.
+        before, after: (n, 3) deviation of the real TCP across the path [m], in work axes; on joint moves from the place
+            at the same time.
+    """
+
+    move: Index
+    u: Array
+    before: Array
+    after: Array
+
+
+def path_data(found: Conversion) -> dict[str, Any]:
+    """What the page draws of a conversion that has a plan: columns of numbers (`columns`), targets, lines of text."""
+    plan, model = found.plan, found.model
+    assert plan is not None and model is not None and found.before is not None and found.after is not None
+    samples, timeline, moves = plan.motion.samples, plan.motion.timeline, plan.motion.moves
+    curves, robot = samples.curves, model.robot
+    places = _thinned(_places(curves, found.before, found.after))
+    of, place, sampled = places.move, places.move + places.u, samples.move + samples.u
+    q = _interpolated(sampled, samples.q, place)
+    length = np.cumsum(curves.length)
+    speed = np.abs(timeline.at(timeline.v, place)) / robot.speed
+    correction = _interpolated(sampled, plan.exact.q - samples.q, place)
+    statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
+    return {
+        "places": {
+            "move": exact(of),
+            "t": exact(timeline.at(timeline.t, place)),
+            "s": exact((length - curves.length)[of] + places.u * curves.length[of]),
+            "p": exact(pose_at(robot, curves, of, places.u)[:, :3, 3]),
+            "before": packed(1e3 * places.before),
+            "after": packed(1e3 * places.after),
+            "q": packed(q),
+            "speed": packed(100 * speed),
+            "torque": packed(_torques(model, plan, places, q)),
+            "correction": packed(np.degrees(correction)),
+        },
+        "moves": {
+            "statement": exact([statements.get(m.event.statement.key, -1) for m in moves]),
+            "space": exact(~curves.joint & (curves.length > 0)),
+            "welding": exact(np.array([m.welding for m in moves])),
+            "first": exact(np.array([m.first for m in moves])),
+            "tolerance": packed(1e3 * plan.path_tolerance),
+        },
+        "largest": _largest(found, plan, moves),
+        "targets": [_target(outcome.statement) for outcome in found.outcomes],
+        "sources": _sources(found),
+        # A stationary tool stands still, and the path is drawn on the work that the arm carries, without the arm.
+        "arm": None if curves.mounts.stationary.any() else chain_of(robot, curves.mounts.T_mount_tcp),
+    }
+
+
+def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
+    """Every place at which one of the two deviations is known, once; the other one is read between its neighbours."""
+    known = [(_key(d.owner, d.u), _across(curves, d)) for d in (before, after)]
+    key = np.unique(np.round(np.concatenate([k for k, _ in known]), 5))
+    columns = []
+    for at, away in known:
+        order = np.argsort(at, kind="stable")
+        columns.append(_interpolated(at[order], away[order], key))
+    move = (key // 2).astype(int)
+    return Places(move, np.clip(key - 2 * move, 0.0, 1.0), columns[0], columns[1])
+
+
+def _key(move: Index, u: Array) -> Array:
+    """(n,) numbers that ascend along a path and keep the goal of a move apart from the start of the next."""
+    return np.asarray(2.0 * move + u)
+
+
+def _across(curves: Curves, deviation: Deviation) -> Array:
+    """(n, 3) the deviation less what of it points along the line or arc: the same measure at and between targets."""
+    of, u = deviation.owner, deviation.u
+    tangent = curves.chord[of]
+    arc = np.flatnonzero(curves.arc[of])
+    if len(arc):
+        phi = (curves.angle[of[arc]] * u[arc])[:, None]
+        tangent[arc] = np.cos(phi) * curves.tangent[of[arc]] - np.sin(phi) * curves.radial[of[arc]]
+    size = np.linalg.norm(tangent, axis=1, keepdims=True)
+    unit = np.divide(tangent, size, out=np.zeros_like(tangent), where=size > 1e-9)
+    unit[~deviation.space] = 0.0
+    return np.asarray(deviation.away - np.sum(deviation.away * unit, axis=1, keepdims=True) * unit)
+
+
+def _thinned(places: Places) -> Places:
+    """As many places as a page holds: the ends of every move, the largest deviations, and others evenly."""
+    n = len(places.move)
+    if n <= MOST:
+        return places
+    ends = np.append(True, np.diff(places.move) != 0) | np.append(np.diff(places.move) != 0, True)
+    size = np.maximum(*(np.linalg.norm(d, axis=1) for d in (places.before, places.after)))
+    order = np.lexsort((-size, places.move))
+    largest = order[np.append(True, np.diff(places.move[order]) != 0)]
+    keep = ends.copy()
+    keep[largest] = True
+    keep[:: -(-n // max(MOST - int(keep.sum()), n // 20))] = True
+    return Places(places.move[keep], places.u[keep], places.before[keep], places.after[keep])
+
+
+def _interpolated(at: Array, values: Array, place: Array) -> Array:
+    return np.stack([np.interp(place, at, column) for column in values.T], axis=1)
+
+
+def _torques(model: Model, plan: Plan, places: Places, q: Array) -> Array:
+    """(n, 6) torques that the motors of the rigid arm give [N m]: links, payload, inertia that lasts, process force."""
+    rigid, motion = model.with_effects(), plan.motion
+    timeline, moves, mounts = motion.timeline, motion.moves, motion.samples.curves.mounts
+    torque = np.empty((len(q), 6))
+    for rows in blocks(len(q), BLOCK):
+        of = places.move[rows]
+        place = of + places.u[rows]
+        loaded = np.array([motion.options.force_on == "all" or moves[i].welding for i in of])
+        state = State(
+            q=q[rows],
+            v=timeline.at(timeline.v, place),
+            a=timeline.at(timeline.a, place),
+            payload_mass=np.array([moves[i].payload_mass for i in of]),
+            payload_center=np.array([moves[i].payload_center for i in of]),
+            wrench=np.where(loaded[:, None], [*motion.options.force, *motion.options.moment], 0.0),
+            T_flange_tcp=mounts[of].T_mount_tcp,
+            gravity=model.gravity,
+            robot=model.robot,
+        )
+        unbent = Deflection(np.zeros((len(of), 6)), {}, None, None)
+        load = loaded_state(rigid, state, unbent, ()).joint_load
+        assert load is not None
+        torque[rows] = -load
+    return torque
+
+
+def _largest(found: Conversion, plan: Plan, moves: Sequence[Move]) -> dict[str, Any]:
+    """Of every statement the largest deviation along its lines and arcs over all runs, before and after [mm]."""
+    statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
+    of = np.array([statements.get(m.event.statement.key, -1) for m in moves])
+    columns = {}
+    for name, deviation in (("before", found.before), ("after", found.after)):
+        assert deviation is not None
+        largest = np.full(len(statements) + 1, np.nan)
+        rows = deviation.space
+        np.fmax.at(largest, of[deviation.owner[rows]], 1e3 * deviation.distance[rows])
+        columns[name] = packed(largest[:-1])
+    return columns
+
+
+def _target(statement: MotionStatement) -> str:
+    """What the program calls the target of a statement."""
+    argument = statement.argument("to")
+    text = "" if argument is None else " ".join(argument.text.split())
+    if text.startswith("["):
+        text = f"{text.partition(']')[0]}]"  # its position says which it is
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+
+
+def _sources(found: Conversion) -> dict[str, list[str]]:
+    """Lines of every file that may change, by its path."""
+    sources = {o.statement.source.path: o.statement.source for o in found.outcomes}
+    return {path: source.data.decode("latin-1").splitlines() for path, source in sources.items()}

@@ -1,0 +1,124 @@
+"""The steps of a model from the base to the last effect: residuals, charts and sample targets at each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from postproc.arrays import Array
+from postproc.compensate.correction.inverse import command
+from postproc.effects.asking import displacement_of
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
+from postproc.fit.solving.step import FRAMES
+from postproc.model.arm import Model
+from postproc.report.chain import chain_of
+from postproc.report.charts import shares
+from postproc.report.columns import exact, packed
+from postproc.report.laws import law_charts, laws_of
+from postproc.report.residuals import Channels, pose_name
+from postproc.robot.kinematics import forward
+from postproc.robot.pose import displace
+
+MOST = 3000  # poses that are drawn
+TARGETS = 6  # of the sample program
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """One step: a name, the model beside the measurements, and its error on rows it has not seen [m], [rad]."""
+
+    name: str
+    fit: Fit
+    error: float
+
+
+def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) -> dict[str, Any]:
+    """What the page draws of every step; the rows are the same in all of them.
+
+    Args:
+        keys: effects whose laws are drawn. floor: the noise [mm], [mrad].
+    """
+    last, keys = rungs[-1].fit, list(keys)
+    rows, channels = _chosen(last), Channels.of(rungs[0].fit)
+    q, joint = last.data.state.q[rows], last.observed.name == "joint"
+    steps = []
+    for rung in rungs:
+        away, _ = _in_base(rung.fit, rows)
+        steps.append(
+            {
+                "name": rung.name,
+                "error": 1e3 * rung.error,
+                "away": None if joint else packed(1e3 * away),
+                "charts": channels.charts(rung.fit),
+                "laws": law_charts(laws_of(rung.fit, keys)),
+                "program": _sample_program(rung.fit.model, last, rows),
+            }
+        )
+    return {
+        "unit": last.observed.unit,
+        "floor": floor,
+        "row": [last.data.row[i] for i in rows.tolist()],
+        "label": [pose_name(last, i) for i in rows.tolist()],
+        "p": exact(_in_base(last, rows)[1]),
+        "q": packed(q),
+        "arm": chain_of(last.model.robot, last.model.T_flange_tcp[None]),
+        "drawn": len(rows),
+        "of": len(last.data),
+        "steps": steps,
+    }
+
+
+def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
+    """How far the poses are off: fitted, on rows the fit has not seen, and what the noise alone would give [mm]."""
+    unit = fit.observed.unit
+    error = fit.observed_error.copy()
+    error[list(fit.set_aside)] = np.nan
+    curves: dict[str, tuple[str, Array]] = {"in the fit" if held_out else "poses": ("fit", 1e3 * distances(error))}
+    if held_out:
+        curves["held out"] = ("means", 1e3 * distances(fit.held_out_error))
+    if noise is not None:
+        axes = max(int(np.isfinite(error).any(axis=0).sum()), 1)
+        curves["noise alone"] = ("quiet", noise * np.sqrt(stats.chi2.ppf((np.arange(400) + 0.5) / 400, axes)))
+    return shares(curves, unit, "How many poses are how near")
+
+
+def _chosen(fit: Fit) -> Array:
+    """Rows that are drawn: every second, third .. where there are many, and the worst."""
+    n = len(fit.data)
+    every = np.arange(0, n, -(-n // MOST) or 1)
+    worst = np.argsort(-np.nan_to_num(distances(fit.observed_error)))[:20]
+    return np.union1d(every, worst)
+
+
+def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
+    """Measured minus predicted (k, 3) [m], and the predicted TCP (k, 3) [m], both in base axes."""
+    error = np.nan_to_num(fit.position_error[rows])
+    rest = fit.problem.rest
+    moved = rest.deflection.instrument
+    if moved is not None:
+        R = np.broadcast_to(displace(moved)[..., :3, :3], (len(fit.data), 3, 3))[rows]
+        error = np.einsum("nji,nj->ni", R, error)
+    return error, rest.T_base_tcp[rows, :3, 3]
+
+
+def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Mapping[str, Any]]:
+    """Some measured poses as targets of a program: as programmed, and as the model would have them corrected [mm]."""
+    index = rows[np.linspace(0, len(rows) - 1, min(TARGETS, len(rows))).astype(int)]
+    state = fit.problem.rest.state.rows(index)
+    if not fit.data.tool_known:
+        # Nobody said which tool it was: what was fitted is the tool, and no error of it.
+        frames = [displacement_of(e, state).tool for e in model.effects if e.key in FRAMES]
+        tool = sum((np.broadcast_to(xi, (len(index), 6)) for xi in frames if xi is not None), np.zeros((len(index), 6)))
+        state = state.with_(T_flange_tcp=state.T_flange_tcp @ displace(tool))
+        model = model.with_effects(*(e for e in model.effects if e.key not in FRAMES))
+    wanted = forward(model.robot, state.q) @ state.T_flange_tcp
+    written = command(model, state, wanted).T_base_tcp
+    return [
+        {"name": fit.data.pose_id[i], "programmed": (1e3 * a).round(3).tolist(), "written": (1e3 * b).round(3).tolist()}
+        for i, a, b in zip(index.tolist(), wanted[:, :3, 3], written[:, :3, 3], strict=True)
+    ]

@@ -1,0 +1,122 @@
+"""An arm in its cell: where its base and the frames of its work are, and which way gravity pulls, at axis positions.
+
+    T_base_frame(e) = T_world_base(e)^-1 T_world_frame(e)
+
+with the world itself, or the end of a mechanical unit, as the frame in which work (or a stationary tool) stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from postproc.arrays import Array, invert
+from postproc.diagnostics import Diagnostic
+from postproc.robot.cell import Cell, CellArm, Joint, axis_positions, base_frames, gravity_at, unit_frames
+
+ROBOT = "robot"
+"""What an arm is called in a cell where there is no other."""
+INSTANT = 1e-3  # [s] between the positions whose differences are speeds and accelerations of the base
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Station:
+    """An arm, and the external axes of its task.
+
+    Args:
+        arm: its name in the cell; units: those of its task, whose axes the task's targets state.
+    """
+
+    cell: Cell = field(default_factory=lambda: Cell(arms={ROBOT: CellArm(ROBOT, "")}))
+    arm: str = ROBOT
+    units: tuple[str, ...] = ()
+
+    @property
+    def joints(self) -> dict[str, Joint]:
+        """Joints of the task's units by the letter of their axis."""
+        return self.cell.joints(self.units)
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """What about the arm, or a unit of its task, is not understood."""
+        own = {name.lower() for name in (self.arm, *self.units)}
+        return tuple(finding for name, finding in self.cell.findings if name.lower() in own)
+
+    @property
+    def carried(self) -> bool:
+        """Whether a unit carries the arm."""
+        return self.cell.arms[self.arm.lower()].unit is not None
+
+    @property
+    def placed(self) -> bool:
+        """Whether it is known where the arm, or what carries it, stands."""
+        return self.carried or bool(np.isfinite(self.cell.arms[self.arm.lower()].T_unit_base).all())
+
+    @property
+    def in_world(self) -> bool:
+        """Whether the arm's base stands where the world does, for good."""
+        arm = self.cell.arms[self.arm.lower()]
+        return arm.unit is None and bool((arm.T_unit_base == np.eye(4)).all())
+
+    def positions(self, extax: Array) -> Array:
+        """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""
+        return axis_positions(self.cell, self.units, extax)
+
+    def base(self, positions: Array) -> Array:
+        """T_world_base (n, 4, 4); NaN where a position that it needs is not known."""
+        return base_frames(self.cell, self.arm, positions)
+
+    def frame(self, unit: str | None, positions: Array) -> Array:
+        """T_base_frame (n, 4, 4) of the world (None) or of the end of a unit.
+
+        Raises:
+            KeyError: there is no such unit.
+        """
+        T_base_world = invert(self.base(positions))
+        return T_base_world if unit is None else T_base_world @ unit_frames(self.cell, unit, positions)
+
+    def gravity(self, positions: Array) -> Array | None:
+        """(n, 3) in base axes [m/s^2]; None where nothing tells it."""
+        return gravity_at(self.cell, self.arm, positions)
+
+    def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """How the base moves, in its own axes: acceleration of its origin [m/s^2], angular velocity, and acceleration.
+
+        Args:
+            positions, v, a: (n, 6) of the external axes; what is not known stands still.
+
+        Returns:
+            (n, 3) each, by differences of three instants, which are exact for slides.
+        """
+        v, a = np.nan_to_num(v), np.nan_to_num(a)
+        before, now, after = (self.base(positions + v * t + a * t**2 / 2) for t in (-INSTANT, 0.0, INSTANT))
+        to_base = np.swapaxes(now[:, :3, :3], 1, 2)
+        second = (after - 2 * now + before) / INSTANT**2
+        first = (after - before) / (2 * INSTANT)
+        acceleration = (to_base @ second[:, :3, 3:])[..., 0]
+        # W = R^T R' is the angular velocity's cross-product matrix, R^T R'' that of its rate plus W^2.
+        spin = to_base @ first[:, :3, :3]
+        rate = to_base @ second[:, :3, :3]
+        return acceleration, _axial(spin), _axial(rate)
+
+
+def station_of(cell: Cell, task: str = "") -> Station | None:
+    """The arm that a task drives, with the task's units; without a task the only arm, None where there are several.
+
+    Args:
+        task: its name, in any case.
+    """
+    known = cell.tasks.get(task.lower())
+    arms = [known.arm] if known is not None and known.arm else [arm.name for arm in cell.arms.values()]
+    if len(arms) != 1 or arms[0].lower() not in cell.arms:
+        return None
+    if known is None:
+        known = next((t for t in cell.tasks.values() if (t.arm or "").lower() == arms[0].lower()), None)
+    return Station(cell, arms[0], tuple(cell.units) if known is None else known.units)
+
+
+def _axial(matrix: Array) -> Array:
+    """(n, 3) vector of the skew part of matrices (n, 3, 3)."""
+    skew = 0.5 * (matrix - np.swapaxes(matrix, 1, 2))
+    return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)

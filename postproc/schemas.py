@@ -1,0 +1,108 @@
+"""JSON Schemas of the files that people write, from the declarations by which they are read: the two cannot drift."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from docstring_parser import parse
+from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core.core_schema import ModelSchema
+
+from postproc.batch.jobsfile import JobsFile
+from postproc.choices import SettingsFile
+from postproc.effects.base import Effect
+from postproc.effects.parameters import Parameter, Structure
+from postproc.effects.registry import effect_library
+from postproc.measure.read.layout import ColumnMap
+from postproc.model.file import ModelFile
+from postproc.robot.catalogue import RobotFile
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+NUMBER: dict[str, Any] = {"type": "number"}
+TYPES: Mapping[str, type | tuple[type, ...]] = {"integer": int, "number": (int, float), "string": str}
+
+
+def schema_of(kind: str) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of one kind of file, a key of `KINDS`.
+
+    Raises:
+        KeyError: there is no such kind.
+    """
+    declared, title, refine = KINDS[kind]
+    schema = declared.model_json_schema(by_alias=True, schema_generator=_Described)
+    refine(schema)
+    return {"$schema": DRAFT, **schema, "title": title}
+
+
+class _Described(GenerateJsonSchema):
+    """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
+
+    def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
+        part = super().model_schema(schema)
+        cls: type[BaseModel] = schema["cls"]
+        said = [parse(base.__doc__ or "") for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]
+        if said[-1].short_description:
+            part["description"] = said[-1].short_description
+        texts = {
+            name.strip(): entry.description
+            for one in said
+            for entry in one.params
+            for name in entry.arg_name.split(",")
+        }
+        for name, declared in cls.model_fields.items():
+            if text := texts.get(name):
+                part["properties"][declared.alias or name]["description"] = " ".join(text.split())
+        return part
+
+
+def _with_effects(schema: dict[str, Any]) -> None:
+    """``[effects.KEY]`` of a model file, as the effects declare it; those of the user's own may hold anything."""
+    known = {key: _effect(cls) for key, cls in effect_library().items()}
+    own = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
+    schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": own}
+
+
+def _effect(cls: type[Effect]) -> dict[str, Any]:
+    keys = {name: _structure(declared, getattr(cls, name)) for name, declared in cls.structures().items()}
+    keys |= {name: _parameter(declared) for name, declared in cls.parameters().items()}
+    return {"type": "object", "description": cls.title, "properties": keys, "additionalProperties": False}
+
+
+def _parameter(declared: Parameter) -> dict[str, Any]:
+    """A number, or nested lists as deep as its shape; lengths that a structural field gives stay open."""
+    entry = NUMBER | _limits(np.min(declared.low), np.max(declared.high))
+    for length in reversed(declared.shape):
+        sized = {"minItems": length, "maxItems": length} if isinstance(length, int) else {}
+        entry = {"type": "array", "items": entry, **sized}
+    return {**entry, "description": f"[{declared.unit}]"}
+
+
+def _structure(declared: Structure, default: object) -> dict[str, Any]:
+    if declared.choices:
+        return {"enum": list(declared.choices)}
+    values = default if isinstance(default, tuple) else (default,)
+    kind = next(name for name, types in TYPES.items() if all(isinstance(value, types) for value in values))
+    entry = {"type": kind, **_limits(declared.low, declared.high)}
+    return {"type": "array", "items": entry} if isinstance(default, tuple) else entry
+
+
+def _limits(low: float, high: float) -> dict[str, float]:
+    named = {"minimum": float(low), "maximum": float(high)}
+    return {name: value for name, value in named.items() if np.isfinite(value)}
+
+
+def _as_it_is(schema: dict[str, Any]) -> None:
+    """Nothing to refine: the declaration says it all."""
+
+
+KINDS: Mapping[str, tuple[type[BaseModel], str, Callable[[dict[str, Any]], None]]] = {
+    "model": (ModelFile, "model of a real arm", _with_effects),
+    "settings": (SettingsFile, "postproc.toml", _as_it_is),
+    "jobs": (JobsFile, "jobs of a batch", _as_it_is),
+    "columns": (ColumnMap, "column map of a measurement table", _as_it_is),
+    "robot": (RobotFile, "nominal arm", _as_it_is),
+}
+"""Each kind of file: how it is read, its name for people, what only the code knows beside that."""

@@ -1,0 +1,185 @@
+"""Programs with tracks, gantries and positioners: the real arm keeps the programmed path on the moving work.
+
+The checker is an independent arm on an independent cell. Every test is repeated with that cell altered (another gravity,
+a base beside its place, an axis the other way round): then the same check has to fail.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from postproc.compensate.options import Options
+from postproc.convert import compensate_program
+from postproc.diagnostics import Source
+from postproc.model.file import parse_model
+from tests.cells import world as W
+from tests.independent import arm as A
+from tests.independent import rapid as R
+
+FORCE = (200.0, -200.0, -200.0)
+LIMIT = 0.01  # [mm]
+MODEL = """robot = "irb4600_60_205"
+{mounting}
+[effects.joint_compliance]
+compliance_rad_per_Nm = [{compliance}]
+{axes}
+"""
+DOWN = np.array([0.0, 1.0, 0.0, 0.0])  # the torch's tool0 looks at the floor
+
+
+def axis(letter: str, kind: str, carries: str, **more: object) -> str:
+    lines = {"axis": f'"{letter}"', "kind": f'"{kind}"', "carries": f'"{carries}"', **more}
+    return "[[external_axes]]\n" + "\n".join(f"{key} = {value}" for key, value in lines.items()) + "\n"
+
+
+def quaternion(about: tuple[float, float, float], degrees: float) -> np.ndarray:
+    return R.matrix_quaternion(A.rotation(np.array(about), np.radians(degrees)))
+
+
+def turned(about: tuple[float, float, float], degrees: float, first: np.ndarray = DOWN) -> np.ndarray:
+    return R.matrix_quaternion(A.rotation(np.array(about), np.radians(degrees)) @ R.quaternion_matrix(first))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A cell as a model file states it, the same in plain numpy, and a program on it; worlds that are not that one."""
+
+    axes: str
+    world: W.World
+    text: str
+    wrong: dict[str, W.World]
+    mounting: str = ""
+
+
+def corrected(case: Case) -> str:
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
+    arm = parse_model(Source("m.toml", model.encode()))
+    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(force=FORCE, inertia=False))
+    assert result.output is not None, [str(d) for d in result.diagnostics]
+    left = [s for s in result.report["statements"] if s["status"] == "skipped"]
+    assert not left, left
+    return result.output.decode()
+
+
+ARM = A.irb4600()
+
+
+def track_wrong(world: W.World, letter: int) -> dict[str, W.World]:
+    return {
+        "gravity": replace(world, down=np.array([0.0, 9.81, 0.0])),
+        "base": replace(world, base=W.after(lambda axes: W.still(axes) @ A.shift(0.2, 0.1, -0.2), world.base)),
+        "sign": replace(world, base=lambda axes: world.base(axes * np.where(np.arange(6) == letter, -1.0, 1.0))),
+    }
+
+
+def track(*extax: float) -> Case:
+    world = W.World(base=W.slide(0, (1.0, 0.0, 0.0)))
+    x = [1100.0 + value for value in extax]
+    goals = [
+        W.Goal((x[0], -400, 700), DOWN, {0: extax[0]}, "MoveJ"),
+        W.Goal((x[0], -400, 600), DOWN, {0: extax[0]}, "ArcLStart"),
+        W.Goal((x[1] + 100, 350, 620), turned((0, 0, 1), 20), {0: extax[1]}, "ArcL"),
+        W.Goal((x[2], 400, 620), turned((0, 0, 1), 40), {0: extax[2]}, "ArcLEnd"),
+        W.Goal((x[2], 400, 720), turned((0, 0, 1), 40), {0: extax[2]}, "MoveL"),
+    ]
+    text = W.program(ARM, world, goals)
+    return Case(axis("a", "linear", "robot", unit='"TRACK_1"'), world, text, track_wrong(world, 0))
+
+
+def placed(
+    xyz: tuple[float, float, float], about: tuple[float, float, float], degrees: float
+) -> tuple[np.ndarray, str]:
+    """A frame (4, 4) [m], and the same as keys of a model file [mm]."""
+    q = np.round(quaternion(about, degrees), 9)
+    T = A.transform(R.quaternion_matrix(q), np.array(xyz) / 1000)
+    return T, f"xyz_mm = {list(xyz)}\nquat = {q.tolist()}\n"
+
+
+def wrong_work(world: W.World, unit: str, letter: int) -> dict[str, W.World]:
+    place = world.units[unit]
+    return {
+        "gravity": replace(world, down=np.array([0.0, 9.81, 0.0])),
+        "base": replace(world, base=lambda axes: W.still(axes) @ A.shift(0.2, 0.1, -0.2)),
+        "sign": replace(world, units={unit: lambda axes: place(axes * np.where(np.arange(6) == letter, -1.0, 1.0))}),
+    }
+
+
+def gantry() -> Case:
+    """Two axes, along x and y, carry an arm that hangs: the world of the program is its base with both at zero."""
+    world = W.World(base=W.after(W.slide(0, (1.0, 0, 0)), W.slide(1, (0, 1.0, 0))), down=np.array([0, 0, 9.81]))
+    goals = []
+    for k, (a, b, move) in enumerate(
+        ((400, 300, "MoveJ"), (400, 300, "ArcLStart"), (900, 700, "ArcL"), (1600, 500, "ArcLEnd"))
+    ):
+        place = (a + 1000.0, b + 250.0 - 120.0 * k, 750.0 - (100.0 if k else 0))
+        goals.append(W.Goal(place, turned((0, 0, 1), 15.0 * k), {0: a, 1: b}, move))
+    y_ward, frame = placed((0, 0, 0), (0, 0, 1), 90)
+    axes = axis("a", "linear", "robot", unit='"GANTRY"') + axis("b", "linear", "robot", unit='"GANTRY"') + frame
+    wrong = track_wrong(world, 0) | {"standing": replace(world, down=-world.down)}
+    del y_ward
+    text = W.program(ARM, world, goals)
+    return Case(axes, world, text, wrong, "[mounting]\nrpy_deg = [180, 0, 0]")
+
+
+def positioner(*degrees: float) -> Case:
+    """One axis, leaning by 20 degrees, carries the work; the seam is a line on it, then an arc."""
+    frame, keys = placed((1150, 150, 450), (1, 0, 0), 20)
+    world = W.World(units={"STN1": W.turn(1, (0, 0, 1.0), frame)})
+    start, middle, end = degrees
+    goals = [
+        W.Goal((150, -250, 250), DOWN, {1: start}, "MoveJ"),
+        W.Goal((150, -250, 150), DOWN, {1: start}, "ArcLStart"),
+        W.Goal((180, 200, 150), turned((0, 0, 1), 10), {1: middle}, "ArcL"),
+        W.Goal((60, 320, 150), turned((0, 0, 1), 30), {1: end}, "ArcCEnd", (140, 285, 150)),
+        W.Goal((60, 320, 250), turned((0, 0, 1), 30), {1: end}, "MoveL"),
+    ]
+    text = W.program(ARM, world, goals, "STN1")
+    axes = axis("b", "rotary", "work", unit='"STN1"', speed=90) + keys
+    return Case(axes, world, text, wrong_work(world, "STN1", 1))
+
+
+def two_axes() -> Case:
+    """Axis b tilts the table (about the world's -y), axis c turns the plate on it."""
+    tilt, tilt_keys = placed((1150, 0, 500), (1, 0, 0), 90)
+    plate = A.transform(A.rotation(np.array([1.0, 0, 0]), np.radians(-90)), np.array([0, 0.12, 0]))
+    at_zero, plate_keys = placed((1150, 0, 620), (0, 0, 1), 0)
+    assert np.abs(tilt @ plate - at_zero).max() < 1e-9
+    chain = W.after(W.turn(1, (0, 0, 1.0), tilt), W.turn(2, (0, 0, 1.0), plate))
+    world = W.World(units={"STN1": chain})
+    steps = ((0.0, 0.0, "MoveJ"), (0.0, 0.0, "ArcLStart"), (15.0, 40.0, "ArcL"), (-10.0, 90.0, "ArcLEnd"))
+    goals = [
+        W.Goal((100 + 40 * k, -200 + 90 * k, 120 if k else 200), turned((0, 0, 1), 12 * k), {1: b, 2: c}, move)
+        for k, (b, c, move) in enumerate(steps)
+    ]
+    text = W.program(ARM, world, goals, "STN1", "[[20,-30,40],[1,0,0,0]]")
+    axes = axis("b", "rotary", "work", unit='"STN1"') + tilt_keys
+    axes += axis("c", "rotary", "work", unit='"STN1"') + plate_keys
+    return Case(axes, world, text, wrong_work(world, "STN1", 2))
+
+
+CASES = {
+    "a track that stands at 1500 mm": lambda: track(1500.0, 1500.0, 1500.0),
+    "a track that moves while it welds": lambda: track(1500.0, 2700.0, 2300.0),
+    "a hanging gantry of two axes": gantry,
+    "a positioner at 30 degrees": lambda: positioner(30.0, 30.0, 30.0),
+    "a positioner that turns while it welds": lambda: positioner(20.0, -30.0, -55.0),
+    "a positioner of two axes": two_axes,
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_path_on_the_work_is_kept(name: str) -> None:
+    case = CASES[name]()
+    output = corrected(case)
+    found = W.check(case.text, output, case.world, ARM, np.array(FORCE))
+    print(found)
+    assert not found.problems
+    assert found.before > 0.1 and found.after <= LIMIT
+    for what, world in case.wrong.items():
+        other = W.check(case.text, output, world, ARM, np.array(FORCE))
+        print(what, other)
+        assert other.problems or other.after > 2 * LIMIT, what

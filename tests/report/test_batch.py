@@ -1,0 +1,57 @@
+"""The page of a batch puts failures first and leads to the page of every program."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.report.batch import batch_page
+from tests.report.conftest import tables
+
+
+def test_batch_page_puts_failures_and_the_farthest_first() -> None:
+    finding = {
+        "path": "b<1>.mod",
+        "line": 3,
+        "severity": "error",
+        "code": "RAP007",
+        "message": "PROC `main`",
+        "help": "x",
+    }
+    kinds = (
+        ("info", "MOT012", "x"),
+        ("warning", "CMP005", "left"),
+        *(("warning", "CMP006", f"{x} mm off") for x in (0.1, 0.92)),
+    )
+    told = [{**finding, "severity": s, "code": c, "message": m} for s, c, m in kinds]
+    figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
+    doubt = {"unproved_statements": 71}
+    tasks = [
+        {"name": "a.mod", "status": "compensated", "cached": True, **doubt, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
+        {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
+        {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": told[-2:-1]},
+    ]  # fmt: skip
+    counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "copied": 0}
+    document = {"tasks": tasks, "counts": counts, "diagnostics": []}
+    page = batch_page("cell", document, pages={"a.mod": "out/report/a #1.html"})
+    assert (
+        "2 of 3 programs are corrected; 1 failed and have no output; at most 0.200 mm remain, in <code>c.mod</code>."
+        in page
+    )
+    shown = dict(re.findall(r"<dt>(.*?)</dt><dd[^>]*>(.*?)</dd>", page))
+    assert shown == {
+        "programs corrected": "2",
+        "failed": "1",
+        "worst before": "2.000 mm",
+        "worst after": "0.200 mm",
+        "targets added": "2",
+    }
+    found = tables(page)
+    assert [row[3:5] for row in found["errors"]["rows"]] == [["RAP007", "PROC main"]]
+    every = found["programs"]["rows"]
+    assert [row[0] for row in every] == ["b<1>.mod", "c.mod", "a.mod"]
+    assert [row[-1] for row in every] == [None, None, "out/report/a%20%231.html"]
+    assert [row[6] for row in every] == [None, None, 71] and "also run where they cannot be followed" in page
+    assert every[2][1] == "compensated, as before"
+    assert [row[5] for row in found["warnings"]["rows"]] == ["CMP006", "CMP005"]
+    assert found["warnings"]["rows"][0][:2] == [3, 2] and "0.92 mm off" in found["warnings"]["rows"][0]
+    assert "programs" in page and 'class="was"' in page and 'class="is"' in page

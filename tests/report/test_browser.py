@@ -1,0 +1,299 @@
+"""The pages as people use them, in the browser of the system: no errors, no requests, and everything is linked."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from postproc.compensate.options import Options
+from postproc.convert import Conversion, compensate_program
+from postproc.diagnostics import Source
+from postproc.identify.add import add_effects
+from postproc.identify.compare import compare
+from postproc.model.file import default_model
+from postproc.report.addition import addition_page
+from postproc.report.batch import batch_page
+from postproc.report.certificate import arm_certificate, program_certificate
+from postproc.report.comparison import comparison_page
+from postproc.report.compensation import compensation_page
+from postproc.report.diagnosis import diagnosis_page
+from postproc.resources import resource
+from tests.bench.convert import program
+from tests.report.test_improve import diagnosed, sample
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+QUIET = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync")  # fmt: skip
+DESKTOP, PHONE = (1400, 1000), (390, 844)
+Open = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    if CHROMIUM is None and not os.environ.get("CI"):
+        pytest.skip("no chromium on this machine; continuous integration has one")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
+        yield launched
+        launched.close()
+
+
+@pytest.fixture
+def opened(browser: Any, tmp_path: Path) -> Iterator[Open]:
+    """Open a page from its file; what it says on the console and what it asks of the network fails the test."""
+    said: list[str] = []
+    contexts = []
+
+    def open_page(html: str, size: tuple[int, int] = DESKTOP, **how: Any) -> Any:
+        path = tmp_path / "a page.html"
+        path.write_text(html, encoding="utf-8")
+        contexts.append(browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=True, **how))
+        page = contexts[-1].new_page()
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: request.url.startswith("file:") or said.append(request.url))
+        page.goto(path.as_uri())
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+@contextmanager
+def changes(page: Any, script: str) -> Iterator[None]:
+    """What a script tells of the page is something else afterwards."""
+    before = page.evaluate(script)
+    yield
+    page.wait_for_timeout(250)
+    assert page.evaluate(script) != before
+
+
+def picture(selector: str = "canvas") -> str:
+    """Script that tells the picture of a canvas."""
+    return f"document.querySelector('{selector}').toDataURL()"
+
+
+def selected(page: Any) -> str:
+    return str(page.inner_text('[data-path="statements"] tr[aria-selected="true"] td:nth-child(4)'))
+
+
+@pytest.fixture(scope="module")
+def corrected() -> str:
+    data = resource("samples", "hull_seam.mod").read_bytes()
+    return compensation_page(
+        "hull_seam.mod", compensate_program(Source("hull_seam.mod", data), default_model(), Options())
+    )
+
+
+@pytest.fixture(scope="module")
+def improved() -> str:
+    return addition_page(
+        "cell.toml", add_effects(*sample("simulated_backlash.csv"), ["backlash", "transmission_error"])
+    )
+
+
+def test_everything_on_the_page_of_a_program_shows_the_same_place(opened: Open, corrected: str) -> None:
+    page = opened(corrected)
+    assert selected(page) == "pSeam90"  # the largest deviation is chosen first
+    with changes(page, picture()):
+        page.click('[data-path="statements"] tr:has-text("pSeam40")')
+    assert "pSeam40" in page.inner_text(".listing .here")
+    assert "pSeam40" in page.inner_text('[data-path="deviation"] .readout')
+    with changes(page, picture()):
+        page.click('.listing button:has-text("ArcL pSeam20")')
+    assert selected(page) == "pSeam20"
+    with changes(page, "document.querySelector('[data-path=deviation] svg .line').getAttribute('d')"):
+        page.click('[data-path="seams"] tr:has-text("rShellSeam")')  # the charts show the seam alone
+    chart = page.locator('[data-path="joints"] svg').first
+    box = chart.bounding_box()
+    page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 50)
+    assert selected(page) == "pSeam50"
+    # A click on the picture: the target that was chosen last is where its ring is.
+    page.locator("canvas").scroll_into_view_if_needed()
+    page.click("text=from above")
+    page.wait_for_timeout(100)
+    ring = page.evaluate(
+        """() => { const c = document.querySelector("canvas"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+        let x = 0, y = 0, n = 0;
+        for (let i = 0; i < d.length; i += 4) if (d[i] === 26 && d[i + 1] === 86 && d[i + 2] === 176) { x += (i / 4) % c.width; y += Math.floor(i / 4 / c.width); n++; }
+        return n > 20; }"""
+    )
+    assert ring
+    page.focus('[data-path="deviation"] svg')
+    before = page.inner_text('[data-path="deviation"] .readout')
+    page.keyboard.press("ArrowRight")
+    assert page.inner_text('[data-path="deviation"] .readout') != before
+
+
+def test_a_target_is_named_when_it_is_pointed_at(opened: Open, corrected: str) -> None:
+    page = opened(corrected)
+    canvas = page.locator("canvas")
+    canvas.scroll_into_view_if_needed()
+    box, names = canvas.bounding_box(), set()
+    for x in range(20, int(box["width"]), 25):
+        for y in range(20, int(box["height"]), 25):
+            page.mouse.move(box["x"] + x, box["y"] + y)
+            if page.is_visible(".tip"):
+                names.add(page.inner_text(".tip"))
+    assert any("pSeam" in name and "before" in name and "after" in name for name in names)
+
+
+def test_slider_view_and_search(opened: Open, corrected: str) -> None:
+    page = opened(corrected)
+    slider = '[aria-label="how many times as large the deviation is drawn"]'
+    with changes(page, picture()):
+        page.fill(slider, "80")
+    assert "times as large" in page.inner_text('[data-path="controls"] output')
+    for button in ("before", "from above", "with the arm"):
+        with changes(page, picture()):
+            page.click(f'[data-path="controls"] button:text-is("{button}")')
+    page.focus("canvas")
+    for key in ("ArrowLeft", "ArrowDown", "+"):
+        with changes(page, picture()):
+            page.keyboard.press(key)
+    box = page.locator("canvas").bounding_box()
+    with changes(page, picture()):
+        page.mouse.move(box["x"] + 100, box["y"] + 100)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 200, box["y"] + 150)
+        page.mouse.up()
+    with changes(page, "document.querySelector('[data-path=deviation] svg text:nth-of-type(9)')?.textContent"):
+        page.click('[data-path="deviation"] button:text-is("along the length")')
+    assert page.get_attribute('[data-path="deviation"] svg', "data-axis") == "length"
+
+
+def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
+    """A table of 20,000 rows: few of them are in the document, and search and sort answer at once."""
+    rows = [{"name": f"p{i}.mod", "status": "compensated", "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i % 977,
+             "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0} for i in range(20_000)]  # fmt: skip
+    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    page = opened(batch_page("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
+    assert page.evaluate("document.documentElement.scrollHeight") < 4000
+    assert page.locator(".long tbody tr").count() < 200
+    page.fill("input[type=search]", "p19999")
+    assert page.locator(".long tbody tr:has(td:nth-child(2))").count() == 1
+    assert "1 of 20,000" in page.inner_text(".count")
+    page.fill("input[type=search]", "")
+    page.click(".long th button:has-text('before')")
+    top = page.inner_text(".long tbody tr:has(td:nth-child(2)) >> nth=0")
+    assert "976.1" in top
+    page.evaluate("document.querySelector('.rows').scrollTop = 300000")
+    page.wait_for_timeout(100)
+    assert (
+        page.locator(".long tbody tr").count() < 200
+        and page.locator(".long tbody tr:has(td:nth-child(2))").count() > 10
+    )
+
+
+@pytest.fixture(scope="module")
+def long_program() -> Conversion:
+    return compensate_program(Source("long.mod", program(2000)), default_model(), Options())
+
+
+def test_a_long_program(opened: Open, long_program: Conversion) -> None:
+    page = opened(compensation_page("long.mod", long_program))
+    assert page.evaluate("document.documentElement.scrollHeight") < 4000
+    assert page.locator(".code").count() < 100 and page.locator('[data-path="statements"] tbody tr').count() < 100
+    page.fill('[data-path="statements"] input[type=search]', "1302")
+    page.click('[data-path="statements"] tr:has-text("1302")')
+    assert page.inner_text(".listing .here span") == "1302"
+    took = page.evaluate(
+        """async () => { const start = performance.now(); for (let i = 0; i < 10; i++) {
+        document.querySelector("canvas").dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowLeft"}));
+        await new Promise(requestAnimationFrame); } return (performance.now() - start) / 10; }"""
+    )
+    assert took < 500  # [ms] a frame without a graphics card, on a busy machine
+
+
+def test_watch_the_error_fall(opened: Open, improved: str) -> None:
+    page = opened(improved)
+    said = '[data-steps="controls"] output'
+    assert "+ transmission_error" in page.inner_text(said)
+    laws = page.locator('[data-steps="laws"] svg').count()
+    assert laws >= 3
+    page.fill('[aria-label="step of the model"]', "0")
+    page.wait_for_timeout(700)
+    assert page.inner_text(said) == "0.146 mm the model as it came"
+    assert page.locator('[data-steps="laws"] svg').count() == 0
+    base = page.evaluate(picture())
+    with changes(page, "document.querySelector('[data-steps=charts]').innerHTML"):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(700)
+    assert page.evaluate(picture()) != base
+    assert page.inner_text(said).endswith("+ backlash")
+    assert page.locator('[data-steps="program"] mark').count() > 0
+    page.click('[data-step="0"]')
+    assert page.inner_text(said).endswith("the model as it came")
+    page.click("text=watch the error fall >> nth=0")
+    page.wait_for_function(
+        "document.querySelector('[data-steps=controls] output').textContent.includes('transmission')", timeout=8000
+    )
+
+
+def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
+    page = opened(comparison_page("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1])))
+    with changes(page, picture()):
+        page.click('[data-steps="worst"] tbody tr >> nth=0')
+    page.click("summary >> nth=0")
+    assert page.locator("details[open] svg").count() > 3
+
+
+def every_page(name: str, seam: Conversion) -> str:
+    if name == "compare":
+        return comparison_page("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+    if name == "arm certificate":
+        return arm_certificate("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+    if name == "diagnose":
+        return diagnosis_page("cell.toml", diagnosed("simulated_backlash.csv"))
+    if name == "unknown":
+        return diagnosis_page("cell.toml", diagnosed("simulated_step.csv"))
+    return (
+        program_certificate("hull_seam.mod", seam)
+        if name == "certificate"
+        else compensation_page("hull_seam.mod", seam)
+    )
+
+
+@pytest.mark.parametrize("name", ["compensate", "certificate", "compare", "arm certificate", "diagnose", "unknown"])
+@pytest.mark.parametrize("dark", [False, True])
+def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, name: str, dark: bool) -> None:
+    page = opened(every_page(name, seam), PHONE, color_scheme="dark" if dark else "light", has_touch=True)
+    page.wait_for_timeout(200)
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    small = page.evaluate(
+        """() => [...document.querySelectorAll("body *")].filter((e) => e.getClientRects().length && e.textContent.trim()
+        && !["SCRIPT", "STYLE"].includes(e.tagName)).map((e) => { const size = parseFloat(getComputedStyle(e).fontSize);
+        const svg = e.ownerSVGElement; const scale = svg && svg.viewBox.baseVal.width ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
+        return [size * scale, e.tagName, e.textContent.slice(0, 30)]; }).filter(([size]) => size < 11.9)"""
+    )
+    assert small == []
+    colors = page.evaluate("[getComputedStyle(document.body).backgroundColor, getComputedStyle(document.body).color]")
+    assert colors == (["rgb(20, 24, 29)", "rgb(228, 232, 236)"] if dark else ["rgb(255, 255, 255)", "rgb(28, 33, 39)"])
+
+
+def test_everything_has_a_name_for_who_hears_the_page(opened: Open, corrected: str, improved: str) -> None:
+    for html in (corrected, improved):
+        page = opened(html)
+        nameless = page.evaluate(
+            """() => [...document.querySelectorAll("button, input, select, canvas, svg, table, [role=region], a")].filter((e) =>
+            !(e.getAttribute("aria-label") || e.textContent.trim() || e.closest("label")?.textContent.trim())).map((e) => e.outerHTML.slice(0, 80))"""
+        )
+        assert nameless == []
+        assert page.evaluate("document.documentElement.lang") == "en"
+
+
+def test_a_printed_page_has_its_pictures(opened: Open, corrected: str, tmp_path: Path) -> None:
+    page = opened(corrected, color_scheme="dark")
+    pdf = page.pdf(format="A4")
+    assert pdf.startswith(b"%PDF") and pdf.count(b"/Type /Page\n") <= 6
+    assert page.evaluate("document.documentElement.classList.contains('paper')") is False

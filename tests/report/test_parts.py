@@ -1,0 +1,134 @@
+"""Charts, tables and columns that the pages are put together from."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from postproc.report.charts import Bins, Curve, bars, histogram, scatter, shares
+from postproc.report.columns import exact, packed
+from postproc.report.page import Page, Section, grid, render_page, table
+from postproc.report.svg import ticks
+from tests.report.conftest import numbers, points, tables
+
+
+def test_charts_place_points_and_band() -> None:
+    svg = scatter(np.array([0.0, 1.0, np.nan]), np.array([2.0, -2.0, 5.0]), "q1 [deg]", "error", noise=1.0)
+    (x0, y0), (x1, y1) = points(svg)
+    assert x0 < x1
+    assert y0 < y1  # larger is higher up
+    assert "<rect" in svg
+    assert scatter(np.array([np.nan]), np.array([1.0]), "x", "y") == ""
+    many = scatter(np.linspace(0, 1, 100_000), np.zeros(100_000), "x", "y")
+    assert len(points(many)) < 1000  # what falls on the same half pixel is drawn once
+
+
+def test_round_values_run_from_limit_to_limit() -> None:
+    assert ticks(-1.0, 1.0).tolist() == [-1.0, -0.5, 0.0, 0.5, 1.0]
+    first = ticks(-0.1, 1.0)[0]
+    assert first == 0.0 and not np.signbit(first)
+
+
+def test_few_values_become_columns() -> None:
+    svg = scatter(np.repeat([-1.0, 1.0], 50), np.tile(np.arange(50.0), 2), "dir2", "mrad")
+    x = np.array(points(svg))[:, 0]
+    assert len(np.unique(x)) > 30
+    assert np.sort(x)[49] < np.sort(x)[50] - 50  # the columns stay apart
+
+
+def test_rings_stand_round_their_points_where_these_are_spread() -> None:
+    x, y = np.append(np.repeat([-1.0, 1.0], 50), np.nan), np.append(np.tile(np.arange(50.0), 2), 0.0)
+    svg = scatter(x, y, "dir2", "mrad", marks=[(7, "P8"), (100, "not measured")])
+    ((cx, cy),) = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', svg)
+    assert min(np.hypot(*(np.array(points(svg)) - [float(cx), float(cy)]).T)) < 0.5
+
+
+def test_means_and_marks_speak_when_pointed_at() -> None:
+    bins = Bins(np.arange(8.0), np.zeros(8), np.full(8, 0.1), [f"bin {i}" for i in range(8)])
+    svg = scatter(np.arange(8.0), np.arange(8.0), "x", "y", bins=bins, marks=[(1, "P<1>")])
+    assert svg.count("<title>") == 9
+    assert "<title>P&lt;1&gt;</title>" in svg
+
+
+def test_bars_end_at_the_floor() -> None:
+    chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, 0.1, aside="b")
+    assert re.findall(r"width: ([\d.]+)%", chart) == ["100.0", "50.0"]
+    assert set(re.findall(r"left: ([\d.]+)%", chart)) == {"10.0"}
+    assert ">noise<" in chart
+    assert "0.100 mm" in chart
+    assert 'class="aside" style="width: 50.0%"' in chart
+    assert '<button type="button" data-step="0">b</button>' in bars({"a": 1.0, "b": 0.5}, steps=["b"])
+    assert grid(["a", "b"], 300) == '<div class="grid" style="--least: 300px">ab</div>'
+
+
+def test_a_law_is_drawn_in_its_band() -> None:
+    x = np.linspace(0.0, 1.0, 11)
+    svg = scatter(x, x, "q1 [deg]", "mrad", curve=Curve(x, x, np.full(11, 0.1)))
+    law = np.array(
+        re.findall(r"[ML]([\d.]+) ([\d.]+)", re.findall(r'<path d="([^"]*)" class="line law"', svg)[0]), float
+    )
+    band = np.array(re.findall(r"([\d.]+) ([\d.]+)", re.findall(r'<path d="([^"]*)" class="sure"', svg)[0]), float)
+    at = np.array(points(svg))
+    assert law == pytest.approx(at, abs=0.6)  # points and law are the same here
+    per = (at[0, 1] - at[-1, 1]) / 1.0
+    assert band[:11, 1] - law[:, 1] == pytest.approx(np.minimum(0.2, x + 0.05) * per, abs=0.6)
+    steps = scatter(
+        np.repeat([-1.0, 1.0], 20),
+        np.zeros(40),
+        "dir2",
+        "mrad",
+        curve=Curve(np.array([-1.0, 1.0]), np.zeros(2), np.zeros(2)),
+    )
+    assert steps.count('class="line law"') == 2  # a bar at each of two values, no line between them
+
+
+def test_shares_rise_to_all_of_the_poses() -> None:
+    svg = shares({"held out": ("means", np.arange(1.0, 101.0))}, "mm", "near")
+    line = re.findall(r'<path d="(M[^"]*)" class="line means"', svg)[0]
+    at = np.array(re.findall(r"[ML]([\d.]+) ([\d.]+)", line), float)
+    assert (np.diff(at[:, 1]) <= 0).all()
+    half = at[np.argmin(np.abs(at[:, 1] - at[:, 1].mean()))]
+    assert half[0] == pytest.approx((at[0, 0] + at[-1, 0]) / 2, rel=0.1)
+
+
+def test_a_histogram_counts_every_program() -> None:
+    svg = histogram(
+        {"before": ("was", np.array([1.0, 1.1, 0.2])), "after": ("is", np.array([0.01, np.nan, 0.0]))}, "mm", "t"
+    )
+    counts = re.findall(r"<title>(before|after): (\d+) from", svg)
+    assert sum(int(n) for name, n in counts if name == "before") == 3
+    assert sum(int(n) for name, n in counts if name == "after") == 1
+    assert histogram({"before": ("was", np.array([np.nan]))}, "mm", "t") == ""
+
+
+def test_tables_are_text_and_align() -> None:
+    page = table("t", ("name", "value"), [("</script><x>", 1.23456), ("y", None)], links=(0, ["a.html", None]))
+    assert page.count("</script>") == 1
+    spec = tables(page)["t"]
+    assert spec["rows"] == [["</script><x>", 1.23456, "a.html"], ["y", None, None]]
+    assert [column["number"] for column in spec["columns"]] == [False, True]
+    assert tables(table("t", ("name",), []))["t"]["rows"] == []
+
+
+def test_columns_are_read_as_they_were_written() -> None:
+    x = np.array([[1.0, -2.0, np.nan], [0.25, 3.0, 7.0]])
+    assert numbers(exact(x)) == pytest.approx(x, nan_ok=True)
+    assert numbers(packed(x)) == pytest.approx(x, abs=9.0 / 65_000, nan_ok=True)
+    assert numbers(exact(np.array([3, -1]))).tolist() == [3, -1]
+    assert np.isnan(numbers(packed([np.nan]))).all() and numbers(packed([2.5, 2.5])) == pytest.approx([2.5, 2.5])
+
+
+def test_pages_load_nothing_and_are_small() -> None:
+    page = render_page(
+        Page(
+            title="t",
+            sentence="s",
+            sections=[Section("a", "<p>b</p>")],
+            document={},
+            scripts=("space", "arm", "course", "path", "steps"),
+        )
+    )
+    assert not re.search(r"""(src|href)\s*=\s*["']|https?:(?!//www\.w3\.org/)|@import|url\(""", page)
+    assert len(page) < 100_000

@@ -1,0 +1,125 @@
+"""The documentation: short paragraphs, links that lead somewhere, commands that run as they stand there."""
+
+from __future__ import annotations
+
+import doctest
+import importlib.util
+import re
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from jsonschema import Draft202012Validator
+from markdown_it import MarkdownIt
+
+from postproc.schemas import schema_of
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted(
+    page for page in [*DOCS.rglob("*.md"), *ROOT.glob("*.md")] if not {"_build", "_generated"} & set(page.parts)
+)
+PROSE = [page for page in PAGES if page.name != "CHANGELOG.md"]
+MOST_LINES, WIDTH = 5, 140
+IDS = {"ids": lambda page: page.relative_to(ROOT).as_posix()}
+
+
+def script(name: str) -> ModuleType:
+    """A script of the documentation, which is no package."""
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+        assert spec is not None and spec.loader is not None
+        sys.modules[name] = module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    return sys.modules[name]
+
+
+def runs(page: Path) -> bool:
+    return any(not block.not_run for block in script("blocks").read_blocks(page))
+
+
+@pytest.mark.parametrize("page", PROSE, **IDS)
+def test_paragraphs_have_at_most_five_lines(page: Path) -> None:
+    """Items of lists, too; a line that is longer than the screen counts as several."""
+    lines = page.read_text("utf-8").splitlines()
+    long = []
+    for token in MarkdownIt("commonmark").enable("table").parse("\n".join(lines)):
+        if token.type == "inline" and token.map is not None and token.level <= 5:
+            inside = lines[slice(*token.map)]
+            if not inside[0].lstrip().startswith("|") and sum(-(-len(line) // WIDTH) for line in inside) > MOST_LINES:
+                long.append((token.map[0] + 1, inside[0]))
+    assert long == []
+
+
+def anchors(page: Path) -> set[str]:
+    """What headings of a page are called in links."""
+    if page.parent.name == "_generated":
+        text = script("generate").PAGES[page.stem]()
+    else:
+        text = page.read_text("utf-8")
+    return {
+        re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+        for heading in re.findall(r"^#+ (.+?)\s*$", text, re.M)
+    }
+
+
+@pytest.mark.parametrize("page", PAGES, **IDS)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.M | re.S)
+    generated = {f"{name}.md" for name in script("generate").PAGES}
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        if file.parent == DOCS / "_generated" and file.suffix == ".md":
+            assert file.name in generated, target
+        elif DOCS / "_generated" not in file.parents:  # what the build draws, Sphinx itself misses
+            assert file.exists(), target
+        assert not anchor or anchor in anchors(file), target
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if runs(page)], **IDS)
+def test_commands_run_as_they_stand(page: Path, tmp_path: Path) -> None:
+    for ran in script("blocks").run_page(page, tmp_path):
+        assert ran.code == ran.expected, f"{page.name}: `{ran.line}`\n{ran.output}"
+
+
+def test_blocks_that_are_not_run_say_why() -> None:
+    why = [block.not_run for page in PAGES for block in script("blocks").read_blocks(page) if block.not_run]
+    assert all(len(reason.split()) > 3 for reason in why)
+
+
+def test_the_page_of_the_python_api_is_a_doctest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "samples").symlink_to(ROOT / "samples")
+    monkeypatch.chdir(tmp_path)
+    found = doctest.testfile(str(DOCS / "api.md"), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert found.attempted > 15 and found.failed == 0
+
+
+def test_every_page_stands_in_the_contents() -> None:
+    """Sphinx says so, too; here it is told without it."""
+    listed = set()
+    for tree in re.findall(r"^```\{toctree\}\n(.*?)^```", (DOCS / "index.md").read_text("utf-8"), re.M | re.S):
+        for entry in re.findall(r"^([\w/*-]+)$", tree, re.M):
+            listed |= {p.stem for p in DOCS.glob(f"{entry}.md")}
+    assert {page.stem for page in DOCS.glob("*.md")} - listed == {"index"}
+
+
+@pytest.mark.parametrize(
+    ("page", "kind"),
+    [
+        ("model.md", "model"),
+        ("commands.md", "settings"),
+        ("batch.md", "jobs"),
+        ("measure.md", "columns"),
+        ("my-table.md", "columns"),
+        ("other-tools.md", "model"),
+    ],
+)
+def test_the_file_that_a_page_shows_fits_its_schema(page: str, kind: str) -> None:
+    shown = re.findall(r"^```toml\n(.*?)^```", (DOCS / page).read_text("utf-8"), re.M | re.S)
+    wrong = [error.message for error in Draft202012Validator(schema_of(kind)).iter_errors(tomllib.loads(shown[0]))]
+    assert wrong == []
