@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, get_args
 
-from postproc.batch.values import Status
+from postproc.batch.values import COUNTED, Status
 from postproc.diagnostics import Diagnostic
 from postproc.files import stays_inside
 
@@ -72,7 +72,7 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
     lengths = [figures[key] for key in ("max_error_before_mm", "max_error_after_mm") if key in figures]
     counted = [figures.get(key) for key in ("added_targets", "unproved_statements")]
     counted += [figures["cycle_time_s"]] if "cycle_time_s" in figures else []
-    if not isinstance(statements, dict) or statements.keys() != {"compensated", "run_time", "unchanged", "skipped"}:
+    if not isinstance(statements, dict) or statements.keys() != set(COUNTED):
         return False
     numbers = (*lengths, *counted, *statements.values())
     return len(lengths) != 1 and all(isinstance(n, (int, float)) for n in numbers)
