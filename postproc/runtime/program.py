@@ -81,7 +81,7 @@ class OnTheController:
             "max_region_error_mm": MM_PER_M * max(check.largest_m for check in checks),
             "max_chord_error_mm": MM_PER_M * self.module.chord.largest_m,
             "chord_length_mm": MM_PER_M * LINE_M,
-            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.largest_m / LINE_M**2,
+            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.per_square_metre,
             "cost": cost(self.module.correction),
         }
 
