@@ -19,11 +19,14 @@ from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.fit.recorded import recorded_model
+from postproc.fit.words.text import fit_text
 from postproc.identify.add import Addition, add_effects, grown
 from postproc.identify.compare import Comparison
 from postproc.identify.compare import compare as compare_model
 from postproc.identify.diagnose import diagnose as find_missing
 from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.words.text import diagnosis_text
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements as read_table
 from postproc.model import equilibrium
@@ -50,6 +53,7 @@ __all__ = [
     "read_measurements",
     "read_model",
     "read_program",
+    "text",
     "write_model",
 ]
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
@@ -76,9 +80,9 @@ def read_model(name: File, effects: Iterable[File] = ()) -> Model:
     return model_file.read_model(name, library) if is_file else model_file.default_model(str(name))
 
 
-def write_model(file: File, model: Model) -> None:
-    """Write a model as a TOML file; comments of the file that it replaces survive."""
-    path = Path(file)
+def write_model(file: File, model: Model | Fit) -> None:
+    """Write a model as a TOML file, a fitted one with what is known of its errors; comments in the old file survive."""
+    path, model = Path(file), recorded_model(model) if isinstance(model, Fit) else model
     path.write_text(render_model(model, path.read_text("utf-8") if path.is_file() else ""), encoding="utf-8")
 
 
@@ -116,7 +120,7 @@ def predict(model: Model, q: Array) -> Array:
 
 
 def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
-    """The model of an arm from measured poses: ``.model``, ``.held_out_rms`` [m], ``.text()``.
+    """The model of an arm from measured poses: ``.model``, ``.held_out_rms`` [m].
 
     Args:
         robot: the arm, by its name or file. effects: keys of the effects to fit.
@@ -156,6 +160,13 @@ def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
         PostprocError: EFF020 an unknown key, DAT021 the data lacks a channel that an effect reads.
     """
     return add_effects(model, data, effects)
+
+
+def text(found: Fit | Diagnosis | Comparison | Addition) -> str:
+    """What the command prints that finds the same."""
+    if isinstance(found, Fit):
+        return fit_text(found)
+    return diagnosis_text(found) if isinstance(found, Diagnosis) else found.text()
 
 
 def _source(file: File) -> Source:
