@@ -81,8 +81,9 @@ def read_model(name: File, effects: Iterable[File] = ()) -> Model:
 
 
 def write_model(file: File, model: Model | Fit) -> None:
-    """Write a model as a TOML file, a fitted one with what is known of its errors; comments in the old file survive."""
-    path, model = Path(file), recorded_model(model) if isinstance(model, Fit) else model
+    """Write a model, or a fit with its covariance, as a TOML file; comments of the file that it replaces survive."""
+    path = Path(file)
+    model = recorded_model(model) if isinstance(model, Fit) else model
     path.write_text(render_model(model, path.read_text("utf-8") if path.is_file() else ""), encoding="utf-8")
 
 
@@ -120,7 +121,7 @@ def predict(model: Model, q: Array) -> Array:
 
 
 def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
-    """The model of an arm from measured poses: ``.model``, ``.held_out_rms`` [m].
+    """The model of an arm from measured poses: ``.model``, ``.rms`` and ``.held_out_rms`` [m].
 
     Args:
         robot: the arm, by its name or file. effects: keys of the effects to fit.
