@@ -21,6 +21,7 @@ from packaging.utils import canonicalize_name
 
 from postproc.cli import hooks
 from postproc.diagnostics import PostprocError, Source
+from postproc.effects.registry import BUILT_IN
 from postproc.model.file import parse_model, read_model
 from postproc.schemas import KINDS, schema_of
 
@@ -258,3 +259,18 @@ def test_the_lock_file_is_that_of_the_project() -> None:
     wanted = [r for r in stated if r.name != project["name"]]
     assert [str(r) for r in wanted if versions.get(canonicalize_name(r.name)) not in r.specifier] == []
     assert sum(line.lstrip().startswith("--hash=sha256:") for line in lines) >= len(pinned)
+
+
+def test_the_conda_environment_has_what_the_project_needs() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    listed = yaml.safe_load((ROOT / "environment.yml").read_text("utf-8"))["dependencies"]
+    lines = [line for line in (*listed[:-1], *listed[-1]["pip"]) if line != "."]
+    found = {("pin" if r.name == "pinocchio" else r.name, r.specifier) for r in map(Requirement, lines)}
+    assert {(r.name, r.specifier) for r in map(Requirement, project["dependencies"])} <= found
+
+
+def test_the_readme_counts_what_there_is() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    arms = {path.stem.removesuffix("_seed") for path in (ROOT / "postproc" / "robot" / "arms").glob("irb*.toml")}
+    assert f"which of {len(BUILT_IN)} physical effects" in text
+    assert f"{len(arms)} ABB arms" in text
