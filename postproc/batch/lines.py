@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, get_args
 
-from postproc.batch.values import Status
+from postproc.batch.values import COUNTED, Status
 from postproc.diagnostics import Diagnostic
 from postproc.files import stays_inside
 
@@ -70,8 +70,9 @@ def _is_line(line: Any) -> bool:
 def _are_figures(figures: Mapping[str, Any]) -> bool:
     statements = figures.get("statements")
     lengths = [figures[key] for key in ("max_error_before_mm", "max_error_after_mm") if key in figures]
-    counted = [figures.get(key) for key in ("added_targets", "unproved_statements", "cycle_time_s")]
-    if not isinstance(statements, dict) or statements.keys() != {"compensated", "unchanged", "skipped"}:
+    counted = [figures.get(key) for key in ("added_targets", "unproved_statements")]
+    counted += [figures["cycle_time_s"]] if "cycle_time_s" in figures else []
+    if not isinstance(statements, dict) or statements.keys() != set(COUNTED):
         return False
     numbers = (*lengths, *counted, *statements.values())
     return len(lengths) != 1 and all(isinstance(n, (int, float)) for n in numbers)

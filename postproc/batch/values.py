@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 PAGES = "report"
 """Folder of the output tree with a page for each program."""
 Status = Literal["compensated", "unchanged", "failed"]
+COUNTED = ("compensated", "run_time", "unchanged", "skipped")
+"""What becomes of statements, as a result counts them."""
 
 
 @dataclass(frozen=True, slots=True)

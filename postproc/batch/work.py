@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from postproc.batch.threads import COLLECT, THREADS
-from postproc.batch.values import Job, Result, failed, module_place
+from postproc.batch.values import COUNTED, Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -63,10 +63,10 @@ def convert(job: Job) -> Result:
     if done.module is not None:
         outputs[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
-    figures = {name: done.report[name] for name in names}
+    figures = {name: done.report[name] for name in names if done.report[name] is not None}
     statements = [row["status"] for row in done.report["statements"]]
-    figures["statements"] = {s: statements.count(s) for s in ("compensated", "run_time", "unchanged", "skipped")}
-    return Result(job.name, job.key, "compensated", {**done.outputs, **page}, figures, findings)
+    figures["statements"] = {s: statements.count(s) for s in COUNTED}
+    return Result(job.name, job.key, "compensated", {**outputs, **page}, figures, findings)
 
 
 def _page(job: Job, done: Conversion) -> bytes:

@@ -107,7 +107,7 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("compensate", camera, "--robot", "irb4600_60_205", "--run-time", "where-needed"),
         ("diff", programs / "a.mod", strange),
         ("diff", strange, tmp_path / "turned.mod"),
-        ("batch", programs, "-o", tmp_path / "out"),
+        ("batch", programs, "-o", tmp_path / "out", "--report", tmp_path / "batch.html"),
         ("fit", table, "--robot", "irb4600_60_205", "--effects", BASE, "-o", cell),
         ("fit", far, "--robot", "irb4600_60_205", "--effects", BASE, "-o", tmp_path / "far.toml"),
         ("compare", cell, far),
