@@ -19,6 +19,7 @@ from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.fit.recorded import recorded_model
 from postproc.identify.add import Addition, add_effects, grown
 from postproc.identify.compare import Comparison
 from postproc.identify.compare import compare as compare_model
@@ -76,9 +77,10 @@ def read_model(name: File, effects: Iterable[File] = ()) -> Model:
     return model_file.read_model(name, library) if is_file else model_file.default_model(str(name))
 
 
-def write_model(file: File, model: Model) -> None:
-    """Write a model as a TOML file; comments of the file that it replaces survive."""
+def write_model(file: File, model: Model | Fit) -> None:
+    """Write a model, or a fit with its covariance, as a TOML file; comments of the file that it replaces survive."""
     path = Path(file)
+    model = recorded_model(model) if isinstance(model, Fit) else model
     path.write_text(render_model(model, path.read_text("utf-8") if path.is_file() else ""), encoding="utf-8")
 
 
@@ -116,7 +118,7 @@ def predict(model: Model, q: Array) -> Array:
 
 
 def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
-    """The model of an arm from measured poses: ``.model``, ``.held_out_rms`` [m], ``.text()``.
+    """The model of an arm from measured poses: ``.model``, ``.rms`` and ``.held_out_rms`` [m].
 
     Args:
         robot: the arm, by its name or file. effects: keys of the effects to fit.

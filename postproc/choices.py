@@ -33,6 +33,8 @@ class Choices(BaseModel):
         constant: names of data that keep the value in the file.
         channel: what effects read and a program does not tell, by name.
         free_axes: letters of external axes that carry neither the robot nor its work.
+        run_time: which statements a function beside the program corrects while it runs.
+        run_time_module: file with that function.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), populate_by_name=True)

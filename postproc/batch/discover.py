@@ -218,7 +218,7 @@ def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Tas
     findings = [] if station is None else list(station.findings)
     if station is not None and not station.placed:
         text = f"where the base of the arm that `{drive.task}` drives stands in the world is not known"
-        help_ = "its base frame in MOC.cfg cannot be read: take a new backup, or convert its modules with `--cell FILE`"
+        help_ = "describe what carries it, or where it stands, in a file for `--cell FILE`"
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
     return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, station=station, findings=tuple(findings))
 

@@ -85,11 +85,18 @@ def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> No
     """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
-    mirrored += [
+    modules = [
         module_place(task.name, task.files, settings.options.run_time_module)
         for task, settings in plan.tasks
         if settings.options.run_time != "off"
     ]
+    taken = {name.casefold() for name in mirrored}
+    for name in modules:
+        if name.casefold() in taken:
+            text = f"the module for run time `{out / name}` is the copy of an input, or that of another task"
+            raise PostprocError.of("BAT015", text, help="give it another name with --run-time-module")
+        taken.add(name.casefold())
+    mirrored += modules
     pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
     lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
     stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]

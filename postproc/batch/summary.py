@@ -9,7 +9,7 @@ from postproc.batch.values import Batch, Outcome
 from postproc.batch.work import MEASURED
 from postproc.diagnostics import one_line
 
-HEAD = ("task", "result", "before mm", "after mm", "added", "left", "unproved", "warnings")
+HEAD = ("task", "result", "before mm", "after mm", "added", "controller", "left", "unproved", "warnings")
 MOST_ROWS = 40
 
 
@@ -18,7 +18,9 @@ def result_line(outcome: Outcome) -> str:
     text: str = outcome.status
     if f := outcome.figures:
         fell = " -> ".join(f"{length} mm" for length in _lengths(f) if length) or "no line or arc could be measured"
+        through = f["statements"].get("run_time")
         text = f"{fell}, {f['added_targets']} targets added"
+        text += f", {_counted(through, 'statement')} corrected on the controller" if through else ""
     return f"{one_line(outcome.task.name)}: {text}{' (done before)' if outcome.cached else ''}"
 
 
@@ -30,8 +32,8 @@ def finding_line(found: Mapping[str, Any]) -> str:
 
 
 def table_lines(batch: Batch) -> Iterator[str]:
-    """A row for each task: deviation before and after, targets added, statements left as they are, and
-    corrected ones that also run where they cannot be followed.
+    """A row for each task: deviation before and after, targets added, statements corrected on the controller, those
+    left as they are, and corrected ones that also run where they cannot be followed.
 
     Those that matter most, failures first with their reason, then the largest remaining deviations.
     """
@@ -55,9 +57,15 @@ def _lengths(figures: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:
-    figures: tuple[str, ...] = ("",) * 5
+    figures: tuple[str, ...] = ("",) * 6
     if f := outcome.figures:
-        counts = (f["added_targets"], f["statements"]["skipped"], f.get("unproved_statements") or "")
+        status = f["statements"]
+        counts = (
+            f["added_targets"],
+            status.get("run_time") or "",
+            status["skipped"],
+            f.get("unproved_statements") or "",
+        )
         figures = (*_lengths(f), *map(str, counts))
     warnings = sum(found["severity"] == "warning" for found in outcome.findings)
     reason = next((f": {found['code']}" for found in outcome.findings if found["severity"] == "error"), "")

@@ -63,7 +63,7 @@ def convert(job: Job) -> Result:
     if done.module is not None:
         outputs[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
-    figures = {name: done.report[name] for name in names}
+    figures = {name: done.report[name] for name in names if done.report[name] is not None}
     statements = [row["status"] for row in done.report["statements"]]
     figures["statements"] = {s: statements.count(s) for s in COUNTED}
     return Result(job.name, job.key, "compensated", {**outputs, **page}, figures, findings)

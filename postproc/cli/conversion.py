@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -10,47 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
-from postproc.diagnostics import PostprocError
-from postproc.numbers import read_number
+from postproc.cli.words import parse_channel, parse_vector
 
 if TYPE_CHECKING:
     from postproc.settings import Settings
 
-Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
-
-
-def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vector:
-    """Three numbers with commas between them, ``200,-200,-200``.
-
-    Raises:
-        PostprocError: anything else (CLI006).
-    """
-    try:
-        x, y, z = (read_number(part) for part in text.split(","))
-    except ValueError:
-        x = y = z = math.nan
-    if not all(map(math.isfinite, (x, y, z))):
-        text, help_ = f"`{option} {text}` is not three numbers", f"write `{option} {such_as}`"
-        raise PostprocError.of("CLI006", text, help=help_)
-    return x, y, z
-
-
-def parse_channel(text: str) -> tuple[str, float]:
-    """Name and value of a channel, ``temperature=30``, or ``shift=night=1`` of a word.
-
-    Raises:
-        PostprocError: anything else (CLI006).
-    """
-    name, _, value = text.rpartition("=")
-    try:
-        number = read_number(value)
-    except ValueError:
-        number = math.nan
-    if not (name.strip() and math.isfinite(number)):
-        text, help_ = f"`--channel {text}` is not a name and a number", "write `--channel temperature=30`"
-        raise PostprocError.of("CLI006", text, help=help_)
-    return name.strip(), number
 
 
 @Parameter(name="*")
@@ -87,11 +51,7 @@ class ProgramOptions:
         }
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
-        """What holds for the programs of a folder: its ``postproc.toml``, and on top of it what is given here.
-
-        Args:
-            entry: routine that runs first.
-        """
+        """What holds for the programs of a folder: its ``postproc.toml``, what is given here, where it begins."""
         from postproc.choices import Choices, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), Choices.model_construct(None, **self._stated()), Path())

@@ -15,7 +15,10 @@ from postproc.report.page import Page, Section, figure, made_section, render_pag
 
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
-COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "unproved", "cycle [s]", "warnings")
+COLUMNS = (
+    *("program", "result", "before [mm]", "after [mm]", "added", "on the controller", "left", "unproved"),
+    *("cycle [s]", "warnings"),
+)
 
 
 def batch_page(
@@ -99,8 +102,9 @@ def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
     warnings = sum(d["severity"] == "warning" for d in task["diagnostics"])
     result = task["status"] + (", as before" if task["cached"] else "")
     names = ("max_error_before_mm", "max_error_after_mm", "added_targets")
-    left, unproved = task.get("statements", {}).get("skipped"), task.get("unproved_statements") or None
-    figures = (*(task.get(n) for n in names), left, unproved, task.get("cycle_time_s"))
+    status, unproved = task.get("statements", {}), task.get("unproved_statements") or None
+    counts = (status.get("run_time") or None, status.get("skipped"), unproved)
+    figures = (*(task.get(n) for n in names), *counts, task.get("cycle_time_s"))
     return (task["name"], result, *figures, warnings or None)
 
 

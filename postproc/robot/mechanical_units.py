@@ -37,6 +37,10 @@ def read_cell(backup: Backup) -> Cell:
     units = {unit.name.lower(): unit for unit in _units(motion)}
     names = {alias.lower(): name for alias, name in _aliases(motion)}
     units = {key: replace(unit, parent=_named(unit.parent, names)) for key, unit in units.items()}
+    for entry in [*motion.get("SINGLE", []), *motion.get("ROBOT", [])]:
+        carrier = _named(_parent(entry), names)
+        if carrier is not None and carrier.lower() not in units:
+            units[carrier.lower()] = Unit(carrier, (), unknown="the configuration does not describe it")
     cell = Cell(units)
     arms = {e["name"].lower(): _arm(cell, e, names) for e in arm_entries(motion) if "name" in e}
     cell = replace(cell, arms=arms, tasks=dict(_tasks(backup, units, arms)))
@@ -230,6 +234,10 @@ def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
         return
     by_frame = _frame(entry)[:3, :3].T @ np.array([0.0, 0.0, -1.0])
     angle = float(np.arccos(np.clip(by_frame @ arm.gravity / GRAVITY, -1.0, 1.0)))
+    leans = float(np.degrees(np.arccos(np.clip(-by_frame[2], -1.0, 1.0))))
+    if not {"gravity_alpha", "gravity_beta"} & entry.keys() and leans > np.degrees(SAME_WAY) and arm.unit is None:
+        text = f"`{arm.name}` leans by {leans:.0f} deg as its base frame says, and no mounting angle confirms it"
+        yield Diagnostic("KIN015", "info", f"{text}: the frame is taken", help=help_)
     if angle > SAME_WAY and arm.unit is None:
         text = (
             f"`{arm.name}` hangs otherwise by its mounting angle than by its base frame ({np.degrees(angle):.0f} deg)"

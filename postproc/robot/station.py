@@ -50,8 +50,8 @@ class Station:
 
     @property
     def placed(self) -> bool:
-        """Whether it is known where the arm, or what carries it, stands."""
-        return self.carried or bool(np.isfinite(self.cell.arms[self.arm.lower()].T_unit_base).all())
+        """Whether it is known where the arm stands, once positions of the external axes are."""
+        return bool(np.isfinite(self.base(np.zeros((1, 6)))).all())
 
     @property
     def in_world(self) -> bool:

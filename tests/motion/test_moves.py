@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.path.moves import read_moves
+from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move
 from postproc.rapid.execution.walk import walk
@@ -15,6 +16,7 @@ from postproc.rapid.motions.units import matrix_pose
 from postproc.rapid.program.program import read_program
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
+from postproc.robot.station import Station
 from tests.motion.build import ROBOT, tcp
 
 E = "[9E9,9E9,9E9,9E9,9E9,9E9]"
@@ -322,3 +324,10 @@ def test_one_mistyped_target_and_wrong_configurations_are_no_other_arm() -> None
     assert _located([target(k, 2000.0) for k in range(9)])[-1] == "KIN009"
     wrong = [target(k, robconf="2,0,0,5") for k in range(9)]
     assert _located(wrong)[-1] == "KIN009"
+
+
+def test_work_that_a_unit_moves_is_left_alone_where_no_cell_describes_it() -> None:
+    work = 'PERS wobjdata st:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n'
+    text = f"MODULE M\n{DATA}{work}PROC main()\nMoveL {P1},v50,fine,t1\\WObj:=st;\nENDPROC\nENDMODULE\n"
+    (event,) = place_events(walk(read_program([Source("m.mod", text.encode())])), Station())
+    assert event.reason == "the work object `st` is moved by `STN1`, and no cell describes that unit"

@@ -521,9 +521,7 @@ def test_monitoring_speed_and_acceleration() -> None:
     assert (after.velocity_override, after.velocity_limit, after.acceleration) == (50, 800, 60)
 
 
-def test_moved_work_object_and_axis_offsets_are_refused() -> None:
-    data = P + 'PERS wobjdata st:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
-    assert events("MoveL p,v5,z0,tool0\\WObj:=st;", data)[0].reason == "the work object `st` is moved by `STN1`"
+def test_axis_offsets_are_refused() -> None:
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason is None
     track = P.replace("[9E9", "[500")
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", track)[0].reason == "an offset of the external axes may be active"

@@ -69,7 +69,7 @@ def compare_worlds(
     _events(out, before, after, bound_mm, largest, real)
     if first.stopped != second.stopped:
         out.fault("stop", None, f"the original ends `{first.stopped}`, the corrected program `{second.stopped}`")
-    _values(out, first, second, largest)
+    _values(out, first, second, max(largest, real.largest_mm))
     return out
 
 
@@ -101,6 +101,7 @@ def _events(
             for added in waiting:
                 _added(out, added, o, (1 + FOLLOWING) * largest)
             own = 0.0 if isinstance(bounds, float) else bounds.get(o.line, 0.0)
+            largest = max(largest, real.largest_mm)  # what is left alone may stand on where the arm has come to
             # a motion that is left alone may stand on data that are corrected for others
             _time(out, o, [*waiting, e])
             bound = own + FOLLOWING * largest if own else largest

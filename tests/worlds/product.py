@@ -12,13 +12,14 @@ ARM, FORCE = "irb4600_60_205", (200.0, -200.0, -200.0)
 
 @dataclass(frozen=True)
 class Converted:
-    """Texts by path, empty where nothing was written; correction [mm] by line of the file; what it said; the module for
+    """Texts by path, empty where nothing was written; correction [mm] by line of the file; errors, and all that it said; the module for
     run time, and the lines whose targets go through its function.
     """
 
     texts: dict[str, str]
     corrections: dict[tuple[str, int], float] = field(default_factory=dict)
     said: str = ""
+    told: str = ""
     module: str = ""
     through: frozenset[int] = frozenset()
 
@@ -34,10 +35,11 @@ def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01, run_time: RunT
     sources = [Source(path, text.encode("latin-1")) for path, text in texts.items()]
     result = compensate_program(sources, default_model(ARM), options)
     said = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error")
+    told = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics)
     shifts: dict[tuple[str, int], float] = {}
     for s in result.report.get("statements", []):
         key = (s["path"], s["line"])
         shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"] or 0.0))
     through = frozenset(s["line"] for s in result.report.get("statements", []) if s["status"] == "run_time")
     texts = {path: data.decode("latin-1") for path, data in result.outputs.items()}
-    return Converted(texts, shifts, said, (result.module or b"").decode("latin-1"), through)
+    return Converted(texts, shifts, said, told, (result.module or b"").decode("latin-1"), through)

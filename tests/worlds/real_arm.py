@@ -22,11 +22,13 @@ class RealArm:
     Args:
         through: lines of the original whose targets go through the function.
         distances: of the real TCP from the original's goals [mm], so far; came_back: goals that were not corrected.
+        largest_mm: the largest correction so far.
     """
 
     through: frozenset[int] = frozenset()
     distances: list[float] = field(default_factory=list)
     came_back: int = 0
+    largest_mm: float = 0.0
     kinematics: ArmFunctions = field(default_factory=lambda: ArmFunctions(A.irb4600()))
 
     def compare(self, original: Event, corrected: Event) -> str:
@@ -35,6 +37,7 @@ class RealArm:
         if np.array_equal(goal, given):
             self.came_back += 1
             return ""
+        self.largest_mm = max(self.largest_mm, float(np.linalg.norm((given - goal)[:3, 3])))
         tool = pose_matrix(corrected.values["tool"][1])
         load = corrected.values["tool"][2]
         try:

@@ -100,7 +100,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         if residual.max(initial=0.0) <= TOLERANCE_M or sweep == most:
             break
         if sweep >= PATIENCE and model.robot.opw is not None:
-            theta = _closed_form_steps(model, state, theta, deflection, desired)
+            theta = _closed_form_step(model, state, theta, deflection, desired)
         else:
             newton = _newton(model, state, theta) if newton is None else newton
             theta = theta + np.einsum("nij,nj->ni", newton, error)
@@ -141,8 +141,17 @@ def _newton(model: Model, state: State, theta: Array) -> Array:
     return Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))
 
 
-def _closed_form_steps(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
-    """Eq. 25 with the closed form, p_f <- p_f + (p - p_c), for poses where the Jacobian is nearly singular."""
+def _closed_form_step(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
+    """One step p_f <- p_f + (p - p_c) (source paper, Eq. 25 accumulated), solved by closed-form inverse kinematics.
+
+    It needs no Jacobian, so that it also converges near singular poses; it serves all poses that are left.
+
+    Args:
+        theta: (n, 6) real joint angles [rad]; deflection: held fixed; desired: (n, 4, 4) T_base_tcp [m].
+
+    Returns:
+        New angles (n, 6) [rad], on the nearest branch; unchanged where the pose is out of reach.
+    """
     nominal = forward(model.robot, theta)
     real = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)
     # In the flange's axes, so that the correction needs no base frame: T_f <- T_f (T_c^-1 T) with the tool taken off.

@@ -114,7 +114,11 @@ def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array
 
 
 def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
-    """From the nearest point of the lines and arcs of ``move`` (n,) to points (n, 3) [m], and the fraction there."""
+    """Vectors (n, 3) [m] from the nearest point of each move's line or arc to p, and the fraction (n,) of that point.
+
+    Args:
+        move: (n,) indices of moves; p: (n, 3) positions [m].
+    """
     chord, length = curves.chord[move], curves.length[move]
     away = p - curves.start[move]
     u = np.clip(np.sum(away * chord, axis=1) / np.maximum(length, 1e-12) ** 2, 0.0, 1.0)

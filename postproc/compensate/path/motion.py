@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -51,8 +50,7 @@ class Motion:
         loaded = np.array([self.options.force_on == "all" or m.welding for m in moves])[of]
         wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
         stated = {name: np.full(len(place), value) for name, value in self.options.channels}
-        return State(
-            **self._carried(rows, place),
+        state = State(
             q=samples.q[rows],
             v=timeline.at(timeline.v, place) if self.moving else None,
             a=timeline.at(timeline.a, place) if self.options.inertia else None,
@@ -65,22 +63,20 @@ class Motion:
             channels=stated,
             T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
         )
+        return state if self.station is None else self._carried(state, self.station, rows, place)
 
-    def _carried(self, rows: slice | Index, place: Array) -> dict[str, Any]:
-        """What a base that moves or leans with the external axes does to the arm."""
-        station = self.station
-        if station is None or not station.carried:
-            return {}
+    def _carried(self, state: State, station: Station, rows: slice | Index, place: Array) -> State:
+        """The state on a base that moves or leans with the external axes."""
         axes, timeline = self.samples.axes[rows], self.timeline
-        gravity = station.gravity(axes)
+        gravity = station.gravity(axes) if station.carried else None
         if gravity is None:
-            return {}
+            return state
         if not self.options.inertia:
-            return {"gravity": gravity}
+            return state.with_(gravity=gravity)
         v, a = timeline.at(timeline.axes_v, place), timeline.at(timeline.axes_a, place)
         acceleration, spin, spin_rate = station.base_motion(axes, v, a)
         turns = {"base_spin": spin, "base_spin_rate": spin_rate} if spin.any() or spin_rate.any() else {}
-        return {"gravity": gravity - acceleration, **turns}
+        return state.with_(gravity=gravity - acceleration, **turns)
 
     def steady(self) -> Flags:
         """(n,) see ``Timeline.steady``."""

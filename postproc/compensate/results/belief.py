@@ -30,7 +30,11 @@ def doubt_weights(model: Model, plan: Plan) -> list[Diagnostic]:
 
 
 def doubt_corrections(model: Model, plan: Plan) -> list[Diagnostic]:
-    """CMP015 at the target that moves farthest, where no arm is that far off: a warning, from 50 mm on an error."""
+    """CMP015 at the target with the largest correction: a warning above 10 mm, an error above 50 mm.
+
+    It names the effect that does most of it.
+
+    """
     samples = plan.motion.samples
     wanted = samples.T_work_tcp[samples.goal, :3, 3]
     moved = np.linalg.norm(samples.curves.mounts.work(plan.exact.T_base_flange)[:, :3, 3] - wanted, axis=1)

@@ -54,12 +54,11 @@ def judge_statements(
     after: Deviation,
     on_controller: Set[StatementKey] = frozenset(),
 ) -> tuple[list[Outcome], list[Diagnostic]]:
-    """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
+    """One outcome per motion statement of files that may change, in text order, and findings where it stays off.
 
     Args:
-        on_controller: statements whose targets go through the function for run time.
-
-    Statements of lent files have no outcome, being left as they are; what stays off on the program's targets is told.
+        events: all of the program; after: deviation of the written program, by sample and by move.
+        on_controller: statements that a function corrects while the program runs: ``run_time`` in place of ``skipped``.
     """
     path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}

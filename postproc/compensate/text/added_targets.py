@@ -33,9 +33,10 @@ from postproc.compensate.text.laws import (
 from postproc.compensate.text.requests import Requester, conf_of
 from postproc.compensate.text.values import UNCHANGED_MM, Change, Insertion, TargetValue
 from postproc.grouping import grouped
+from postproc.motion.path.places import axes_between
 from postproc.motion.path.refusals import STILL
 from postproc.rapid.data.events import MotionEvent, Origin
-from postproc.rapid.data.records import NO_AXIS, Ax6, RobTarget, Vec3
+from postproc.rapid.data.records import Ax6, RobTarget, Vec3
 from postproc.rapid.motions.units import object_matrices
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
@@ -255,23 +256,20 @@ class TargetAdder:
         confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
         to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
         shares = self.samples.u[goals].tolist()
-        to = [replace(value, extax=self._axes(i, share)) for value, share in zip(to, shares, strict=True)]
+        to = [
+            replace(value, extax=axes_between(self.moves[max(i - 1, 0)].event, event, share))
+            for value, share in zip(to, shares, strict=True)
+        ]
         vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
         zone, parts = small_zone(self.program, event), np.diff(shares, prepend=0.0).tolist()
         return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
 
-    def _axes(self, i: int, share: float) -> Ax6:
-        """Where the external axes are after a share of a move: they move evenly with it."""
-        before, target = (self.moves[j].event.target for j in (max(i - 1, 0), i))
-        assert before is not None and target is not None
-        a, b, c, d, e, f = (
-            end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
-            for begin, end in zip(before.extax, target.extax, strict=True)
-        )
-        return a, b, c, d, e, f
-
     def _gap(self, part: Pieces) -> float:
-        """How far [mm] the correction is from its chord at the targets to add: what stays off without them."""
+        """Largest distance [mm] between the correction at the targets to add and its linear interpolation.
+
+        The interpolation is between the corrections at start and goal of the move: what the path lacks without added
+        targets. ``add`` derives from it how far an added target may be off in each run.
+        """
         samples, goals, i = self.samples, list(part.goals), part.move
         shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
         u = samples.u[goals][:, None]

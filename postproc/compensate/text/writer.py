@@ -117,8 +117,13 @@ class Writer:
         return self._expressions[key]
 
     def placed(self, goals: Assigned, exact: Exact) -> dict[int, Array]:
-        """Moves whose targets are not written where they are wanted, with the shift (6,) [m, rad] from the programmed
-        pose that they get, work axes.
+        """Find moves whose written target misses the corrected one by more than ``EXACT_MM``.
+
+        Args:
+            goals: what is written for the goals; exact: the corrected flange pose of every move.
+
+        Returns:
+            By index of the move, the shift (6,) [m, rad] that the text gives the programmed goal, in the work frame.
         """
         off = np.linalg.norm(goals.assignment.unserved, axis=1)
         rows = np.flatnonzero(off > EXACT_MM).tolist()

@@ -11,6 +11,7 @@ from math import nan
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXIS, Ax6
 from postproc.rapid.unknown import Kind, Unknown
@@ -48,6 +49,23 @@ def _reached(before: Ax6, stated: Ax6) -> Ax6:
     return a, b, c, d, e, f
 
 
+def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
+    """What to state for the external axes after a share of a move: they move evenly with it.
+
+    Axes that stand still, or are not active, are stated as at the goal.
+
+    Args:
+        before: the event whose goal the move starts at.
+    """
+    assert event.target is not None
+    way = np.nan_to_num(np.subtract(event.axes or NOWHERE, before.axes or NOWHERE))
+    a, b, c, d, e, f = (
+        end if end >= NO_AXIS or not change else round(end - (1 - share) * change, 3)
+        for end, change in zip(event.target.extax, way.tolist(), strict=True)
+    )
+    return a, b, c, d, e, f
+
+
 def unit_of(event: MotionEvent) -> str | None:
     """The mechanical unit that moves the work of an event; None where the work stands in the world or on the flange."""
     return None if event.wobj.ufprog or event.wobj.robhold else event.wobj.ufmec
@@ -57,13 +75,9 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
     """Why base or work of each event are nowhere; None where they are known."""
     known = station.cell.units
     positions = station.positions(np.array([e.axes for e in events]).reshape(-1, 6))
-    base = np.asarray(np.isfinite(station.base(positions)).all(axis=(1, 2)))
+    base = _finite(station.base(positions))
     units = {name for e in events if (name := unit_of(e)) is not None}
-    placed = {
-        name: np.asarray(np.isfinite(station.frame(name, positions)).all(axis=(1, 2)))
-        for name in units
-        if name.lower() in known
-    }
+    placed = {name: _finite(station.frame(name, positions)) for name in units if name.lower() in known}
     found: list[Unknown | None] = []
     for i, event in enumerate(events):
         unit = unit_of(event)
@@ -76,6 +90,11 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
             found.append(Unknown(Kind.WORK_NOWHERE, event.wobj.name, _why(station, unit)))
         else:
             found.append(None)
+    return found
+
+
+def _finite(T: Array) -> list[bool]:
+    found: list[bool] = np.isfinite(T).all(axis=(1, 2)).tolist()
     return found
 
 

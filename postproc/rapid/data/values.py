@@ -196,7 +196,11 @@ def to_wobj(name: str, data: Data) -> WobjData:
 
 
 def _frame(data: Data) -> Pose:
-    """A frame of a tool or a work object: unlike a target, it is not left open until somebody teaches it."""
+    """Pose ([mm], unit quaternion) of the frame of a tool or a work object.
+
+    Raises:
+        Invalid: it is no pose, or its quaternion is [0,0,0,0], which in a robtarget only means "not taught yet".
+    """
     _, rot = _parts(data, 2, "pose")
     if not any(_numbers(rot, 4)):
         raise Invalid(Kind.NO_FRAME)

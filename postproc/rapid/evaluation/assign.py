@@ -76,10 +76,13 @@ def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, m
 
 
 def _present(declaration: Declaration, memory: Memory) -> Value:
-    """Value of declared data as far as it is known: what nothing in the program writes is as it was declared.
+    """Present value of a variable; components that are not known hold Unknown.
+
+    If the value is unknown, components that no assignment in the program writes keep their declared value, all others
+    are Unknown.
 
     Raises:
-        Unknown: no part of it is known.
+        Unknown: the value is unknown and the declaration gives none, or lacks a part.
     """
     try:
         return memory.value(declaration)
@@ -190,7 +193,15 @@ def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memor
 
 
 def _rebound(bound: Value | Unknown, path: Path, data: Data, memory: Memory) -> Binding:
-    """A parameter by value after an assignment to it."""
+    """Binding of a parameter handed over by value, after an assignment to it or to a part of it.
+
+    Args:
+        bound: binding before; path: evaluated indices and field names of the part, () for all of it.
+        data: what is assigned; memory: gives the fields of records.
+
+    Returns:
+        The new value; Unknown if ``data`` is, or if a part of an unknown value is assigned.
+    """
     if isinstance(data, Unknown):
         return data
     data, causes = without_causes(data)

@@ -223,7 +223,7 @@ class Memory:
             self.changed[declaration.key] = error
 
     def _home(self, declaration: Declaration) -> Memory:
-        """The scope in which a declaration's own expression is read."""
+        """New memory in the scope of a declaration with nothing assigned: its expression sees declared values only."""
         routine = self.program.routine(declaration.routine, declaration.module) if declaration.routine else None
         if routine is None:
             routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())

@@ -50,7 +50,7 @@ class Flow(Loops):
         return result
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        """Run statements; whether the end of them is reached."""
+        """Run statements and change ``memory``; False where RETURN, EXIT or a jump leaves before their end."""
         if self.depth > MAX_DEPTH:
             forget(memory, self.changes.everything, Kind.CHANGED_TOO_DEEPLY)
             self.steps += 100

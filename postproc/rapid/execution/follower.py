@@ -98,7 +98,11 @@ class _Follower(Flow):
         self.recorder.emitting = False
 
     def memory(self, routine: Routine) -> WorldMemory:
-        """Data at the start of a routine that somebody starts."""
+        """New memory for a routine that is started from outside the program, not called.
+
+        The state is that at program start. Parameters are unbound: the world draws each value when it is first read.
+        It varies the declared value of PERS data that the program may write, as the last run may have left it.
+        """
         frame = unbound_frame(routine)
         for parameter in routine.parameters:
             frame.bindings.pop(parameter.name)

@@ -26,7 +26,10 @@ class Predecessors:
 
     @property
     def known(self) -> list[int]:
-        """The events after one of which the arm stands now."""
+        """Indices of the events that may have been the last motion, ascending.
+
+        Ways that come from an unknown place are left out, so that the list is not always complete.
+        """
         return sorted(end for end in self.ends if end > NOWHERE)
 
     def stay(self, event: int) -> None:

@@ -52,7 +52,11 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
 
 
 def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
-    """Frames of the target that are not the same in every execution."""
+    """RAPID expressions of the frames whose pose may differ between executions.
+
+    They are the program displacement, where the program sets it, and user and object frame of a work object that the
+    program writes or that is a parameter.
+    """
     if "@pdisp" in memory.changes.everything:
         yield b"C_PROGDISP.pdisp"
     wobj = statement.argument("\\wobj")

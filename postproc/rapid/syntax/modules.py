@@ -165,7 +165,14 @@ class FileReader(StatementReader):
 
 
 def parameters(head: bytes) -> tuple[Parameter, ...]:
-    """Parameters of a routine; alternatives of ``|`` share the optional mark of the first."""
+    """Parse the parameter list of a routine.
+
+    Args:
+        head: the list with its brackets, as ``b"(num a \\switch On|switch Off)"``; may be empty.
+
+    Returns:
+        Parameters in text order; those after ``|`` are optional if the first one has the backslash.
+    """
     found: list[Parameter] = []
     optional = False
     for item in patterns.PARAMETER.finditer(head):
