@@ -15,12 +15,12 @@ from inline_snapshot import snapshot
 
 from postproc import __version__
 from postproc.cli.app import build
-from postproc.cli.conversion import parse_channel, parse_vector
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next, show, unmeasured
 from postproc.cli.run import run
+from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
 from .conftest import ARM, Call

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import ProgramOptions, VectorText, parse_channel, parse_vector
+from postproc.cli.conversion import ProgramOptions, VectorText
 from postproc.cli.options import EffectFiles, ModelFile, Names
 from postproc.cli.programs import settled
+from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:

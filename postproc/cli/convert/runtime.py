@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import VectorText, parse_vector
+from postproc.cli.conversion import VectorText
 from postproc.cli.convert.made_for import RunTimeOptions
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Flag, Tolerance
 from postproc.cli.output import check_outputs
 from postproc.cli.output import write as write_file
 from postproc.cli.report import print_json, say, show
+from postproc.cli.words import parse_vector
 
 if TYPE_CHECKING:
     from postproc.runtime.check import Check

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import VectorText, parse_vector
+from postproc.cli.conversion import VectorText
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.progress import watching
 from postproc.cli.report import print_result, put, say, say_next, show
+from postproc.cli.words import parse_vector
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:

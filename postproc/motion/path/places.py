@@ -94,8 +94,7 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
 
 
 def _finite(T: Array) -> list[bool]:
-    found: list[bool] = np.isfinite(T).all(axis=(1, 2)).tolist()
-    return found
+    return list(np.asarray(np.isfinite(T).all(axis=(1, 2))))
 
 
 def _why(station: Station, name: str | None) -> str:
