@@ -9,7 +9,7 @@ class Path {
     for (const [name, column] of Object.entries(places)) this[name] = numbers(column);
     this.moves = Object.fromEntries(Object.entries(moves).map(([name, column]) => [name, numbers(column)]));
     this.most = { before: numbers(most.before), after: numbers(most.after) };
-    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm && new Arm(packed.arm), statements: found.statements });
+    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm && new Arm(packed.arm), base: packed.base && numbers(packed.base), statements: found.statements });
     this.n = this.move.length;
     this.size = { before: lengths(this.before), after: lengths(this.after) };
     this.goals = [];
@@ -51,7 +51,11 @@ class Path {
     return rows.length ? [rows[0], rows[last]] : null;
   }
 
-  joints(i) { return this.arm.joints(this.q, i, this.move[i]); }
+  /** Places of the arm in the frame of the work, which a track or a positioner may move. */
+  joints(i) {
+    const places = this.arm.joints(this.q, i, this.move[i]), T = this.base && this.base.subarray(12 * i, 12 * i + 12);
+    return T ? places.map(([x, y, z]) => [0, 4, 8].map((k) => T[k] * x + T[k + 1] * y + T[k + 2] * z + T[k + 3])) : places;
+  }
 
   boxOf([from, to]) { return boxOf(this.p.subarray(3 * from, 3 * to + 3)); }
 }
