@@ -12,8 +12,9 @@ from postproc.report.page import Figure, Page, Section, figure, made_section, re
 from postproc.report.path import path_data
 
 ACROSS = (
-    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets. "
-    "Shaded: the arc burns; green: the tolerance. Drag to zoom, double-click to see all, click to choose a place."
+    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
+    "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
+    "double-click to see all, click to choose a place."
 )
 IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 ALONG = "along lines and arcs"
