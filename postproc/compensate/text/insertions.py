@@ -9,6 +9,7 @@ from decimal import Decimal
 from postproc.compensate.text.values import Insertion, TargetValue
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
+from postproc.rapid.unknown import Kind
 
 # An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
 # Instructions that do something at their target (outputs, procedure calls) get plain moves as well; those with triggers
@@ -93,10 +94,15 @@ def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
     if event.first or before < 0:
         return ()
     start = events[before]
-    known = start.target is not None and event.target is not None and start.reason == event.reason
+    known = start.target is not None and event.target is not None and _unknowns(start) == _unknowns(event)
     place = (start.target, event.target, event.via)
     frames = ((e.wobj, e.displacement, e.tool) for e in (start, event))
     return (event.statement.key, *place, *frames) if known else (row,)
+
+
+def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
+    """Why an execution is left alone, without words."""
+    return [(unknown.root.kind, unknown.root.subject) for unknown in event.unknowns]
 
 
 def neighbouring_element(text: str, before: MotionEvent, event: MotionEvent) -> str | None:

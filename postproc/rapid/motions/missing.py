@@ -126,7 +126,7 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     assumed = sum(bool(event.assumed) for event in events)
     if not unseen or not assumed:
         return found
-    names = [d.message.split("`")[1] for d in unseen]
+    names = [d.source.data[slice(*d.span)].decode("latin-1") for d in unseen if d.source is not None and d.span]
     named = ", ".join(f"`{name}`" for name in names[:MOST_NAMED])
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     text = f"{named}{more} {'is' if len(names) == 1 else 'are'} in none of the files: what such routines may write is"
