@@ -77,7 +77,7 @@ class PathScene {
 
   draw(space, pen) {
     space.floor(pen);
-    const { path } = this, stride = space.busy ? Math.ceil(path.n / 6000) : Math.ceil(path.n / 60000);
+    const { path } = this, stride = space.busy ? Math.ceil(path.n / 2500) : Math.ceil(path.n / 60000);
     if (path.arm && path.chosen.value >= 0) path.arm.draw(space, pen, path.joints(path.chosen.value));
     this.nominal(space, pen, stride);
     if (this.shown !== "after") this.deviation(space, pen, "before", stride);
@@ -119,7 +119,7 @@ class PathScene {
       const [x, y, z] = [path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]];
       const tip = at(x + k * away[3 * i], y + k * away[3 * i + 1], z + k * away[3 * i + 2]);
       const bin = Math.min(SHADES - 1, Math.floor(SHADES * Math.min(size[i] / path.scale, 1)) || 0);
-      if (i % whisker < stride && name === "before") lines[SHADES + bin].push(at(x, y, z), tip);
+      if (!space.busy && i % whisker < stride && name === "before") lines[SHADES + bin].push(at(x, y, z), tip);
       const joined = last && path.joined(i);
       if (joined && near(last, tip)) continue;
       if (joined) lines[bin].push(last, tip);
