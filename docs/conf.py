@@ -8,6 +8,8 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent)]
 
 import generate
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
 
 import postproc
 
@@ -27,3 +29,8 @@ myst_heading_anchors = 4
 nitpicky = True
 
 generate.write_all(Path(__file__).resolve().parent / "_generated")
+
+
+def setup(app: Sphinx) -> None:
+    """RAPID is shown as it is: Pygments does not know it."""
+    app.add_lexer("rapid", TextLexer)
