@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from postproc.compensate.results.document import elsewhere
@@ -18,6 +18,7 @@ ACROSS = (
 IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 ALONG = "along lines and arcs"
 FINDING = ("line", "severity", "code", "what", "what to do")
+STATEMENT = ("line", "routine", "instruction", "status", "reason")
 
 
 def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
@@ -28,7 +29,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
     """
     document = plain(found.report)
     moved = found.plan is not None
-    sections = [*_pictures(document)] if moved else []
+    sections = [*_pictures(document)] if moved else [*_statements(document)]
     if document["diagnostics"]:
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         sections.append(Section("Findings", table("findings", FINDING, findings)))
@@ -63,14 +64,22 @@ def _pictures(document: Mapping[str, Any]) -> list[Section]:
     ]
 
 
+def _statements(document: Mapping[str, Any]) -> Iterator[Section]:
+    """The statements of a program none of whose targets is known before it runs, as a table."""
+    rows = [tuple(row[key] for key in STATEMENT) for row in document["statements"]]
+    if rows:
+        yield Section("Every motion statement", table("statements", STATEMENT, rows))
+
+
 def _figures(document: Mapping[str, Any]) -> list[Figure]:
     """Three: before, after, and what was left uncorrected."""
     arc, where = _welds(document)
     left = sum(row["status"] == "skipped" for row in document["statements"])
+    through = f"{_count(document, 'run_time')} on the controller, " if _count(document, "run_time") else ""
     return [
         *figure(f"before, {where}", document[f"max_{arc}error_before_mm"], "before"),
         *figure(f"after, {where}", document[f"max_{arc}error_after_mm"], "after"),
-        Figure("motion statements", f"{_count(document, 'compensated')} corrected, {left} left"),
+        Figure("motion statements", f"{_count(document, 'compensated')} corrected, {through}{left} left"),
     ]
 
 
@@ -103,8 +112,11 @@ def _assumed(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
 def _sentence(document: Mapping[str, Any], written: bool) -> str:
     if not written:
         return "The program is not safe to compensate; no program was written."
-    if not _count(document, "compensated"):
+    through = _count(document, "run_time")
+    if not (_count(document, "compensated") or through):
         return "Nothing was corrected."
+    if not document["measured_statements"] and through:
+        return f"{through} motion statements are corrected on the controller, where alone their targets are known."
     arc, where = _welds(document)
     before, after = document[f"max_{arc}error_before_mm"], document[f"max_{arc}error_after_mm"]
     beside = elsewhere(document)
