@@ -83,3 +83,9 @@ def test_a_further_turn_with_another_load_counts() -> None:
 def test_too_many_elements_are_left() -> None:
     many = f"CONST robtarget p{{201}}:=[{','.join(target(i, 0, 0) for i in range(201))}]; VAR num n;"
     assert places("n:=GInput(gi); MoveL p{n},v5,fine,tool0;", many) == [None]
+
+
+def test_records_that_are_known_in_part_are_written_and_doubted() -> None:
+    data = f"VAR robtarget q:={target(1, 2, 3)}; VAR robtarget r; VAR robtarget unset;"
+    body = "r:=q; r.trans.x:=GInput(gi); q:=r; Unseen; MoveL q,v5,fine,tool0; unset:=r; MoveL unset,v5,fine,tool0;"
+    assert places(body, data) == [None, None]

@@ -63,8 +63,8 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
 
 
 def _anew(data: Data) -> Data:
-    """Data that is written: one unknown value is one object, and what is written is another than before."""
-    return copy(data) if isinstance(data, Unknown) else data
+    """Data that is written: one unknown number is one object, and what is written is another than before."""
+    return copy(data) if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
 
 
 def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:
