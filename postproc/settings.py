@@ -112,12 +112,22 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
     if settings.model is None:
+        _refuse_calibrated(station)
         model = default_model(str(settings.robot))
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
         model = replace(model, robot=load_robot(settings.robot), robot_name=settings.robot)
     return model if station is None else replace(model, station=station)
+
+
+def _refuse_calibrated(station: Station | None) -> None:
+    """Raises KIN017 where the controller corrects what a model of the arm's type would correct once more."""
+    if station is None or not station.cell.arms[station.arm.lower()].calibrated:
+        return
+    text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
+    help_ = "give a model with -m that was fitted to the arm as it runs (what the controller leaves), or switch it off"
+    raise PostprocError.of("KIN017", text, help=help_, exit_code=1)
 
 
 def read_station(path: Path) -> Station:

@@ -84,6 +84,7 @@ class CellArm:
         unit: the unit that carries it; None for one that stands in the world.
         T_unit_base: (4, 4) its base frame at the end of that unit, or in the world.
         gravity: (3,) in base axes, with all external axes at zero [m/s^2]; None where it is not known.
+        calibrated: its controller corrects geometry and weight itself (Absolute Accuracy).
     """
 
     name: str
@@ -91,6 +92,7 @@ class CellArm:
     unit: str | None = None
     T_unit_base: Array = field(default_factory=_identity)
     gravity: Array | None = None
+    calibrated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

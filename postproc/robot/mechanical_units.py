@@ -12,6 +12,7 @@ Which rule holds where was found from the numbers of public backups (docs/robot.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -159,7 +160,8 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str]) -> CellArm:
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
         zero = unit_frames(cell, unit, np.zeros((1, 6)))[0]
         T = invert(zero[None])[0] @ T
-    return CellArm(entry["name"], entry.get("use_robot_type", ""), unit, T, _gravity(entry))
+    calibrated = re.fullmatch(r"r\d+_calib", entry.get("use_robot_calib", ""), re.IGNORECASE) is not None
+    return CellArm(entry["name"], entry.get("use_robot_type", ""), unit, T, _gravity(entry), calibrated)
 
 
 def _stands_in_world(unit: Unit) -> bool:

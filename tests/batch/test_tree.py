@@ -433,3 +433,10 @@ def test_a_task_without_motion_needs_no_arm(tmp_path: Path) -> None:
     found = discover(tmp_path)
     assert [task.name for task in found.tasks] == ["RAPID/TASK1"] and found.tasks[0].unknown is not None
     assert "RAPID/TASK9/PROGMOD/talk.mod" in found.copies
+
+
+def test_what_the_controller_corrects_is_not_corrected_once_more(tmp_path: Path) -> None:
+    with pytest.raises(PostprocError, match="KIN017"):
+        convert(backup(tmp_path / "in", base='-use_robot_calib "r1_calib"'), tmp_path / "out")
+    plain, _ = convert(backup(tmp_path / "in2", base='-use_robot_calib "r1_uncalib"'), tmp_path / "out2")
+    assert not plain.failed

@@ -6,6 +6,7 @@ a base beside its place, an axis the other way round): then the same check has t
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from postproc.robot.station import station_of
 from tests.cells import world as W
 from tests.independent import arm as A
 from tests.independent import rapid as R
+from tests.independent.legal import check_text
 
 FORCE = (200.0, -200.0, -200.0)
 LIMIT = 0.01  # [mm]
@@ -243,3 +245,40 @@ def test_two_robots_on_one_work() -> None:
         other = worlds["T_ROB2" if name == "T_ROB1" else "T_ROB1"]
         wrong = W.check(out[name], result.output.decode(), other, ARM, np.array(FORCE))
         assert wrong.problems or wrong.after > 2 * LIMIT
+
+
+def named(text: str) -> str:
+    """The program with its targets declared by name, and zones in the place of stops on the seam."""
+    lines, declared = [], []
+    for line in text.split("\n"):
+        found = re.search(r"\[\[[^\]]*\],\[[^\]]*\],\[[^\]]*\],\[[^\]]*\]\],(?=v\d)", line)
+        if found:
+            declared.append(f"  CONST robtarget p{10 * len(declared) + 10}:={found[0][:-1]};")
+            line = line.replace(found[0], f"p{10 * len(declared)},")
+        lines.append(line.replace("wd,fine", "wd,z1") if "ArcL p" in line else line)
+    at = next(i for i, line in enumerate(lines) if "PROC main" in line)
+    return "\n".join([*lines[:at], *declared, *lines[at:]])
+
+
+@pytest.mark.parametrize("name", ["a track that moves while it welds", "a positioner that turns while it welds"])
+def test_named_targets_and_zones_on_moving_work(name: str) -> None:
+    case = CASES[name]()
+    case = replace(case, text=named(case.text))
+    output = corrected(case)
+    found = W.check(case.text, output, case.world, ARM, np.array(FORCE))
+    assert not found.problems and not check_text(case.text, output)
+    assert found.before > 0.1 and found.after <= LIMIT and found.added > 0
+
+
+def test_synchronised_motion_keeps_its_statements() -> None:
+    """Each \\ID has a partner in another task: targets are corrected, nothing is added, and what remains is said."""
+    case = track(1500.0, 2700.0, 2300.0)
+    text, count = re.subn(r"\]\],v20", r"]]\\ID:=10,v20", case.text)
+    assert count == 3
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    arm = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes=case.axes).encode()))
+    result = compensate_program(Source("p.mod", text.encode()), arm, Options(force=FORCE, inertia=False))
+    assert result.output is not None and result.report["added_targets"] == 0
+    assert result.output.decode().count("\\ID:=10") == 3
+    assert "CMP006" in [d.code for d in result.diagnostics]
+    assert any("`\\ID` coordinates it with another task" in f"{d.message} {d.help}" for d in result.diagnostics)
