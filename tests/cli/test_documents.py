@@ -27,6 +27,8 @@ RARE = {
     "missing[].not_seen_beside[]",
     "missing[].structure.NAME",
     "missing[].structure.NAME[]",
+    "missing[].effective_parameters",
+    *(f"missing[].law[].{key}" for key in ("joint", "channel", "unit", "at[]", "turn_mrad[]", "sigma_mrad[]")),
 }
 """Described, and not in what the commands print here."""
 PROGRAM = """MODULE strange

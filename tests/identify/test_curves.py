@@ -41,6 +41,7 @@ def test_a_map_is_told_as_the_curve_that_it_is():
     found = diagnose(base_fit(data).model, data)
     entry = next(m for m in diagnosis_json(found)["missing"] if m["effect"] == "joint_error_map")
     law = {curve["joint"]: curve for curve in entry["law"]}[3]
+    assert set(law) == {"joint", "channel", "unit", "at", "turn_mrad", "sigma_mrad"} and isinstance(law["joint"], int)
     assert (law["channel"], law["unit"]) == ("q3", "deg") and len(law["at"]) == len(law["turn_mrad"]) > 100
     at = np.radians(law["at"])
     off = 1e-3 * bent(at, np.array(law["turn_mrad"])) - bent(at, wavy(at))
