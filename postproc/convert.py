@@ -49,7 +49,6 @@ from postproc.runtime.reach import Reach, without_shared_values, without_unreach
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
-MOST_TURNED = 0.02  # rad; that a correction turns the tool by
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
@@ -163,7 +162,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += unlike
     seams = find_seams(outcomes, plan, before, after)
     findings += partial_seams(seams, options.allow_partial)
-    bounds = {key: (most, MOST_TURNED) for key, most in largest_shifts(outcomes, plan).items()}
+    bounds = largest_shifts(outcomes, plan)
     added = Counter(insertion.statement.key for insertion in plan.insertions)
     worlds, more = Worlds(0, 0), list[Diagnostic]()
     if depends_on_run_time(events):

@@ -12,8 +12,9 @@ from postproc.report.page import Figure, Page, Section, figure, made_section, re
 from postproc.report.path import path_data
 
 ACROSS = (
-    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets. "
-    "Shaded: the arc burns; green: the tolerance. Drag to zoom, double-click to see all, click to choose a place."
+    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
+    "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
+    "double-click to see all, click to choose a place."
 )
 IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 ALONG = "along lines and arcs"
@@ -33,6 +34,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
     if document["diagnostics"]:
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         sections.append(Section("Findings", table("findings", FINDING, findings)))
+    sections += _run_time(document)
     sections.append(made_section({**({"arm": document["robot"]} if moved else {}), **(made or {})}))
     page = Page(
         title=f"postproc compensate {name}",
@@ -74,13 +76,23 @@ def _statements(document: Mapping[str, Any]) -> Iterator[Section]:
 def _figures(document: Mapping[str, Any]) -> list[Figure]:
     """Three: before, after, and what was left uncorrected."""
     arc, where = _welds(document)
-    left = sum(row["status"] == "skipped" for row in document["statements"])
-    through = f"{_count(document, 'run_time')} on the controller, " if _count(document, "run_time") else ""
+    left, through = _count(document, "skipped"), _count(document, "run_time")
+    corrected = f"{_count(document, 'compensated')} corrected" + (f", {through} at run time" if through else "")
     return [
         *figure(f"before, {where}", document[f"max_{arc}error_before_mm"], "before"),
         *figure(f"after, {where}", document[f"max_{arc}error_after_mm"], "after"),
-        Figure("motion statements", f"{_count(document, 'compensated')} corrected, {through}{left} left"),
+        Figure("motion statements", f"{corrected}, {left} left"),
     ]
+
+
+def _run_time(document: Mapping[str, Any]) -> list[Section]:
+    """What the function that corrects on the controller was checked with."""
+    found = document.get("run_time")
+    if not found:
+        return []
+    rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
+    note = "What `compensate` found with the function on targets of its region; lengths in mm."
+    return [Section("Corrected on the controller", table("run time", ("what", "value"), rows), note)]
 
 
 def _count(document: Mapping[str, Any], status: str) -> int:
@@ -113,10 +125,11 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
     if not written:
         return "The program is not safe to compensate; no program was written."
     through = _count(document, "run_time")
-    if not (_count(document, "compensated") or through):
+    on_controller = f"{through} motion statements are corrected on the controller, where their targets become known."
+    if through and not (_count(document, "compensated") and document["measured_statements"]):
+        return on_controller
+    if not _count(document, "compensated"):
         return "Nothing was corrected."
-    if not document["measured_statements"] and through:
-        return f"{through} motion statements are corrected on the controller, where alone their targets are known."
     arc, where = _welds(document)
     before, after = document[f"max_{arc}error_before_mm"], document[f"max_{arc}error_after_mm"]
     beside = elsewhere(document)
@@ -125,7 +138,7 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
     fell += f"; up to {' and '.join(beside)}." if beside else "."
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    return f"{fell}{doubt if count else ''}"
+    return " ".join([fell, *([doubt.strip()] if count else []), *([on_controller] if through else [])])
 
 
 def _welds(document: Mapping[str, Any]) -> tuple[str, str]:

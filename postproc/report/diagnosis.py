@@ -46,7 +46,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     sections += workspace_section(kind.name, "Where it is off", program=bool(found.missing))
     suspected = [(s.channel, s.where) for s in found.suspects]
     sections += [
-        *channel_sections(found.final, "What the rest follows", suspected, folded=not found.suspects),
+        *channel_sections(found.final, "What the rest follows", suspected, folded=kind.name == "position"),
         _ranking(document, kind),
     ]
     if document["blind_to"]:

@@ -113,6 +113,11 @@ def torques(effect: Effect, state: State) -> Array:
     return result
 
 
+def forces(effect: Effect, state: State) -> dict[int, Array]:
+    """(n, 6) wrench that an effect puts on each body [N, N m], about the base origin in base axes; by body."""
+    return {body: np.broadcast_to(wrench, (len(state), 6)) for body, wrench in load_of(effect, state).body.items()}
+
+
 def place_name(k: int) -> tuple[str, str]:
     """What a coordinate of `model.places` is called, and the unit of a thousandth of it."""
     if k < BODY:

@@ -145,7 +145,8 @@ def _is_number(cell: object) -> bool:
 
 
 def _cell(cell: object) -> object:
-    return cell if cell is None or _is_number(cell) else str(cell).replace("`", "")
+    # A file name that is not Unicode is shown as far as it is.
+    return cell if cell is None or _is_number(cell) else str(cell).replace("`", "").encode("utf-8", "replace").decode()
 
 
 @cache

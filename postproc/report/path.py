@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.arrays import Array, blocks
+from postproc.arrays import Array, blocks, invert
 from postproc.compensate.path.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.convert import Conversion
@@ -16,6 +16,7 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
+from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, pose_at
 from postproc.motion.values import Index, Move
 from postproc.rapid.data.events import MotionStatement
@@ -52,6 +53,7 @@ def path_data(found: Conversion) -> dict[str, Any]:
     places = _thinned(_places(curves, found.before, found.after))
     of, place, sampled = places.move, places.move + places.u, samples.move + samples.u
     q = _interpolated(sampled, samples.q, place)
+    mounts = curves.mounts_at(of, curves.axes_at(of, places.u))
     length = np.cumsum(curves.length)
     speed = np.abs(timeline.at(timeline.v, place)) / robot.speed
     correction = _interpolated(sampled, plan.exact.q - samples.q, place)
@@ -66,7 +68,7 @@ def path_data(found: Conversion) -> dict[str, Any]:
             "after": packed(1e3 * places.after),
             "q": packed(q),
             "speed": packed(100 * speed),
-            "torque": packed(_torques(model, plan, places, q)),
+            "torque": packed(_torques(model, plan, places, mounts, q)),
             "correction": packed(np.degrees(correction)),
         },
         "moves": {
@@ -79,6 +81,8 @@ def path_data(found: Conversion) -> dict[str, Any]:
         "largest": _largest(found, plan, moves),
         "targets": [_target(outcome.statement) for outcome in found.outcomes],
         "sources": _sources(found),
+        # Where the arm stands in the frame of the work, which a track or a positioner moves.
+        "base": None if mounts.T_base_frame is None else exact(invert(mounts.T_base_frame)[:, :3].reshape(len(of), 12)),
         # A stationary tool stands still, and the path is drawn on the work that the arm carries, without the arm.
         "arm": None if curves.mounts.stationary.any() else chain_of(robot, curves.mounts.T_mount_tcp),
     }
@@ -134,10 +138,10 @@ def _interpolated(at: Array, values: Array, place: Array) -> Array:
     return np.stack([np.interp(place, at, column) for column in values.T], axis=1)
 
 
-def _torques(model: Model, plan: Plan, places: Places, q: Array) -> Array:
+def _torques(model: Model, plan: Plan, places: Places, mounts: Mounts, q: Array) -> Array:
     """(n, 6) torques that the motors of the rigid arm give [N m]: links, payload, inertia that lasts, process force."""
     rigid, motion = model.with_effects(), plan.motion
-    timeline, moves, mounts = motion.timeline, motion.moves, motion.samples.curves.mounts
+    timeline, moves = motion.timeline, motion.moves
     torque = np.empty((len(q), 6))
     for rows in blocks(len(q), BLOCK):
         of = places.move[rows]
@@ -150,7 +154,7 @@ def _torques(model: Model, plan: Plan, places: Places, q: Array) -> Array:
             payload_mass=np.array([moves[i].payload_mass for i in of]),
             payload_center=np.array([moves[i].payload_center for i in of]),
             wrench=np.where(loaded[:, None], [*motion.options.force, *motion.options.moment], 0.0),
-            T_flange_tcp=mounts[of].T_mount_tcp,
+            T_flange_tcp=mounts[rows].T_mount_tcp,
             gravity=model.gravity,
             robot=model.robot,
         )

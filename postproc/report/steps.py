@@ -19,7 +19,7 @@ from postproc.model.arm import Model
 from postproc.report.chain import chain_of
 from postproc.report.charts import shares
 from postproc.report.columns import exact, packed
-from postproc.report.laws import law_charts, laws_of
+from postproc.report.laws import forces, law_charts, laws_of
 from postproc.report.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace
@@ -56,6 +56,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
                 "away": None if joint else packed(1e3 * away),
                 "charts": channels.charts(rung.fit),
                 "laws": law_charts(laws_of(rung.fit, keys)),
+                "forces": _forces(rung.fit, keys, rows),
                 "program": _sample_program(rung.fit.model, last, rows),
             }
         )
@@ -71,6 +72,14 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
         "of": len(last.data),
         "steps": steps,
     }
+
+
+def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[dict[str, Any]]:
+    """Forces that effects put on bodies of the arm, each with its body and (k, 6) wrench about the base origin."""
+    state = fit.problem.sensitivity.state.rows(rows)
+    effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
+    every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
+    return [{"name": key, "body": body, "wrench": packed(wrench)} for key, body, wrench in every if wrench.any()]
 
 
 def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:

@@ -9,7 +9,7 @@ class Path {
     for (const [name, column] of Object.entries(places)) this[name] = numbers(column);
     this.moves = Object.fromEntries(Object.entries(moves).map(([name, column]) => [name, numbers(column)]));
     this.most = { before: numbers(most.before), after: numbers(most.after) };
-    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm && new Arm(packed.arm), statements: found.statements });
+    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm && new Arm(packed.arm), base: packed.base && numbers(packed.base), statements: found.statements });
     this.n = this.move.length;
     this.size = { before: lengths(this.before), after: lengths(this.after) };
     this.goals = [];
@@ -51,7 +51,11 @@ class Path {
     return rows.length ? [rows[0], rows[last]] : null;
   }
 
-  joints(i) { return this.arm.joints(this.q, i, this.move[i]); }
+  /** Places of the arm in the frame of the work, which a track or a positioner may move. */
+  joints(i) {
+    const places = this.arm.joints(this.q, i, this.move[i]), T = this.base && this.base.subarray(12 * i, 12 * i + 12);
+    return T ? places.map(([x, y, z]) => [0, 4, 8].map((k) => T[k] * x + T[k + 1] * y + T[k + 2] * z + T[k + 3])) : places;
+  }
 
   boxOf([from, to]) { return boxOf(this.p.subarray(3 * from, 3 * to + 3)); }
 }
@@ -73,7 +77,7 @@ class PathScene {
 
   draw(space, pen) {
     space.floor(pen);
-    const { path } = this, stride = space.busy ? Math.ceil(path.n / 6000) : Math.ceil(path.n / 60000);
+    const { path } = this, stride = space.busy ? Math.ceil(path.n / 2500) : Math.ceil(path.n / 60000);
     if (path.arm && path.chosen.value >= 0) path.arm.draw(space, pen, path.joints(path.chosen.value));
     this.nominal(space, pen, stride);
     if (this.shown !== "after") this.deviation(space, pen, "before", stride);
@@ -115,7 +119,7 @@ class PathScene {
       const [x, y, z] = [path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]];
       const tip = at(x + k * away[3 * i], y + k * away[3 * i + 1], z + k * away[3 * i + 2]);
       const bin = Math.min(SHADES - 1, Math.floor(SHADES * Math.min(size[i] / path.scale, 1)) || 0);
-      if (i % whisker < stride && name === "before") lines[SHADES + bin].push(at(x, y, z), tip);
+      if (!space.busy && i % whisker < stride && name === "before") lines[SHADES + bin].push(at(x, y, z), tip);
       const joined = last && path.joined(i);
       if (joined && near(last, tip)) continue;
       if (joined) lines[bin].push(last, tip);

@@ -117,7 +117,7 @@ class Space {
     const ratio = onPaper() ? 2 : devicePixelRatio || 1;
     if (!this.canvas.clientWidth) return;
     this.width = onPaper() ? PAPER : this.canvas.clientWidth;
-    this.height = this.canvas.clientHeight;
+    this.height = onPaper() ? 420 : this.canvas.clientHeight;
     this.canvas.width = this.width * ratio; this.canvas.height = this.height * ratio;
     const pen = this.canvas.getContext("2d");
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);

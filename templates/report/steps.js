@@ -19,6 +19,8 @@ class Residuals {
     const reach = Math.hypot(...this.box[0].map((x, i) => this.box[1][i] - x)) || 1;
     this.usual = (0.07 * reach * 1000) / this.scale;
     this.times = Number(this.usual.toPrecision(1));
+    this.forces = packed.steps.map((step) => step.forces.map((one) => ({ ...one, wrench: numbers(one.wrench) })));
+    this.strongest = Math.max(1e-9, ...this.forces.flat().map(({ wrench }) => largest(lengths(wrench.filter((_, k) => k % 6 < 3)))));
     this.chosen = new Choice(-1);
     this.step = packed.steps.length - 1;
     this.rows = Array.from({ length: this.n }, (_, i) => i);
@@ -35,7 +37,7 @@ class ResidualScene {
   draw(space, pen) {
     space.floor(pen);
     const { all } = this, at = space.projection(), k = all.times / 1000;
-    if (all.chosen.value >= 0) all.arm.draw(space, pen, all.arm.joints(all.q, all.chosen.value, all.chosen.value));
+    if (all.chosen.value >= 0) this.arm(space, pen, all.arm.joints(all.q, all.chosen.value, all.chosen.value));
     const bins = Array.from({ length: SHADES }, () => []);
     for (let i = 0; i < all.n; i++) {
       const [x, y, z] = [all.p[3 * i], all.p[3 * i + 1], all.p[3 * i + 2]], d = all.now.subarray(3 * i, 3 * i + 3);
@@ -58,6 +60,31 @@ class ResidualScene {
     pen.beginPath(); pen.arc(x, y, 8, 0, 7); pen.stroke();
   }
 
+  /** The arm, and the forces on its bodies along their lines of action, each where that is nearest to its body. */
+  arm(space, pen, joints) {
+    const { all } = this, at = space.projection(), i = all.chosen.value, named = new Set();
+    joints[joints.length - 1] = [...all.p.subarray(3 * i, 3 * i + 3)]; // the tool as it was fitted
+    all.arm.draw(space, pen, joints);
+    for (const { name, body, wrench } of all.forces[all.step]) {
+      const [fx, fy, fz, mx, my, mz] = wrench.subarray(6 * i, 6 * i + 6), f = [fx, fy, fz], o = joints[Math.min(body, 7)];
+      const size = Math.hypot(...f);
+      if (size < 1e-3 * all.strongest) continue;
+      const m = cross(o, f).map((c, k) => [mx, my, mz][k] - c); // about the body
+      const c = cross(f, m).map((x, k) => o[k] + x / size ** 2);
+      const tip = c.map((x, k) => x + (0.45 * f[k]) / all.strongest);
+      pen.strokeStyle = pen.fillStyle = css("--curve");
+      pen.lineWidth = 3;
+      pen.beginPath(); arrow(pen, at(...c), at(...tip)); pen.stroke();
+      pen.beginPath(); pen.arc(...at(...c), 4, 0, 7); pen.fill();
+      if (named.has(name)) continue; // a pull between two bodies is told once
+      named.add(name);
+      pen.font = "600 13px system-ui, sans-serif"; pen.textAlign = "left"; pen.textBaseline = "middle";
+      const [x, y] = at(...c), text = `${name}: ${short(Math.round(size))} N`;
+      pen.lineWidth = 4; pen.strokeStyle = css("--paper");
+      pen.strokeText(text, x + 8, y - 12); pen.fillText(text, x + 8, y - 12);
+    }
+  }
+
   near(space, x, y) {
     const { all } = this, i = nearest(space, all.p, all.rows, x, y);
     if (i < 0) return null;
@@ -70,6 +97,8 @@ class ResidualScene {
     return boxOf([...joints.flat(), ...this.box[0], ...this.box[1]]);
   }
 }
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 function arrow(pen, from, to) {
   pen.moveTo(...from); pen.lineTo(...to);

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from postproc.compensate.options import Options
 from postproc.compensate.worlds import SEEDS, check_worlds, depends_on_run_time
+from postproc.convert import compensate_program
+from postproc.diagnostics import Source
+from postproc.model.file import default_model
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.execution.worlds import World
@@ -174,3 +180,17 @@ def test_procedures_of_motions_and_traps_run() -> None:
 def test_programs_that_run_alike_whatever_happens_are_not_followed(body: str, depends: bool) -> None:
     data = f"CONST robtarget p:={target(5, 0, 4)}; CONST robtarget q:={target(6, 5, 4)}; PERS num n:=5;"
     assert depends_on_run_time(walk(program(module(body, data)))) is depends
+
+
+def test_a_soft_arm_may_turn_the_tool_as_far_as_its_correction_does() -> None:
+    places = [target(400, y, 300, conf="[0,0,2,0]") for y in (10, 60)]
+    body = f"IF di1=1 MoveJ {places[0]},v100,fine,tool0; MoveL {places[1]},v100,fine,tool0;"
+    soft = replace(Options(), inertia=False, force=(600.0, -600.0, -600.0))
+    source = Source("soft.mod", module(body))
+    found = compensate_program(source, default_model("irb120_3_058"), soft)
+    assert found.plan is not None
+    told, wanted = found.plan.exact.T_work_tcp[:, :3, :3], found.plan.motion.samples.T_work_tcp[:, :3, :3]
+    turned = np.einsum("nij,nij->n", told, wanted)
+    assert np.degrees(np.arccos(np.clip((turned.min() - 1) / 2, -1, 1))) > 1.2
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == []
+    assert found.report["worlds"]["count"] == len(SEEDS)

@@ -205,8 +205,8 @@ def _measured(plan: Plan) -> set[StatementKey]:
 ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
 
 
-def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey, float]:
-    """How far [mm] each statement may be corrected, whatever its data is when the program runs.
+def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey, tuple[float, float]]:
+    """How far each statement may be corrected [mm] and turned [rad], whatever its data is when the program runs.
 
     Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
     statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
@@ -222,7 +222,8 @@ def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey
         slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
     moved = {move.event.statement.key for move in plan.motion.moves}
     bound = (shifts.keys() | moved) - through
-    return {key: (shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest for key in bound}
+    turned = (1.0 + ALIKE) * float(_shifts(plan)[:, 1].max(initial=0.0))
+    return {key: ((shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest, turned) for key in bound}
 
 
 def _shifts(plan: Plan) -> Array:

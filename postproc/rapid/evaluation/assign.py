@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.evaluate import evaluate, whole
@@ -44,6 +45,7 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
     """
     path, name, causes = _path(tree, memory)
     data, own = without_causes(data)
+    data = _anew(data)
     causes = joined_causes(own, causes)
     bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
@@ -58,6 +60,11 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
             return
         declaration = found
     memory.changed[declaration.key] = _written(declaration, path, data, causes, memory)
+
+
+def _anew(data: Data) -> Data:
+    """Data that is written: one unknown value is one object, and what is written is another than before."""
+    return copy(data) if isinstance(data, Unknown) else data
 
 
 def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:
@@ -131,7 +138,7 @@ def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
         why = Unknown(
             Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause or "a routine in none of the files", key=key
         )
-        memory.changed[key] = assumed_for(memory.changed[key], (why,))
+        memory.changed[key] = assumed_for(_anew(memory.changed[key]), (why,))
 
 
 def shown(key: str, program: Program) -> str:

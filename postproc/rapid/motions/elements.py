@@ -92,7 +92,7 @@ def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, M
     for name in values:
         bound = memory.frame.bindings.get(name)
         declaration = memory.find(name) if bound is None else None
-        held.append(memory.changed.get(declaration.key, declaration.key) if declaration is not None else bound)
+        held.append(bound if declaration is None else memory.changed.get(declaration.key, object()))
     for numbers in itertools.product(*values.values()):
         aside = memory.aside()
         aside.frame.bindings.update({name: Value(float(n), "num") for name, n in zip(values, numbers, strict=True)})

@@ -68,7 +68,7 @@ class Predecessors:
             self.events.append(event)
             return
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
-        known = sorted({_place(self.events[end]): end for end in self.known}.values())[-MOST_WAYS:]
+        known = sorted({reached(self.events[end]): end for end in self.known}.values())[-MOST_WAYS:]
         known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(self.ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
@@ -80,8 +80,8 @@ class Predecessors:
         self.ends = frozenset({self.last})
 
 
-def _place(event: MotionEvent) -> tuple[object, ...]:
-    """Where an event brings the arm, and by which statement."""
+def reached(event: MotionEvent) -> tuple[object, ...]:
+    """Where an event brings the arm, with what, and by which statement."""
     if event.reason is not None or event.target is None:
         return (id(event),)
     return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)

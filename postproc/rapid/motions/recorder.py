@@ -10,7 +10,7 @@ from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.elements import Choice, elements
 from postproc.rapid.motions.events_of import EventMaker
-from postproc.rapid.motions.predecessors import NOWHERE, Predecessors
+from postproc.rapid.motions.predecessors import NOWHERE, Predecessors, reached
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.motions.repeats import Repeats
 from postproc.rapid.unknown import Kind
@@ -28,7 +28,8 @@ class Recorder:
         only_new: only what has not been recorded yet counts.
         supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
         chosen: some call means nobody knows which routine: what is supposed to have run may begin anywhere.
-        cases: of statements to an element that only the controller knows, the last event of each case.
+        cases: of statements to an element that only the controller knows, the last event of each case; reached: by the
+            place to which such a statement goes, its event and those from which the arm came.
         emitting: motions become events; not while something is tried out.
         returning: from the end of a loop to the first motion of its next turn.
     """
@@ -44,6 +45,7 @@ class Recorder:
         self.astray: set[StatementKey] = set()
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
         self.cases: dict[StatementKey, dict[Choice, int]] = {}
+        self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
 
@@ -101,10 +103,6 @@ class Recorder:
 
         Where the motion before went by the same numbers, each case goes on from its own place.
         """
-        if self.returning or statement.key in self.cases:
-            self.astray.add(statement.key)  # another turn: it begins elsewhere and goes to the same places
-            self.ways.ends = frozenset(self.cases.get(statement.key, {}).values()) or frozenset({NOWHERE})
-            return 0
         begin, before = self.ways.ends, len(self.ways.events)
         last = self.cases.get(self.ways.events[self.ways.last].statement.key, {}) if self.ways.known else {}
         ends: dict[Choice, int] = {}
@@ -115,12 +113,20 @@ class Recorder:
                     self.elsewhere.add(statement.key)
                 continue
             own = {last[choice]} if choice in last and begin == {*last.values()} else begin
-            self.ways.ends = frozenset(own if len(own) == 1 else {NOWHERE})
-            self._add(event, memory)
-            ends[choice] = self.ways.last
+            own = frozenset(own if len(own) == 1 else {NOWHERE})
+            place = reached(event)
+            index, came = self.reached.get(place, (NOWHERE, own))
+            if came != own or self.returning:
+                self.astray.add(statement.key)  # another turn, which begins elsewhere
+            if index == NOWHERE and not self.returning:
+                self.ways.ends = own
+                self._add(event, memory)
+                index = self.ways.last
+                self.reached[place] = index, own
+            ends[choice] = index
         self.cases[statement.key] = ends
         self.ways.ends = frozenset(ends.values()) or frozenset({NOWHERE})
-        return len(self.ways.events) - before - 1
+        return max(0, len(self.ways.events) - before - 1)
 
     def _pass(self, key: StatementKey, index: int | None) -> None:
         """Run a statement again to the place to which an event brought the arm."""
