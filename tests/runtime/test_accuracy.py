@@ -51,7 +51,6 @@ def quaternion(mm: np.ndarray) -> list[float]:
     return list(matrix_pose(mm)[1])
 
 
-@pytest.mark.parametrize("seed", [901, 902])
 @pytest.mark.parametrize("real", [springs, soft_bodies, mapped], ids=lambda f: f.__name__)
 @pytest.mark.parametrize("force", [np.zeros(3), 0.2 * FORCE], ids=["no force", "force"])
 def test_the_cost_is_what_the_interpreter_counts(real: Any, force: np.ndarray) -> None:
@@ -67,6 +66,7 @@ def test_the_cost_is_what_the_interpreter_counts(real: Any, force: np.ndarray) -
     assert f"in {steps(made.correction)} steps, about" in made.text.decode()
 
 
+@pytest.mark.parametrize("seed", [901, 902])
 def test_goals_of_seams(of_springs: bytes, seed: int) -> None:
     """Every goal of a generated weld program, with its own tools, through the function."""
     text = generate_programs.generate(seed)

@@ -116,6 +116,21 @@ def test_a_tool_that_the_robot_does_not_hold(task: Controller) -> None:
     assert returned(task, task.target(Q, TOOL)) == 2
 
 
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [((0, [4000.0, 0.0, 1000.0]), 1), ((0, [float("nan"), 0.0, 0.0]), 1), ((1, [0.0] * 4), 1), (None, 4)],
+    ids=["out of reach", "no number", "never taught", "straight wrist"],
+)
+def test_a_circle_point_comes_back_as_it_came(task: Controller, change: tuple[int, Any] | None, reason: float) -> None:
+    task.set("pTo", task.target(Q, TOOL))
+    point = task.target(np.radians([20.0, 30, -20, 40, 0.5, 10]) if change is None else Q, TOOL)
+    if change is not None:
+        point[change[0]] = change[1]
+    assert returned(task, point, "circle") == reason
+    assert task.ask(task.target(Q, TOOL), "circle")[0] != task.target(Q, TOOL)[0]
+    assert task.get("ppCorrectedCount") == 1
+
+
 def test_one_bool_switches_it_off(task: Controller) -> None:
     task.set("ppOn", False)
     target = task.target(Q, TOOL)
