@@ -20,11 +20,13 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.recorded import recorded_model
+from postproc.fit.words.text import fit_text
 from postproc.identify.add import Addition, add_effects, grown
 from postproc.identify.compare import Comparison
 from postproc.identify.compare import compare as compare_model
 from postproc.identify.diagnose import diagnose as find_missing
 from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.words.text import diagnosis_text
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements as read_table
 from postproc.model import equilibrium
@@ -51,6 +53,7 @@ __all__ = [
     "read_measurements",
     "read_model",
     "read_program",
+    "text",
     "write_model",
 ]
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
@@ -158,6 +161,13 @@ def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
         PostprocError: EFF020 an unknown key, DAT021 the data lacks a channel that an effect reads.
     """
     return add_effects(model, data, effects)
+
+
+def text(found: Fit | Diagnosis | Comparison | Addition) -> str:
+    """What the command prints that finds the same."""
+    if isinstance(found, Fit):
+        return fit_text(found)
+    return diagnosis_text(found) if isinstance(found, Diagnosis) else found.text()
 
 
 def _source(file: File) -> Source:

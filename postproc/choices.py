@@ -32,6 +32,7 @@ class Choices(BaseModel):
         template: folder of Jinja templates in place of the shipped ones.
         constant: names of data that keep the value in the file.
         channel: what effects read and a program does not tell, by name.
+        cell: file that describes tracks, gantries and positioners, or a controller's backup.
         free_axes: letters of external axes that carry neither the robot nor its work.
         run_time: which statements a function beside the program corrects while it runs.
         run_time_module: file with that function.

@@ -98,6 +98,24 @@ class _Unsafe(Exception):
         self.exit_code = exit_code
 
 
+@dataclass(frozen=True)
+class _Task:
+    """What is converted: the program, the arm as far as its model holds for it, the motions, the choices, and what a
+    function on the controller can correct.
+    """
+
+    program: Program
+    model: Model
+    events: list[MotionEvent]
+    options: Options
+    reach: Reach
+
+    @property
+    def on(self) -> bool:
+        """Whether anything may be corrected on the controller."""
+        return self.options.run_time != "off"
+
+
 def compensate_program(source: Source | Sequence[Source], model: Model, options: Options) -> Conversion:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
@@ -123,25 +141,20 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     program, events = _followed(sources, options, model.station, findings)
     model, more = applicable_model(model, events, options)
     findings += more
-    reach = Reach(program, events, options.scope)
-    known, motion = _moving(model, program, events, options, reach, findings)
-    events = list(known)
+    task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
     if motion is None:
-        return _run_time_alone(program, model, events, reach, options, findings)
-    on = options.run_time != "off"
-    chosen = OnController(reach.takes, options.run_time == "all") if on else OnController()
+        return _run_time_alone(task, findings)
+    events, reach = task.events, task.reach
+    chosen = OnController(reach.takes, options.run_time == "all") if task.on else OnController()
     plan = plan_changes(model, motion, events, program, chosen)
     findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
     _stop_at_errors(findings)
-    function = _function(program, model, events, reach, _not_by_numbers(program, plan), options, findings)
+    function = _function(task, _not_by_numbers(program, plan), findings)
     env = environment(options.template_dir)
-    edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
-    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
-    for changed, edit in chain(*written, function_edits(env, program, plan.insertions)):
-        edits[changed.path].append(edit)
+    edits = _edits_of(env, program, plan)
     plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    before, after = _proved(model, plan, program, events, drafts, function, findings)
+    before, after = _proved(task, plan, drafts, function, findings)
     figures = figures_of(plan, before, after)
     _refuse_worse(figures, plan, sources[0], findings)
     through = function.keys if function is not None else frozenset()
@@ -166,9 +179,19 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
-    outputs = _outputs(program, edits, function, header_values(model, options, report), env, findings)
+    edits = _with_header(env, program, edits, function, header_values(model, options, report))
+    outputs = _outputs(env, program, edits, function, findings)
     module = function.module.text if function is not None else None
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after, model)
+
+
+def _edits_of(env: SandboxedEnvironment, program: Program, plan: Plan) -> dict[str, list[Edit]]:
+    """What is planned, as edits by path."""
+    edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
+    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
+    for changed, edit in chain(*written, function_edits(env, program, plan.insertions)):
+        edits[changed.path].append(edit)
+    return edits
 
 
 def _not_by_numbers(program: Program, plan: Plan) -> list[StatementKey]:
@@ -177,46 +200,33 @@ def _not_by_numbers(program: Program, plan: Plan) -> list[StatementKey]:
     return [s.key for s in program.statements if s.key not in corrected and s.key not in plan.unasked]
 
 
-def _function(
-    program: Program,
-    model: Model,
-    events: Sequence[MotionEvent],
-    reach: Reach,
-    asked: Sequence[StatementKey],
-    options: Options,
-    findings: list[Diagnostic],
-) -> OnTheController | None:
+def _function(task: _Task, asked: Sequence[StatementKey], findings: list[Diagnostic]) -> OnTheController | None:
     """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
-    keys = frozenset(key for key in asked if reach.takes(key))
-    if options.run_time == "off":
-        findings += would_reach(program, keys)
-    if options.run_time == "off" or not keys:
+    keys = frozenset(key for key in asked if task.reach.takes(key))
+    if not task.on:
+        findings += would_reach(task.program, keys)
+    if not task.on or not keys:
         return None
-    function = put_on_controller(program, model, events, reach, keys, options)
+    function = put_on_controller(task.reach, task.model, keys, task.options)
     findings += function.findings
     _stop_at_errors(findings)
     return function
 
 
-def _run_time_alone(
-    program: Program,
-    model: Model,
-    events: Sequence[MotionEvent],
-    reach: Reach,
-    options: Options,
-    findings: list[Diagnostic],
-) -> Conversion:
+def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     """The conversion of a program none of whose targets is known before it runs."""
-    function = _function(program, model, events, reach, [s.key for s in program.statements], options, findings)
+    program, events = task.program, task.events
+    function = _function(task, [s.key for s in program.statements], findings)
     if function is None:
         _refuse(findings, _no_known_target(program, events, findings))
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
-    report = unmeasured_document(model.robot.name, outcomes, options, findings)
-    report["run_time"] = function.as_json(options.run_time)
-    env = environment(options.template_dir)
-    edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
-    outputs = _outputs(program, edits, function, header_values(model, options, report), env, findings)
+    report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
+    report["run_time"] = function.as_json(task.options.run_time)
+    env = environment(task.options.template_dir)
+    head = header_values(task.model, task.options, report)
+    edits = _with_header(env, program, {s.path: [] for s in program.sources}, function, head)
+    outputs = _outputs(env, program, edits, function, findings)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), function.module.text)
 
 
@@ -261,23 +271,16 @@ def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
     ]
 
 
-def _moving(
-    model: Model,
-    program: Program,
-    events: Sequence[MotionEvent],
-    options: Options,
-    reach: Reach,
-    findings: list[Diagnostic],
-) -> tuple[Sequence[MotionEvent], Motion | None]:
-    """What the program makes the arm do, None where no target is known; its events.
+def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | None]:
+    """What the program makes the arm do, None where no target is known.
 
     Where a function corrects targets on the controller, values that are there only as the last run left them, and
     those that the arm cannot reach, are not known.
     """
-    on = options.run_time != "off"
-    events = without_shared_values(program, events, reach) if on else events
+    model, options, reach = task.model, task.options, task.reach
+    events = without_shared_values(task.program, task.events, reach) if task.on else task.events
     motion, more = read_motion(model, events, options)
-    while on and has_errors(more):
+    while task.on and has_errors(more):
         given, said = without_unreachable(events, more, reach, options.run_time == "all")
         if not said:
             break
@@ -286,9 +289,8 @@ def _moving(
     findings += more
     _stop_at_errors(findings)
     reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
-    if motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves)):
-        return events, None
-    return events, motion
+    lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
+    return replace(task, events=events), None if lost else motion
 
 
 def _no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:
@@ -304,21 +306,19 @@ def _no_known_target(program: Program, events: Sequence[MotionEvent], findings: 
 
 
 def _proved(
-    model: Model,
+    task: _Task,
     plan: Plan,
-    program: Program,
-    events: Sequence[MotionEvent],
     drafts: Mapping[str, bytes],
     function: OnTheController | None,
     findings: list[Diagnostic],
 ) -> tuple[Deviation, Deviation]:
     """Deviation of the program as it was and as it is written, from the text itself."""
-    motion = plan.motion
+    motion, model, program, events = plan.motion, task.model, task.program, task.events
     before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
     ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
-        ran = list(function.apply(model, ran, through).events)
+        ran = list(function.apply(model, ran, through, task.options).events)
     try:
         return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners))
     except PostprocError as error:
@@ -338,33 +338,43 @@ def _refuse_worse(figures: Figures, plan: Plan, source: Source, findings: list[D
             _refuse(findings, Diagnostic("CMP013", "error", text, source, help=help_))
 
 
-def _outputs(
+def _with_header(
+    env: SandboxedEnvironment,
     program: Program,
     edits: Mapping[str, list[Edit]],
     function: OnTheController | None,
     head: Mapping[str, Any],
+) -> dict[str, list[Edit]]:
+    """Edits by path, with a header in every file that changes, by them or by the function."""
+    through = {source.path for source, _ in function.edits} if function is not None else set[str]()
+    found = {path: list(given) for path, given in edits.items()}
+    for s in program.sources:
+        if found[s.path] or s.path in through:
+            at = next(m.head[1] for m in program.modules if m.source is s)
+            found[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
+    return found
+
+
+def _outputs(
     env: SandboxedEnvironment,
+    program: Program,
+    edits: Mapping[str, list[Edit]],
+    function: OnTheController | None,
     findings: list[Diagnostic],
 ) -> dict[str, bytes]:
-    """The bytes of every file that may change, with a header in those that do.
+    """The bytes of every file that may change.
 
     Raises:
         _Unsafe: CMP004, the function does not stand in the text as it should.
     """
-    changed = {path: list(found) for path, found in edits.items()}
-    for source, edit in function.edits if function is not None else ():
-        changed[source.path].append(edit)
-    for s in program.sources:
-        if changed[s.path]:
-            at = next(m.head[1] for m in program.modules if m.source is s)
-            for one in (edits, changed):
-                one[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
     own = [s for s in program.sources if not s.lent]
-    outputs = {s.path: render_text(env, s.data, changed[s.path]) for s in own}
-    if function is not None:
-        texts = [[replace(s, data=render_text(env, s.data, edits[s.path])) for s in own]]
-        texts += [[replace(s, data=outputs[s.path]) for s in own]]
-        if not reads_back(read_program(texts[0]), read_program(texts[1]), len(function.keys)):
-            text, help_ = "the text with the function reads back as another program", "please report this program"
-            _refuse(findings, Diagnostic("CMP004", "error", text, own[0], help=help_))
+    outputs = {s.path: render_text(env, s.data, edits[s.path]) for s in own}
+    if function is None:
+        return outputs
+    through = {s.path: [*edits[s.path], *(e for source, e in function.edits if source is s)] for s in own}
+    drafts, outputs = outputs, {s.path: render_text(env, s.data, through[s.path]) for s in own}
+    without, written = (read_program([replace(s, data=text[s.path]) for s in own]) for text in (drafts, outputs))
+    if not reads_back(without, written, len(function.keys)):
+        text, help_ = "the text with the function reads back as another program", "please report this program"
+        _refuse(findings, Diagnostic("CMP004", "error", text, own[0], help=help_))
     return outputs

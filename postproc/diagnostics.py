@@ -129,7 +129,8 @@ class Diagnostic:
             width = min(max(1, self.span[1] - self.span[0]), max(1, len(text) - column + 1))
             lines += [f"{margin} |", f"{number} | {visible(text)}", f"{margin} | {lead}{'^' * width}"]
         if self.help:
-            lines.append(f"  = help: {one_line(self.help)}")
+            # A proposal has lines of its own; what a file name puts there cannot be taken for another finding.
+            lines.append(f"  = help: {visible(self.help)}".replace("\n", "\n      "))
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, Any]:

@@ -20,7 +20,10 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from postproc.cli import hooks
+from postproc.cli.app import build
+from postproc.cli.run import run as run_command
 from postproc.diagnostics import PostprocError, Source
+from postproc.effects.registry import BUILT_IN
 from postproc.model.file import parse_model, read_model
 from postproc.schemas import KINDS, schema_of
 
@@ -81,60 +84,55 @@ def test_the_sdist_is_complete(built: Path) -> None:
     assert not [name for name in names[0] if "__pycache__" in name or "_generated" in name]
 
 
-def programs(folder: Path) -> Path:
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one program and its approved output, as a repository of programs has them."""
-    inside = folder / "my programs"
-    inside.mkdir()
+    folder = tmp_path_factory.mktemp("repository")
+    (folder / "my programs").mkdir()
     for name in ("corner_arc.mod", "postproc.toml"):
-        shutil.copy(ROOT / "samples" / name, inside)
-    done = run(
-        sys.executable, "-m", "postproc", "compensate", inside / "corner_arc.mod", "-o", "ok/corner_arc.mod", cwd=folder
-    )
-    assert done.returncode == 0, done.stderr
-    return inside
+        shutil.copy(ROOT / "samples" / name, folder / "my programs")
+    command = [
+        "compensate",
+        str(folder / "my programs" / "corner_arc.mod"),
+        "-o",
+        str(folder / "ok" / "corner_arc.mod"),
+    ]
+    assert run_command(build(), command) == 0
+    return folder
 
 
-def test_the_hooks_of_pre_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_hooks_of_pre_commit(repository: Path, tmp_path: Path) -> None:
     declared = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))
     assert [hook["id"] for hook in declared] == ["postproc-check", "postproc-read"]
     assert all({"id", "name", "entry", "language", "files"} <= set(hook) for hook in declared)
     check, read = (hook["entry"].removeprefix("python -m postproc.cli.hooks ") for hook in declared)
-    program = str(programs(tmp_path) / "corner_arc.mod")
-    monkeypatch.chdir(tmp_path)
-    places = ("--programs", str(tmp_path / "my programs"), "--approved", "ok")
+    program = str(repository / "my programs" / "corner_arc.mod")
+    places = ("--programs", str(repository / "my programs"), "--approved", str(repository / "ok"))
     assert hooks.main([check, *places, program]) == 0
     assert hooks.main([check, *places, "--force", "100,0,0", program]) == 1
     assert hooks.main([read, program]) == 0
-    (tmp_path / "broken.mod").write_text("MODULE broken\n")
-    assert hooks.main([read, "--robot", "irb4600_60_205", "broken.mod", program]) != 0
+    broken = tmp_path / "broken.mod"
+    broken.write_text("MODULE broken\n")
+    assert hooks.main([read, "--robot", "irb4600_60_205", str(broken), program]) != 0
     assert hooks.main(["else", program]) == 2
 
 
-@pytest.mark.parametrize(
-    ("command", "arguments", "code"), [("check", "", 0), ("check", "--scope welds", 1), ("diff", "", 1)]
-)
-def test_the_script_of_the_action(tmp_path: Path, command: str, arguments: str, code: int) -> None:
+@pytest.mark.parametrize(("command", "code"), [("check", 0), ("diff", 1)])
+def test_the_script_of_the_action(repository: Path, tmp_path: Path, command: str, code: int) -> None:
     """The composite action's own script, as GitHub runs it: bash with the inputs in the environment."""
     action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
     steps = action["runs"]["steps"]
     assert action["runs"]["using"] == "composite"
     assert set(steps[1]["env"]) == {name.upper() for name in action["inputs"]}
-    programs(tmp_path)
-    inputs = {
-        "PROGRAMS": "my programs",
-        "APPROVED": "ok",
-        "COMMAND": command,
-        "ARGUMENTS": arguments,
-        "SARIF": "log.sarif",
-    }
+    log = tmp_path / "log.sarif"
+    inputs = {"PROGRAMS": "my programs", "APPROVED": "ok", "COMMAND": command, "ARGUMENTS": "", "SARIF": str(log)}
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = run(
-        "bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", steps[1]["run"], cwd=tmp_path, PATH=path, **inputs
-    )
+    script = ("--noprofile", "--norc", "-eo", "pipefail", "-c", steps[1]["run"])
+    done = run("bash", *script, cwd=repository, PATH=path, **inputs)
     assert done.returncode == code, done.stderr
-    assert (tmp_path / "log.sarif").is_file() == (command == "check")
+    assert log.is_file() == (command == "check")
     if command == "check":
-        check_sarif(json.loads((tmp_path / "log.sarif").read_text()))
+        check_sarif(json.loads(log.read_text()))
 
 
 def check_sarif(log: dict[str, Any]) -> list[dict[str, Any]]:
@@ -243,6 +241,7 @@ def test_a_fitted_model_fits_its_schema(tmp_path: Path) -> None:
     data = api.read_measurements(ROOT / "samples" / "measurements" / "simulated_backlash.csv", "irb4600_60_205")
     found = api.fit(data, "irb4600_60_205", (*api.BASE, "backlash", "transmission_error"))
     api.write_model(tmp_path / "cell.toml", found)
+    assert api.text(found).startswith("The model misses")
     assert accepted("model", tomllib.loads((tmp_path / "cell.toml").read_text("utf-8")))
     assert {effect.key for effect in read_model(tmp_path / "cell.toml").effects} >= {"backlash", "transmission_error"}
 
@@ -258,3 +257,18 @@ def test_the_lock_file_is_that_of_the_project() -> None:
     wanted = [r for r in stated if r.name != project["name"]]
     assert [str(r) for r in wanted if versions.get(canonicalize_name(r.name)) not in r.specifier] == []
     assert sum(line.lstrip().startswith("--hash=sha256:") for line in lines) >= len(pinned)
+
+
+def test_the_conda_environment_has_what_the_project_needs() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    listed = yaml.safe_load((ROOT / "environment.yml").read_text("utf-8"))["dependencies"]
+    lines = [line for line in (*listed[:-1], *listed[-1]["pip"]) if line != "."]
+    found = {("pin" if r.name == "pinocchio" else r.name, r.specifier) for r in map(Requirement, lines)}
+    assert {(r.name, r.specifier) for r in map(Requirement, project["dependencies"])} <= found
+
+
+def test_the_readme_counts_what_there_is() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    arms = {path.stem.removesuffix("_seed") for path in (ROOT / "postproc" / "robot" / "arms").glob("irb*.toml")}
+    assert f"which of {len(BUILT_IN)} physical effects" in text
+    assert f"{len(arms)} ABB arms" in text

@@ -18,7 +18,7 @@ from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
-from postproc.rapid.program.program import ENDINGS
+from postproc.rapid.program.program import ENDINGS, read_program
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 from postproc.settings import NAME, Settings
 
@@ -59,7 +59,8 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     tasks = []
     for home, members in groups.items():
         drive = _drive(home, stated)
-        if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive[0].moves):
+        moveless = drive is not None and (not drive[0].moves or (drive[0].unknown and _moveless(folder, members)))
+        if PurePosixPath(home).name.lower() == SHARED or moveless:
             copies += members
             continue
         others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
@@ -199,6 +200,12 @@ def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Ce
 
 def _parent(place: str) -> str:
     return str(PurePosixPath(place).parent).lower()
+
+
+def _moveless(folder: Path, members: Iterable[str]) -> bool:
+    """Whether no statement of a task's files moves an arm."""
+    sources = [Source(name, read_quietly(folder / name)) for name in members if _suffix(name) in ENDINGS]
+    return not any(s.interpolation != "none" for s in read_program(sources).statements)
 
 
 def _stated(backup: Path) -> tuple[Backup, Cell]:

@@ -19,15 +19,15 @@ from typing import Any
 from postproc.cli.app import build
 from postproc.cli.report import say
 from postproc.cli.run import BAD_INPUT, run
+from postproc.rapid.program.program import ENDINGS
 
-ENDINGS = (".mod", ".sys", ".prg", ".modx", ".sysx")
 OWN = ("--programs", "--approved", "--sarif")
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command for each program and return the largest exit code."""
     own, rest = _own_options(arguments[1:])
-    first = next((i for i, word in enumerate(rest) if word.lower().endswith(ENDINGS) and _ends(rest[i:])), len(rest))
+    first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
     options, programs = rest[:first], rest[first:]
     if not arguments or arguments[0] not in ("check", "diff", "read"):
         say((__doc__ or "").strip())
@@ -61,9 +61,9 @@ def _own_options(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     return own, rest
 
 
-def _ends(words: Sequence[str]) -> bool:
-    """Whether all words are programs: what pre-commit puts behind the options."""
-    return all(word.lower().endswith(ENDINGS) for word in words)
+def _all_programs(words: Sequence[str]) -> bool:
+    """Whether all words are names of programs: what pre-commit puts behind the options."""
+    return all(Path(word).suffix.lower() in ENDINGS for word in words)
 
 
 def _command(name: str, program: str, own: dict[str, str]) -> list[str]:

@@ -43,6 +43,10 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     facts += [(f"{key} file, SHA-256", digest) for key, digest in _digests(found)]
     if found.plan is None:
         sentence = "The program is not safe to compensate; no corrected program was written."
+        if found.module is not None:
+            sentence = (
+                "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
+            )
         return _page(f"Acceptance of {name}", False, sentence, facts, (), [COMPUTED])
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]

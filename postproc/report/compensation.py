@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from postproc.compensate.results.document import elsewhere
@@ -19,6 +19,7 @@ ACROSS = (
 IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
 ALONG = "along lines and arcs"
 FINDING = ("line", "severity", "code", "what", "what to do")
+STATEMENT = ("line", "routine", "instruction", "status", "reason")
 
 
 def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
@@ -29,7 +30,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
     """
     document = plain(found.report)
     moved = found.plan is not None
-    sections = [*_pictures(document)] if moved else []
+    sections = [*_pictures(document)] if moved else [*_statements(document)]
     if document["diagnostics"]:
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         sections.append(Section("Findings", table("findings", FINDING, findings)))
@@ -63,6 +64,13 @@ def _pictures(document: Mapping[str, Any]) -> list[Section]:
             "Joints", '<div data-path="joints"></div>', "Torques of a rigid arm, under its own weight and the loads."
         ),
     ]
+
+
+def _statements(document: Mapping[str, Any]) -> Iterator[Section]:
+    """The statements of a program none of whose targets is known before it runs, as a table."""
+    rows = [tuple(row[key] for key in STATEMENT) for row in document["statements"]]
+    if rows:
+        yield Section("Every motion statement", table("statements", STATEMENT, rows))
 
 
 def _figures(document: Mapping[str, Any]) -> list[Figure]:
@@ -118,8 +126,10 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "The program is not safe to compensate; no program was written."
     through = _count(document, "run_time")
     on_controller = f"{through} motion statements are corrected on the controller, where their targets become known."
+    if through and not (_count(document, "compensated") and document["measured_statements"]):
+        return on_controller
     if not _count(document, "compensated"):
-        return on_controller if through else "Nothing was corrected."
+        return "Nothing was corrected."
     arc, where = _welds(document)
     before, after = document[f"max_{arc}error_before_mm"], document[f"max_{arc}error_after_mm"]
     beside = elsewhere(document)

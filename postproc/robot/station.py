@@ -26,11 +26,13 @@ class Station:
 
     Args:
         arm: its name in the cell; units: those of its task, whose axes the task's targets state.
+        connected: the units are all there are: what targets say of other axes counts for nothing.
     """
 
     cell: Cell = field(default_factory=lambda: Cell(arms={ROBOT: CellArm(ROBOT, "")}))
     arm: str = ROBOT
     units: tuple[str, ...] = ()
+    connected: bool = False
 
     @property
     def joints(self) -> dict[str, Joint]:
@@ -113,7 +115,9 @@ def station_of(cell: Cell, task: str = "") -> Station | None:
         return None
     if known is None:
         known = next((t for t in cell.tasks.values() if (t.arm or "").lower() == arms[0].lower()), None)
-    return Station(cell, arms[0], tuple(cell.units) if known is None else known.units)
+    if known is None:
+        return Station(cell, arms[0], tuple(cell.units))
+    return Station(cell, arms[0], known.units, connected=True)
 
 
 def _axial(matrix: Array) -> Array:

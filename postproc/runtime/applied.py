@@ -14,7 +14,7 @@ from postproc.compensate.text.values import Conf
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
-from postproc.motion.values import Move
+from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import LoadData, RobTarget
 from postproc.rapid.motions.units import target_poses, tool_matrix, via_matrix
@@ -44,16 +44,18 @@ class Applied:
     returned: Mapping[int, int]
 
 
-def apply_module(module: Source, model: Model, events: Sequence[MotionEvent], chosen: Set[int]) -> Applied:
+def apply_module(
+    module: Source, model: Model, events: Sequence[MotionEvent], chosen: Set[int], free_axes: str = ""
+) -> Applied:
     """Run the function on the targets of chosen events, in single precision; other targets stay.
 
     Args:
-        events: all of a program, in axes of the base. chosen: which of them go through the function.
+        events: all of a program. chosen: which of them go through the function. free_axes: see ``read_moves``.
 
     Raises:
         PostprocError: RUN003, the module holds what cannot be calculated.
     """
-    moves, _ = read_moves(model.robot, events)
+    moves, _ = read_moves(model.robot, events, free_axes, model.station)
     mine = [m for m in moves if m.row in chosen and m.again is None and isinstance(m.event.target, RobTarget)]
     held = [m for m in mine if m.event.tool.robhold and not m.event.wobj.robhold]
     given = list(events)
@@ -66,7 +68,7 @@ def apply_module(module: Source, model: Model, events: Sequence[MotionEvent], ch
         run = _Run(module, model, [m.event for m in group], q, welding)
         T, conf, reason = run.corrected(q)
         reasons.update(reason.tolist())
-        poses = target_poses([m.event for m in group], T)
+        poses = target_poses([m.event for m in group], _on_work(group, T))
         for move, pose, axes, why in zip(group, poses, conf, reason, strict=True):
             target = move.event.target
             assert isinstance(target, RobTarget)
@@ -126,20 +128,28 @@ def _circle_points(run: _Run, model: Model, group: Sequence[Move]) -> list[tuple
     for row, move in enumerate(group):
         if move.event.via is None:
             continue
-        q = nearest_solution(model.robot, via_matrix(move.event) @ invert(_frame(move.event)), move.q)
+        flange = mounts_of([move]).flange(via_matrix(move.event)[None])[0]
+        q = nearest_solution(model.robot, flange, move.q)
         if np.isfinite(q).all():
             near.append(q)
             rows.append(row)
     if not rows:
         return []
     T, _, reason = run.corrected(np.array(near), rows)
-    poses = target_poses([group[row].event for row in rows], T)
+    moved = [group[row] for row in rows]
+    poses = target_poses([m.event for m in moved], _on_work(moved, T))
     found = []
     for row, pose, why in zip(rows, poses, reason.tolist(), strict=True):
         via = group[row].event.via
         if why == 0 and via is not None:
             found.append((group[row], replace(via, trans=pose.trans, rot=pose.rot)))
     return found
+
+
+def _on_work(moves: Sequence[Move], T_base_tcp: Array) -> Array:
+    """Poses (n, 4, 4) in the frames in which the work of moves stands."""
+    mounts = mounts_of(moves)
+    return mounts.work(T_base_tcp @ invert(mounts.T_mount_tcp))
 
 
 def _frame(event: MotionEvent) -> Array:

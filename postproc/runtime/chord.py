@@ -26,10 +26,16 @@ class ChordError:
     largest_m: float
     rms_m: float
 
+    @property
+    def per_square_metre(self) -> float:
+        """The largest in parts of the square of the length [m/m2]: the correction bends evenly along a line."""
+        return self.largest_m / LINE_M**2
+
     def __str__(self) -> str:
         return (
             f"in the middle of {self.count} lines of {1e3 * LINE_M:g} mm between corrected ends: largest error "
-            f"{1e3 * self.largest_m:.3f} mm, rms {1e3 * self.rms_m:.3f} mm"
+            f"{1e3 * self.largest_m:.3f} mm, rms {1e3 * self.rms_m:.3f} mm; of 1 m, as it grows with the square of "
+            f"the length: {1e3 * self.per_square_metre:.3f} mm"
         )
 
 

@@ -36,6 +36,7 @@ from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"
 MM_PER_M = 1e3
+TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,10 @@ class OnTheController:
     loads: int
     findings: tuple[Diagnostic, ...]
 
-    def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int]) -> Applied:
+    def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int], options: Options) -> Applied:
         """What the function makes of the targets of chosen events."""
-        return apply_module(Source(f"{self.name}.sys", self.module.text), model, events, chosen)
+        source = Source(f"{self.name}.sys", self.module.text)
+        return apply_module(source, model, events, chosen, options.free_axes)
 
     def as_json(self, mode: str, after: Deviation | None = None, plan: Plan | None = None) -> dict[str, Any]:
         """The key ``run_time`` of the ``postproc/compensate/1`` document.
@@ -79,7 +81,7 @@ class OnTheController:
             "max_region_error_mm": MM_PER_M * max(check.largest_m for check in checks),
             "max_chord_error_mm": MM_PER_M * self.module.chord.largest_m,
             "chord_length_mm": MM_PER_M * LINE_M,
-            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.largest_m / LINE_M**2,
+            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.per_square_metre,
             "cost": cost(self.module.correction),
         }
 
@@ -96,14 +98,7 @@ def corrected_before(sources: Iterable[Source]) -> Iterator[tuple[Source, tuple[
             yield from ((source, span) for span in [next(named, None)] if span is not None)
 
 
-def put_on_controller(
-    program: Program,
-    model: Model,
-    events: Sequence[MotionEvent],
-    reach: Reach,
-    keys: Set[StatementKey],
-    options: Options,
-) -> OnTheController:
+def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], options: Options) -> OnTheController:
     """The module for a program, and the edits that use it.
 
     Args:
@@ -112,13 +107,24 @@ def put_on_controller(
     Raises:
         PostprocError: as ``write_module``.
     """
+    program = reach.program
     name = NAME if options.run_time_module is None else options.run_time_module.stem
-    module = write_module(model, conditions_of(model, events, keys, options), name, options.template_dir)
+    module = write_module(model, conditions_of(model, reach.events, keys, options), name, options.template_dir)
     edits = [(s.source, e) for s in program.statements if s.key in keys for e in reach.edits(s.key)]
     loads = [*_payload_edits(program)]
     findings = [*module.diagnostics, *_name_findings(program, module.text, name), *_lent_loads(program)]
+    findings += _tilted(model, program.sources[0])
     told = tuple(edit for part in loads for edit in part)
     return OnTheController(name, module, frozenset(keys), (*edits, *told), len(loads), tuple(findings))
+
+
+def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
+    """RUN011 where external axes tilt the arm: the module knows one direction of gravity."""
+    station = model.station
+    pull = None if station is None else station.gravity(np.random.default_rng(1).uniform(-1.0, 1.0, (TRIED, 6)))
+    if pull is not None and np.ptp(pull, axis=0).max() > LEVEL:
+        text = "an external axis tilts the arm, and the function for run time knows one direction of gravity"
+        yield Diagnostic("RUN011", "error", text, source, None, "convert with `--run-time off`")
 
 
 def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:

@@ -46,7 +46,8 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     every = [replace(conditions, mass=mass) for mass in masses]
     checks = tuple((each, check_module(source, model, each)) for each in every)
     chord = chord_error(model, conditions)
-    lines = [line for each, found in checks for line in said(found, each).split("; ")] + [str(chord)]
+    lines = [line for each, found in checks for line in said(found, each).split("; ")]
+    lines += str(chord).split("; ")
     text = runtime_module(correction, lines, name, template)
     return RunTimeModule(text, correction, checks, chord, tuple(_findings(correction, checks)))
 

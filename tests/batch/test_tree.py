@@ -295,7 +295,8 @@ def test_a_program_folder_is_one_task(tmp_path: Path) -> None:
     ],
 )
 def test_layouts(tmp_path: Path, files: list[str], names: list[str]) -> None:
-    write(tmp_path, dict.fromkeys(files, "MODULE A\nENDMODULE\n"))
+    moving = "MODULE A\n  PROC main()\n    MoveL *,v100,fine,tool0;\n  ENDPROC\nENDMODULE\n"
+    write(tmp_path, dict.fromkeys(files, moving))
     found = discover(tmp_path)
     assert [task.name for task in found.tasks] == names
     assert sorted([f for t in found.tasks for f in t.files] + list(found.copies)) == sorted(files)
@@ -421,3 +422,14 @@ def test_a_task_of_which_nothing_could_be_measured_has_no_figures(tmp_path: Path
     assert only.status == "compensated" and "max_error_after_mm" not in only.figures
     assert result_line(only) == "One.mod: no line or arc could be measured, 0 targets added"
     assert any("One.mod  compensated" in line for line in table_lines(batch))
+
+
+def test_a_task_without_motion_needs_no_arm(tmp_path: Path) -> None:
+    two = 'ROBOT:\n\n      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60"\n\n      -name "ROB_2" -use_robot_type "ROB2_4600_2.05_60"\n'
+    silent = 'MODULE Talk\n  PROC main()\n    TPWrite "hello";\n  ENDPROC\nENDMODULE\n'
+    moving = "MODULE A\n  PROC main()\n    MoveL *,v100,fine,tool0;\n  ENDPROC\nENDMODULE\n"
+    files = {"RAPID/TASK1/PROGMOD/a.mod": moving, "RAPID/TASK9/PROGMOD/talk.mod": silent, "SYSPAR/MOC.cfg": two}
+    write(tmp_path, files)
+    found = discover(tmp_path)
+    assert [task.name for task in found.tasks] == ["RAPID/TASK1"] and found.tasks[0].unknown is not None
+    assert "RAPID/TASK9/PROGMOD/talk.mod" in found.copies

@@ -15,6 +15,9 @@ from postproc.compensate.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
+from postproc.robot.controller import Backup, read_entries
+from postproc.robot.mechanical_units import read_cell
+from postproc.robot.station import station_of
 from tests.cells import world as W
 from tests.independent import arm as A
 from tests.independent import rapid as R
@@ -183,3 +186,60 @@ def test_the_path_on_the_work_is_kept(name: str) -> None:
         other = W.check(case.text, output, world, ARM, np.array(FORCE))
         print(what, other)
         assert other.problems or other.after > 2 * LIMIT, what
+
+
+def test_a_unit_that_is_not_active_stays_where_it_is() -> None:
+    """The positioner stands at 30 degrees; while it is off, targets leave its axis open or say anything."""
+    case = positioner(30.0, 30.0, 30.0)
+    lines = case.text.split("\n")
+    first = next(i for i, line in enumerate(lines) if "MoveJ" in line)
+    idle = [
+        line.replace("[9E9,30,9E9", "[9E9,9E9,9E9" if i % 2 else "[9E9,77,9E9") if i > first else line
+        for i, line in enumerate(lines)
+    ]
+    text = "\n".join([*idle[: first + 1], "    DeactUnit STN1;", *idle[first + 1 :]])
+    off = replace(case, text=text)
+    bare = corrected(case)
+    added = [line for line in corrected(off).split("\n") if line not in text]
+    numbers = [line.partition("],[")[0] for line in added]
+    assert len(numbers) > 3 and numbers == [
+        line.partition("],[")[0] for line in bare.split("\n") if line not in case.text
+    ]
+
+
+def test_two_robots_on_one_work() -> None:
+    """Each arm has its own base; both weld on one work object that stands between them."""
+    far = A.transform(A.rotation(np.array([0, 0, 1.0]), np.pi), np.array([2.6, 0.1, 0.0]))
+    worlds = {"T_ROB1": W.World(), "T_ROB2": W.World(base=lambda axes: W.still(axes) @ far)}
+    frame = "[[1250,0,500],[1,0,0,0]]"
+    out = {}
+    for name, world in worlds.items():
+        side = 1.0 if name == "T_ROB1" else -1.0
+        turned_to = DOWN if name == "T_ROB1" else turned((0, 0, 1), 180)
+        goals = [
+            W.Goal((-80 * side, -300, 200), turned_to, {}, "MoveJ"),
+            W.Goal((-80 * side, -300, 100), turned_to, {}, "ArcLStart"),
+            W.Goal((-60 * side, 300, 120), turned_to, {}, "ArcLEnd"),
+        ]
+        out[name] = W.program(ARM, world, goals, uframe=frame)
+    moc = 'ROBOT:\n\n      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60"\n\n      -name "ROB_2" -use_robot_type "ROB2_4600_2.05_60"\\\n'
+    moc += "      -base_frame_pos_x 2.6 -base_frame_pos_y 0.1 -base_frame_orient_u0 0 -base_frame_orient_u3 1\n#\n"
+    sys = "CAB_TASKS:\n\n" + "".join(
+        f'      -Name "T_ROB{k}" -Type "NORMAL" -UseMechanicalUnitGroup "rob{k}" -MotionTask\n\n' for k in (1, 2)
+    )
+    sys += "#\nMECHANICAL_UNIT_GROUP:\n\n" + "".join(f'      -Name "rob{k}" -Robot "ROB_{k}"\n\n' for k in (1, 2))
+    cell = read_cell(Backup(system=read_entries(sys), motion=read_entries(moc)))
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    bare = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
+    for name, world in worlds.items():
+        station = station_of(cell, name)
+        assert station is not None
+        result = compensate_program(
+            Source("p.mod", out[name].encode()), bare.standing(station), Options(force=FORCE, inertia=False)
+        )
+        assert result.output is not None, [d.message for d in result.diagnostics]
+        found = W.check(out[name], result.output.decode(), world, ARM, np.array(FORCE))
+        assert not found.problems and found.before > 0.1 and found.after <= LIMIT
+        other = worlds["T_ROB2" if name == "T_ROB1" else "T_ROB1"]
+        wrong = W.check(out[name], result.output.decode(), other, ARM, np.array(FORCE))
+        assert wrong.problems or wrong.after > 2 * LIMIT

@@ -191,6 +191,6 @@ def test_a_soft_arm_may_turn_the_tool_as_far_as_its_correction_does() -> None:
     assert found.plan is not None
     told, wanted = found.plan.exact.T_work_tcp[:, :3, :3], found.plan.motion.samples.T_work_tcp[:, :3, :3]
     turned = np.einsum("nij,nij->n", told, wanted)
-    assert np.degrees(np.arccos(np.clip((turned.min() - 1) / 2, -1, 1))) > 1.5
+    assert np.degrees(np.arccos(np.clip((turned.min() - 1) / 2, -1, 1))) > 1.2
     assert [d.code for d in found.diagnostics if d.severity == "error"] == []
     assert found.report["worlds"]["count"] == len(SEEDS)

@@ -346,3 +346,12 @@ def test_a_map_is_offered_from_three_known_columns_on() -> None:
     assert likely_map(("J1", "J2"), ("", "")) == ""
     offered = likely_map(("J1", "J2", "J3"), ("", "", ""))
     assert offered.splitlines()[2:] == ['q1_deg = "J1"', 'q2_deg = "J2"', 'q3_deg = "J3"']
+
+
+def test_the_map_that_a_terminal_shows_can_be_copied() -> None:
+    """The lines that are proposed stand as lines of their own, and are a map by which the table is read."""
+    data = table(header="pose,A1,A2,A3,A4,A5,A6,X,Y,Z")
+    with pytest.raises(PostprocError) as caught:
+        read(data)
+    shown = caught.value.diagnostics[0].render().partition("with the lines:\n")[2]
+    np.testing.assert_allclose(1e3 * read(data, tomllib.loads(shown)).position, PLACES, atol=1e-3)

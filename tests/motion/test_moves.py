@@ -11,6 +11,7 @@ from postproc.motion.path.moves import read_moves
 from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import matrix_pose
 from postproc.rapid.program.program import read_program
@@ -331,3 +332,9 @@ def test_work_that_a_unit_moves_is_left_alone_where_no_cell_describes_it() -> No
     text = f"MODULE M\n{DATA}{work}PROC main()\nMoveL {P1},v50,fine,t1\\WObj:=st;\nENDPROC\nENDMODULE\n"
     (event,) = place_events(walk(read_program([Source("m.mod", text.encode())])), Station())
     assert event.reason == "the work object `st` is moved by `STN1`, and no cell describes that unit"
+
+
+def test_an_axis_that_single_precision_leaves_open_is_open() -> None:
+    body = "VAR robtarget p:=" + P1 + ";\nPROC main()\np.extax.eax_a:=9E9*1;\nMoveL p,v50,fine,t1;\nENDPROC\n"
+    (event,) = walk(read_program([Source("m.mod", f"MODULE M\n{DATA}{body}ENDMODULE\n".encode())]))
+    assert isinstance(event.target, RobTarget) and event.target.extax == (9e9,) * 6

@@ -525,7 +525,12 @@ def test_axis_offsets_are_refused() -> None:
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason is None
     track = P.replace("[9E9", "[500")
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", track)[0].reason == "an offset of the external axes may be active"
-    assert events("EOffsSet [5,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].reason is not None
+    assert events("EOffsSet [5,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].reason is None
+    assert events("EOffsSet [5,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].axis_offset == (5, 0, 0, 0, 0, 0)
+    assert events("ActUnit STN1; DeactUnit STN1; MoveL p,v5,z0,tool0;", track)[0].units == (
+        ("stn1", True),
+        ("stn1", False),
+    )
     assert events("EOffsSet [0,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].reason is None
     assert events("EOffsSet 5; MoveL p,v5,z0,tool0;", track)[0].reason is not None
     assert events("EOffsOn p; EOffsOff; MoveL p,v5,z0,tool0;", track)[0].reason is None

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from postproc.runtime.module import steps
 from tests.independent import arm as A
 from tests.independent import generate_programs
 from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, soft_bodies, springs
@@ -49,6 +52,21 @@ def quaternion(mm: np.ndarray) -> list[float]:
 
 
 @pytest.mark.parametrize("seed", [901, 902])
+@pytest.mark.parametrize("real", [springs, soft_bodies, mapped], ids=lambda f: f.__name__)
+@pytest.mark.parametrize("force", [np.zeros(3), 0.2 * FORCE], ids=["no force", "force"])
+def test_the_cost_is_what_the_interpreter_counts(real: Any, force: np.ndarray) -> None:
+    """Statements of one call, counted by the interpreter while it runs."""
+    arm = real()
+    made = arm.written(force=force, force_on="arc", bound_m=0.05)
+    task = arm.controller(made.text)
+    q = np.array([0.3, -1.2, 1.0, 0.2, 1.0, 0.1]) if real is mapped else np.radians([20.0, 30, -20, 40, 60, 10])
+    task.kinematics.near = q
+    task.ask(task.target(q, TOOL), "weld")
+    assert task.get("ppReason") == 0
+    assert abs(task.task.steps - steps(made.correction)) <= 0.03 * task.task.steps
+    assert f"in {steps(made.correction)} steps, about" in made.text.decode()
+
+
 def test_goals_of_seams(of_springs: bytes, seed: int) -> None:
     """Every goal of a generated weld program, with its own tools, through the function."""
     text = generate_programs.generate(seed)

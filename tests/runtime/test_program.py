@@ -178,6 +178,18 @@ def test_data_that_known_and_unknown_statements_share_is_corrected_once() -> Non
     assert f"CONST robtarget p2:={target(320, 150)};" not in written(alone)
 
 
+def test_elements_that_are_corrected_by_numbers_do_not_go_through_the_function() -> None:
+    """A pallet whose index an input gives: its elements hold the correction only where nothing else displaces them."""
+    data = f"  CONST robtarget pPlace{{2}}:=[{target(100, 100)},{target(300, 100)}];\n"
+    known = move("p1", "MoveJ") + "    nSeen:=GInput(giPlace);\n" + move("pPlace{nSeen}")
+    assert statuses(converted(program(known, data))) == ["compensated", "compensated"]
+    mixed = known + "    nSeen:=AInput(aiHigh);\n" + move("Offs(pPlace{1},0,0,nSeen)")
+    found = converted(program(mixed, data))
+    assert statuses(found)[-1] == "run_time"
+    assert data in written(found)
+    assert found.report["worlds"] == {"count": 5, "differing": 0}
+
+
 def test_a_routine_that_gets_known_and_unknown_targets_goes_through_as_a_whole() -> None:
     more = "  PROC go(robtarget p)\n" + move("p") + move("Offs(p,0,0,60)") + "  ENDPROC\n"
     found = converted(

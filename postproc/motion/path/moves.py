@@ -69,16 +69,19 @@ def read_moves(
     station = station or Station()
     places = _places([events[i] for i in known], station)
     q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
-    refused = [*refuse_events(events, free_axes, station), *_beyond_limits(events, known, station, places)]
-    wrong = [(known[f.index], f.diagnostic(*place(events[known[f.index]]))) for f in failures]
+    refused = refuse_events(events, free_axes, station)
+    beyond = _beyond_limits(events, known, station, places)
+    astray = {i for i, _ in beyond}
+    wrong = [(i, f.diagnostic(*place(events[i]))) for f in failures if (i := known[f.index]) not in astray]
     lost = {i: finding.code for i, finding in wrong}
     runs = [(events[i], lost.get(i)) for i in known]
     another = another_arm(robot, runs)
     spared = only_displaced(runs) if not another else ()
     wrong = [(i, forgiven(d) if events[i].statement.key in spared else d) for i, d in wrong]
     wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
-    bad = {i for i, _ in wrong} | {i for i, _ in refused if events[i].loose}
+    bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].loose}
     findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
+    findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
     findings += [supposed_start(events[known[row]]) for row in supposed]
     findings += another
@@ -142,7 +145,7 @@ def _beyond_limits(
                 f" {scale * upper:.1f} {unit}"
             )
             help_ = "change the target, or the limits that the cell states"
-            found.append((known[row], Diagnostic("KIN003", "error", text, *place(events[known[row]]), help_)))
+            found.append((known[row], Diagnostic("KIN003", "warning", text, *place(events[known[row]]), help_)))
     return found
 
 

@@ -31,7 +31,7 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
         if event.again is not None:
             now = found[event.again].axes or NOWHERE
         elif event.target is not None:
-            now = _reached(now, event.target.extax)
+            now = _reached(now, event, _idle(event, station))
         elif event.reason is not None:
             now = NOWHERE  # wherever that leads
         event = replace(event, axes=now)
@@ -44,9 +44,29 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
     return found
 
 
-def _reached(before: Ax6, stated: Ax6) -> Ax6:
-    a, b, c, d, e, f = (new if new < NO_AXIS else old for old, new in zip(before, stated, strict=True))
+def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
+    """Where external axes stand after an event: those of its target, with the offset that is in force.
+
+    Args:
+        idle: letters of axes that do not move, whatever the target says.
+    """
+    assert event.target is not None
+    a, b, c, d, e, f = (
+        old if new >= NO_AXIS or letter in idle else new + offset
+        for letter, old, new, offset in zip(LETTERS, before, event.target.extax, event.axis_offset, strict=True)
+    )
     return a, b, c, d, e, f
+
+
+def _idle(event: MotionEvent, station: Station) -> str:
+    """Letters of the axes of units that are not active at an event.
+
+    What is active at the start counts where the program has not said otherwise; where nobody knows, targets count.
+    """
+    switched = dict(event.units or ())
+    own = [(name, station.cell.unit(name)) for name in station.units]
+    asleep = [unit for name, unit in own if event.units is not None and not switched.get(name.lower(), unit.active)]
+    return "".join(joint.axis for unit in asleep for joint in unit.joints if joint.axis is not None)
 
 
 def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
@@ -99,6 +119,9 @@ def _finite(T: Array) -> list[bool]:
 
 def _why(station: Station, name: str | None) -> str:
     """Why the end of a unit is nowhere: it is not understood, or no target says where one of its axes stands."""
+    if name is None:
+        return "its base frame cannot be read"
+    own = station.cell.unit(name)
     while name is not None:
         unit = station.cell.unit(name)
         if unit.unknown:
@@ -106,5 +129,8 @@ def _why(station: Station, name: str | None) -> str:
         if name.lower() not in {u.lower() for u in station.units}:
             return f"another task moves `{unit.name}`"
         name = unit.parent
-    axes = [f"eax_{letter}" for letter in LETTERS if letter in station.joints]
-    return f"no target on the way here says where {' and '.join(axes)} stand" + "s" * (len(axes) == 1)
+    axes = [f"eax_{joint.axis}" for joint in own.joints if joint.axis is not None and joint.leader is None]
+    if not axes:
+        return "the frame in which it stands cannot be read"
+    stand = "stands" if len(axes) == 1 else "stand"
+    return f"no target on the way here says where {' and '.join(axes)} {stand}, or the unit is not active"

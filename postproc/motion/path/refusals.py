@@ -28,14 +28,14 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Statio
         where base and work are not where the program's frames say.
     """
     findings: list[tuple[int, Diagnostic]] = []
-    carrying = [k for k in range(6) if LETTERS[k] not in {*free_axes, *station.joints}]
+    carrying = [k for k in range(6) if not station.connected and LETTERS[k] not in {*free_axes, *station.joints}]
     last: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
     for row, event in enumerate(events):
         if event.reason is not None or event.target is None:
             continue
         if event.tool.robhold == event.wobj.robhold:
             findings.append((row, _unfit(event)))
-        axes = event.target.extax
+        axes = [x if x >= NO_AXIS else x + by for x, by in zip(event.target.extax, event.axis_offset, strict=True)]
         known = [k for k in carrying if axes[k] < NO_AXIS]
         moving = [k for k in known if last[k] < NO_AXIS and abs(axes[k] - last[k]) > STILL]
         standing = [k for k in known if last[k] >= NO_AXIS and abs(axes[k]) > STILL]

@@ -196,6 +196,8 @@ class MotionEvent:
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
+    axis_offset: Ax6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # EOffsSet [mm], [deg]
+    units: tuple[tuple[str, bool], ...] | None = ()  # what ActUnit and DeactUnit have done, by name; None: unknown
     axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 

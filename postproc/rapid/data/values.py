@@ -13,6 +13,7 @@ from struct import Struct
 from postproc.rapid.data.events import ByValueArgument
 from postproc.rapid.data.pose import normalise
 from postproc.rapid.data.records import (
+    NO_AXIS,
     Ax6,
     JointTarget,
     LoadData,
@@ -142,7 +143,8 @@ def to_quat(data: Data) -> Quat:
 
 
 def _ax6(data: Data) -> Ax6:
-    a, b, c, d, e, f = _numbers(data, 6)
+    # In single precision 9E9 is a little less.
+    a, b, c, d, e, f = (NO_AXIS if value > 0.99 * NO_AXIS else value for value in _numbers(data, 6))
     return (a, b, c, d, e, f)
 
 

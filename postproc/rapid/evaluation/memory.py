@@ -113,13 +113,13 @@ class Memory:
     def program_displacement(self) -> Value:
         """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""
         pose, causes = without_causes(self.changed.get("@pdisp", Pose()))
-        offset, more = without_causes(self.changed.get("@eoffs", False))
+        offset, more = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
         for state in (pose, offset):
             if isinstance(state, Unknown):
                 raise state
-        if not isinstance(pose, Pose) or offset:
+        if not isinstance(pose, Pose):
             raise Unknown(Kind.EXTERNAL_OFFSET)
-        data = ((pose.trans, pose.rot), (0.0,) * 6)
+        data = ((pose.trans, pose.rot), offset)
         return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:

@@ -12,10 +12,11 @@ from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
 from postproc.rapid.program.write_effects import SETTERS, STATE
-from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes
+from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes, without_causes
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
 NO_MASS = 0.001
+NO_OFFSET = (0.0,) * 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,8 @@ class State:
         """State after a program start: no payload, no displacement, ConfL and ConfJ on, full speed."""
         return cls(
             {
-                "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": False, "@conf_l": True, "@conf_j": True,
+                "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": NO_OFFSET, "@units": (),
+                "@conf_l": True, "@conf_j": True,
                 "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0,
             }
         )  # fmt: skip
@@ -40,8 +42,14 @@ class State:
         return replace(self, values={**self.values, **unknown})
 
 
-def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
-    """Carry out one instruction of ``STATE``; what it sets may turn out to be assumed, or not to be known."""
+def run_state_instruction(
+    word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data], text: Callable[[Span], str]
+) -> None:
+    """Carry out one instruction of ``STATE``; what it sets may turn out to be assumed, or not to be known.
+
+    Args:
+        value, text: of an argument.
+    """
     switches = {option[1:] for option, _, _ in pieces if option}
     plain = [span for option, span, _ in pieces if not option]
     changed = memory.changed
@@ -58,11 +66,16 @@ def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, va
             case "pdispon":
                 changed["@pdisp"] = _displacement(pieces, plain, "rot" in switches, value)
             case "eoffsset":
-                changed["@eoffs"] = any(value(plain[0]))
+                changed["@eoffs"] = tuple(float(axis) for axis in value(plain[0]))
             case "eoffson":
-                changed["@eoffs"] = True
+                raise Unknown(Kind.EXTERNAL_OFFSET)
             case "eoffsoff":
-                changed["@eoffs"] = False
+                changed["@eoffs"] = NO_OFFSET
+            case "actunit" | "deactunit":
+                before, _ = without_causes(changed["@units"])
+                if isinstance(before, Unknown):
+                    raise before
+                changed["@units"] = (*before, (text(plain[0]).strip().lower(), word == "actunit"))
             case "confl" | "confj":
                 changed["@conf_l" if word == "confl" else "@conf_j"] = "off" not in switches
             case "singarea":

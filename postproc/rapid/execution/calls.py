@@ -100,7 +100,10 @@ class Execution(ABC):
             self.call_routine(routine, pieces, memory)
             self.recorder.supposed = supposed
         elif word in STATE:
-            run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
+            run_state_instruction(
+                word, pieces, memory, lambda span: self.data.value(span, memory),
+                lambda span: source.data[span[0] : span[1]].decode("latin-1"),
+            )  # fmt: skip
             self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
             self.data.count(word, pieces, memory)

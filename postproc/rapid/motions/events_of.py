@@ -12,7 +12,7 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import NO_MASS
+from postproc.rapid.evaluation.state import NO_MASS, NO_OFFSET
 from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
@@ -59,8 +59,12 @@ class EventMaker:
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
         offset, more = without_causes(state.get("@eoffs"))
-        if (offset is not False or more) and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
-            reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
+        if isinstance(offset, Unknown) or more or statement.argument("\\noeoffs") is not None:
+            stated = any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ()))
+            if stated and statement.argument("\\noeoffs") is None:
+                reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
+            offset = NO_OFFSET
+        units, unsure = without_causes(state.get("@units", ()))
         self.missing.say_assumed(state, statement, found)
         override, limit = _pair(without_causes(state.get("@velset"))[0])
         acceleration, _ = without_causes(state.get("@accset", 100.0))
@@ -85,6 +89,8 @@ class EventMaker:
             velocity_override=override,
             velocity_limit=limit,
             acceleration=100.0 if isinstance(acceleration, Unknown) else acceleration,
+            axis_offset=offset,
+            units=None if isinstance(units, Unknown) or unsure else units,
             numbers=named_numbers(statement, origin, memory),
             assumed=tuple(cause.reason for cause in assumed),
             unknowns=tuple(reasons),
