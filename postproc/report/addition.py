@@ -7,13 +7,13 @@ from markupsafe import Markup
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate
 from postproc.identify.add import Addition
-from postproc.report.charts import bars
 from postproc.report.comparison import SCRIPTS, workspace_section
 from postproc.report.document import plain
+from postproc.report.drawing.charts import bars
+from postproc.report.drawing.residuals import channel_sections
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.report.page import Page, Section, figure, render, render_page
 from postproc.report.parameters import parameter_table
-from postproc.report.residuals import channel_sections
-from postproc.report.steps import Rung, distance_chart, steps_data
 
 EACH = "Rms on rows that the fit has not seen, everything fitted again without the effect: long bars matter."
 BASE = "the model as it came"

@@ -10,7 +10,7 @@ from urllib.parse import quote
 import numpy as np
 
 from postproc.grouping import grouped
-from postproc.report.charts import histogram
+from postproc.report.drawing.charts import histogram
 from postproc.report.page import Page, Section, figure, made_section, render_page, table
 
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"

@@ -9,12 +9,12 @@ from markupsafe import Markup
 from postproc.fit.words.wording import FREE
 from postproc.identify.compare import Comparison
 from postproc.measure.observations import Observation
-from postproc.report.charts import bars
 from postproc.report.document import plain
-from postproc.report.laws import law_charts, laws_of
+from postproc.report.drawing.charts import bars
+from postproc.report.drawing.laws import law_charts, laws_of
+from postproc.report.drawing.residuals import channel_sections
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.report.page import Page, Section, figure, grid, render, render_page, table
-from postproc.report.residuals import channel_sections
-from postproc.report.steps import Rung, distance_chart, steps_data
 
 IN_SPACE = (
     "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "

@@ -8,8 +8,8 @@ from typing import Any
 from postproc.compensate.results.document import elsewhere
 from postproc.convert import Conversion
 from postproc.report.document import plain
+from postproc.report.drawing.path import path_data
 from postproc.report.page import Figure, Page, Section, figure, made_section, render, render_page, table
-from postproc.report.path import path_data
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "

@@ -12,13 +12,13 @@ from postproc.identify.words.sentences import NAMED, doubts, headline
 from postproc.identify.words.text import UNNAMED, diagnosis_json
 from postproc.measure.observations import Observation
 from postproc.report.addition import BAR, BASE
-from postproc.report.charts import bars
 from postproc.report.comparison import SCRIPTS, workspace_section
 from postproc.report.document import plain
+from postproc.report.drawing.charts import bars
+from postproc.report.drawing.residuals import channel_sections, suspect_chart
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.report.page import Figure, Page, Section, figure, render, render_page, table
 from postproc.report.parameters import parameter_table
-from postproc.report.residuals import channel_sections, suspect_chart
-from postproc.report.steps import Rung, distance_chart, steps_data
 
 LOOKS = (
     " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "

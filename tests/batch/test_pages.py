@@ -9,7 +9,7 @@ import pytest
 from postproc.batch.run import get_ready, run_batch
 from postproc.batch.values import Batch, Shard
 from postproc.diagnostics import PostprocError
-from tests.batch.folders import HERE, cached, planned, programs, write
+from tests.batch.folders import ARM, HERE, cached, planned, programs, write
 
 
 def convert(source: Path, out: Path, report: Path | None) -> Batch:
@@ -34,16 +34,11 @@ def test_pages_come_with_a_report_and_go_with_their_programs(tmp_path: Path) -> 
 
 
 def test_a_page_never_overwrites_an_input(tmp_path: Path) -> None:
-    source = write(programs(tmp_path / "in", 1), {})
-    out = tmp_path / "in" / "out"
-    write(tmp_path / "in", {"out/report/line0/Seam0.mod.html": "mine"})
-    jobs = write(
-        tmp_path / "in",
-        {
-            "jobs.toml": '[[tasks]]\nname = "line0/Seam0.mod"\nfiles = ["line0/Seam0.mod", "out/report/line0/Seam0.mod.html"]\n'
-        },
-    )
-    with pytest.raises(PostprocError):
-        convert(jobs / "jobs.toml", out, tmp_path / "page.html")
-    assert (out / "report/line0/Seam0.mod.html").read_text() == "mine"
-    assert source.exists()
+    mine = "out/report/line0/Seam0.mod.html"
+    jobs = f'[[job]]\nfiles = ["line0/Seam0.mod"]\nrobot = "{ARM}"\nwith = ["{mine}"]\n'
+    source = write(programs(tmp_path / "in", 1), {mine: "MODULE Mine\nENDMODULE\n", "jobs.toml": jobs})
+    convert(source / "jobs.toml", source / "out", None)
+    with pytest.raises(PostprocError) as refused:
+        convert(source / "jobs.toml", source / "out", tmp_path / "page.html")
+    assert refused.value.diagnostics[0].code == "BAT015" and "is the input" in refused.value.diagnostics[0].message
+    assert (source / mine).read_text().startswith("MODULE Mine")

@@ -9,7 +9,7 @@ from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
-from postproc.report.path import path_data
+from postproc.report.drawing.path import path_data
 from tests.cells.test_paths import FORCE, MODEL, Case, positioner, track
 from tests.independent import arm as A
 from tests.report.conftest import numbers

@@ -15,7 +15,7 @@ from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.certificate import program_certificate
 from postproc.report.compensation import compensation_page
-from postproc.report.path import path_data
+from postproc.report.drawing.path import path_data
 from tests.report.conftest import carried, numbers, tables
 
 

@@ -27,7 +27,7 @@ from postproc.report.addition import addition_page
 from postproc.report.certificate import arm_certificate
 from postproc.report.comparison import comparison_page
 from postproc.report.diagnosis import diagnosis_page
-from postproc.report.residuals import suspect_chart
+from postproc.report.drawing.residuals import suspect_chart
 from postproc.resources import resource
 from tests.identify.cells import hidden_found
 from tests.render.test_effect_file import square_of_warmth

@@ -12,7 +12,7 @@ from postproc.effects.contract import State
 from postproc.effects.library.backlash import Backlash
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.report.laws import Law, law_charts, laws_of
+from postproc.report.drawing.laws import Law, law_charts, laws_of
 from tests.report.test_improve import sample
 
 

@@ -7,10 +7,10 @@ import re
 import numpy as np
 import pytest
 
-from postproc.report.charts import Bins, Curve, bars, histogram, scatter, shares
-from postproc.report.columns import exact, packed
+from postproc.report.drawing.charts import Bins, Curve, bars, histogram, scatter, shares
+from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.svg import ticks
 from postproc.report.page import Page, Section, grid, render_page, table
-from postproc.report.svg import ticks
 from tests.report.conftest import numbers, points, tables
 
 

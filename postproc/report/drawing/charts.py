@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.svg import Frame, Range, band, dots, line, ring, spread
+from postproc.report.drawing.svg import Frame, Range, band, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
 SIZE = (340, 220)  # as wide as a phone shows without making its text smaller

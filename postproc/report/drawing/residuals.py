@@ -15,9 +15,9 @@ from postproc.identify.compare import WORST
 from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
 from postproc.identify.words.sentences import suspect_size
 from postproc.patterns.suspects import Suspect
-from postproc.report.charts import Bins, scatter
+from postproc.report.drawing.charts import Bins, scatter
+from postproc.report.drawing.svg import Range, spread
 from postproc.report.page import Section, grid
-from postproc.report.svg import Range, spread
 
 HOW = (
     "Points: each pose, less the mean. Red: means with their standard errors; rings: the worst poses. "

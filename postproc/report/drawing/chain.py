@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.columns import exact
+from postproc.report.drawing.columns import exact
 from postproc.robot.arm import Robot
 
 

@@ -16,11 +16,11 @@ from postproc.fit.errors import distances
 from postproc.fit.fitted import Fit
 from postproc.fit.solving.step import FRAMES
 from postproc.model.arm import Model
-from postproc.report.chain import chain_of
-from postproc.report.charts import shares
-from postproc.report.columns import exact, packed
-from postproc.report.laws import forces, law_charts, laws_of
-from postproc.report.residuals import Channels, pose_name
+from postproc.report.drawing.chain import chain_of
+from postproc.report.drawing.charts import shares
+from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.laws import forces, law_charts, laws_of
+from postproc.report.drawing.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace
 

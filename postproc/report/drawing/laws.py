@@ -18,7 +18,7 @@ from postproc.fit.channels import fit_channels, unit_of
 from postproc.fit.fitted import Fit
 from postproc.identify.trends import DAMPING
 from postproc.model.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
-from postproc.report.charts import Curve, scatter
+from postproc.report.drawing.charts import Curve, scatter
 from postproc.robot.kinematics import body_poses
 
 GRID, ROWS = 80, 24  # values of a channel, and measured rows over which the law is averaged at each of them
