@@ -150,7 +150,8 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
         "and `backlash`"
     )
     told = {"effect": "arm_load", "not_separable_from": load.not_separable, "not_seen_beside": load.unseen}
-    assert _verdict({"verdict": "missing", "missing": [told]}) == {"missing": "arm_load or payload_error or dress_pack"}
+    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    assert (figure.label, figure.value) == ("missing", "arm_load or payload_error or dress_pack")
 
 
 def test_many_rivals_stand_below_the_headline():
@@ -169,7 +170,8 @@ def test_many_rivals_stand_below_the_headline():
         "`bearing_tilt` as well."
     )
     told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
-    assert _verdict({"verdict": "missing", "missing": [told]}) == {"missing": "joint_error_map or others"}
+    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    assert (figure.label, figure.value) == ("missing", "joint_error_map or others")
 
 
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
