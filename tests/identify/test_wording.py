@@ -151,7 +151,7 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     )
     told = {"effect": "arm_load", "not_separable_from": load.not_separable, "not_seen_beside": load.unseen}
     (figure,) = _verdict({"verdict": "missing", "missing": [told]})
-    assert (figure.label, figure.value) == ("missing", "arm_load or payload_error or dress_pack")
+    assert (figure.label, figure.text) == ("missing", "arm_load or payload_error or dress_pack")
 
 
 def test_many_rivals_stand_below_the_headline():
@@ -171,7 +171,7 @@ def test_many_rivals_stand_below_the_headline():
     )
     told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
     (figure,) = _verdict({"verdict": "missing", "missing": [told]})
-    assert (figure.label, figure.value) == ("missing", "joint_error_map or others")
+    assert (figure.label, figure.text) == ("missing", "joint_error_map or others")
 
 
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
