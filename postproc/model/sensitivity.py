@@ -148,7 +148,7 @@ class Sensitivity:
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
         """Displacement of the springs by a further load (n, 54) on the states of `loaded`, by place."""
         n = len(state)
-        every = np.empty((n, BODY + 42))
+        every = np.zeros((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
         joints, bodies = np.asarray(state.joint_load) + load[:, :6] + every[:, :6], every[:, 6:].reshape(n, 7, 6)
         loaded = state.with_(joint_load=joints, body_load=None if state.body_load is None else state.body_load + bodies)

@@ -10,7 +10,7 @@ MODULE SeamOfThePart
   VAR num nPart;
   PROC main()
     MoveJ pHome,v1000,z50,tTorch\WObj:=wPlate;
-    WHILE diGo=1 DO
+    FOR i FROM 1 TO 2 DO
       nPart:=giPart;
       MoveJ Offs(pSeam{nPart,1},0,0,80),v800,z20,tTorch\WObj:=wPlate;
       ArcLStart pSeam{nPart,1},v200,sm1,wd1,fine,tTorch\WObj:=wPlate;
@@ -18,6 +18,6 @@ MODULE SeamOfThePart
       ArcLEnd pSeam{nPart,3},v100,sm1,wd1,fine,tTorch\WObj:=wPlate;
       MoveL Offs(pSeam{nPart,3},0,0,80),v400,z20,tTorch\WObj:=wPlate;
       MoveJ pHome,v1000,z50,tTorch\WObj:=wPlate;
-    ENDWHILE
+    ENDFOR
   ENDPROC
 ENDMODULE
