@@ -19,7 +19,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.text.arcs import ArcRun, all_numbers, arc_run, follow_arc, function_name
-from postproc.compensate.text.bends import fit_bend, squares_of
+from postproc.compensate.text.bends import fit_bend, is_steep, squares_of
 from postproc.compensate.text.expressions import Position, position_of
 from postproc.compensate.text.insertions import insertion_of, neighbouring_element, small_zone
 from postproc.compensate.text.laws import (
@@ -330,6 +330,8 @@ class TargetAdder:
                 for n, run in enumerate(regressors):
                     run.update((name, float(values[n])) for name, values in squares.items())
             law = fit_affine(regressors, rest, fine)
+            if is_steep([slope for name, slope in law.coefficients if name in squares], squares):
+                continue  # squares of ways that hardly differ
             yield law, rest - [law.at(run) for run in regressors]
 
 

@@ -39,8 +39,7 @@ def fit_bend(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[O
         most = np.abs(matrix).max(axis=0)[:, None] * np.abs(bends)
         bends[most < UNCHANGED_MM] = 0.0
         steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
-        # By how much [mm] one millimetre of a longer way changes it.
-        steep = steep or 2e-3 * np.abs(bends).max() * np.sqrt(squares[next(iter(squares))].max()) > STEEPEST
+        steep = steep or is_steep(bends.tolist(), squares)
         return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
 
     best = fitted([next(iter(squares))])
@@ -51,6 +50,16 @@ def fit_bend(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[O
             break
         best = more[0]
     return OffsetLaw((0.0, 0.0, 0.0), tuple((name, _vec(bend)) for name, bend in best[0].items())), best[1]
+
+
+def is_steep(bends: Sequence[Sequence[float]], squares: Mapping[str, Array]) -> bool:
+    """Whether one millimetre of a longer way changes what squares of it add by more than any correction changes.
+
+    Args:
+        bends: what each square adds along the axes [mm / m^2]; squares: see ``squares_of``, the length first.
+    """
+    most = max((abs(value) for bend in bends for value in bend), default=0.0)
+    return bool(squares) and 2e-3 * most * float(np.sqrt(next(iter(squares.values())).max())) > STEEPEST
 
 
 def _vec(values: Array) -> Vec3:
