@@ -281,7 +281,7 @@ class Assigner:
             return None, ELSEWHERE
         if not self._configured(rows, filled):
             same = len({r.value.robconf for r in requests}) == 1
-            if not same or not expression.named:
+            if not same or not expression.stated:
                 return None, CONFIGURATION
         elif expression.form is None:
             return None, OWN_OFFS

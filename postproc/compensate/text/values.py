@@ -94,8 +94,8 @@ class TargetRequest:
 
 Form = Literal["numbers", "amounts", "offset", "components"]
 """How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
-``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration
-data."""
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, displaced by ``Offs`` or not,
+which takes other configuration data."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -215,7 +215,7 @@ class Writer:
             along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(shift)
         x, y, z = np.asarray(along).tolist()
         form = written.form or "components"
-        if robconf != now.robconf and written.named:
+        if robconf != now.robconf and written.stated:
             form = "components"
         return replace(change, form=form, law=OffsetLaw((x, y, z)))
 
