@@ -13,20 +13,20 @@ from postproc.robot.pose import transform
 from tests.compensate.build import AXES, arm, convert, independent, module, outcome, target, written
 
 A, B, C = target(1350, -500), target(1330, -470), target(1350, -420)
-ACROSS = target(1350, 100)  # joint 1 on the other side, against its confdata
+ACROSS = target(1350, 100, conf=(2, 0, -1, 0))  # joint 1 stands two quadrants from its confdata
 
 
 def test_one_displaced_target_out_of_reach_is_left_and_named() -> None:
-    steps = [f"MoveJ {A},v200,fine,tT;", f"MoveL {B},v50,fine,tT;", f"MoveL Offs({A},0,600,0),v50,fine,tT;"]
+    steps = [f"MoveJ {A},v200,fine,tT;", f"MoveL {B},v50,fine,tT;", f"MoveL Offs({A},0,9000,0),v50,fine,tT;"]
     steps += [f"MoveL {C},v50,fine,tT;", f"MoveL {B},v50,fine,tT;"]
     text = module("", "\n".join(steps))
     found = convert(text)
     assert found.exit_code == 0
     assert [o.status for o in found.outcomes] == ["compensated"] * 2 + ["skipped"] + ["compensated"] * 2
     assert outcome(found, 2).reason == OUT_OF_REACH
-    (named,) = (d for d in found.diagnostics if d.code == "KIN002")
+    (named,) = (d for d in found.diagnostics if d.code == "KIN001")
     assert named.severity == "warning" and named.source is not None and named.span is not None
-    assert named.source.data[slice(*named.span)].decode() == f"Offs({A},0,600,0)"
+    assert named.source.data[slice(*named.span)].decode() == f"Offs({A},0,9000,0)"
     assert steps[2] in written(found)
     assert found.report["max_error_after_mm"] < 0.01 < found.report["max_error_before_mm"]
 
@@ -35,14 +35,14 @@ def test_one_displaced_target_out_of_reach_is_left_and_named() -> None:
     "body",
     [
         f"MoveJ {A},v200,fine,tT;\nMoveL {ACROSS},v50,fine,tT;\nMoveL {B},v50,fine,tT;",  # taught so
-        f"MoveL Offs({A},0,600,0),v50,fine,tT;",  # nothing is left
-        f"MoveJ {A},v200,fine,tT;\n" + "".join(f"MoveL Offs({A},0,{y},0),v50,fine,tT;\n" for y in (600, 620, 640)),
+        f"MoveL Offs({A},0,9000,0),v50,fine,tT;",  # nothing is left
+        f"MoveJ {A},v200,fine,tT;\n" + "".join(f"MoveL Offs({A},0,{y},0),v50,fine,tT;\n" for y in (9000, 9020, 9040)),
     ],
 )
 def test_a_program_that_the_arm_cannot_run_is_refused(body: str) -> None:
     found = convert(module("", body))
     assert (found.exit_code, found.output) == (1, None)
-    assert "error" in {d.severity for d in found.diagnostics if d.code == "KIN002"}
+    assert "error" in {d.severity for d in found.diagnostics if d.code in ("KIN001", "KIN002")}
 
 
 def _taught(*degrees: float) -> str:
@@ -69,8 +69,8 @@ def test_a_way_that_the_arm_cannot_go_is_refused(body: str, code: str) -> None:
 
 def test_runs_that_the_arm_cannot_make_do_not_keep_the_others_from_their_correction() -> None:
     """The fourth turn of the loop is out of reach: what is written is what three turns ask for."""
-    body = "MoveJ a,v200,fine,tT;\nFOR i FROM 0 TO {last} DO\nMoveL Offs(a,0,200*i,0),v50,fine,tT;\nENDFOR"
-    text, possible = (module(f"CONST robtarget a:={A};", body.format(last=last)) for last in (3, 2))
+    body = "MoveJ a,v200,fine,tT;\nFOR i FROM 0 TO {last} DO\nMoveL Offs(a,40*i,0,0),v50,fine,tT;\nENDFOR"
+    text, possible = (module(f"CONST robtarget a:={target(2050, -500)};", body.format(last=last)) for last in (3, 2))
     found, without = convert(text), convert(possible)
     assert [o.status for o in found.outcomes] == ["compensated"] * 2
     assert [f.report["unproved_statements"] for f in (found, without)] == [1, 0]

@@ -25,6 +25,11 @@ UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
 
 
+def compliant(a: Conf, b: Conf) -> bool:
+    """Whether a controller takes one configuration for the other (see `postproc.robot.inverse.COMPLIANT`)."""
+    return a[3] == b[3] and all(abs(x - y) <= 1 for x, y in zip(a[:3], b[:3], strict=True))
+
+
 @dataclass(frozen=True, slots=True)
 class ArcPoint:
     """The point after a share of the circle through three targets, as the program calls them.
