@@ -11,6 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.path.deviation import Deviation
 from postproc.compensate.plan import Plan
+from postproc.compensate.reading import OUT_OF_REACH
 from postproc.compensate.results.transitions import (
     finding,
     for_the_next,
@@ -19,7 +20,7 @@ from postproc.compensate.results.transitions import (
     transient_finding,
     transition_findings,
 )
-from postproc.compensate.text.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
+from postproc.compensate.text.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
 from postproc.compensate.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped

@@ -19,7 +19,6 @@ Place = Literal["declaration", "element", "aggregate", "argument", "call", "deri
 aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine;
 nowhere, because it moves with the target that it is derived from; or in a function around the argument."""
 
-OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
 Conf = tuple[int, int, int, int]
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
