@@ -28,7 +28,7 @@ from postproc.compensate.results.document import Judged, document, refused, summ
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.results.figures import Figures, figures_of
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
-from postproc.compensate.results.seams import find_seams, partial_seams
+from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
@@ -161,7 +161,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     outcomes, unlike = judge_statements(program, events, plan, after, through)
     findings += unlike
     seams = find_seams(outcomes, plan, before, after)
-    findings += partial_seams(seams, options.allow_partial)
+    findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
     bounds = largest_shifts(outcomes, plan)
     added = Counter(insertion.statement.key for insertion in plan.insertions)
     worlds, more = Worlds(0, 0), list[Diagnostic]()
