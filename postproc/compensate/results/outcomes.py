@@ -148,7 +148,8 @@ def _outcome(
     refused = plan.left.get(statement.key)
     if refused is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
-        return Outcome(statement, status, refused, 0.0, round(residual, 5))
+        why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
+        return Outcome(statement, status, why, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
