@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, FiniteFloat
 
 from postproc.settings import NAME, Settings
 from postproc.tomlfile import check, parse_toml, read_source
@@ -30,7 +30,8 @@ class Choices(BaseModel):
         scope: correct all motions, or those that weld.
         allow_partial: write a program although a weld stays uncorrected between corrected ones.
         template: folder of Jinja templates in place of the shipped ones.
-        constant: names of data that keep the value in the file.
+        taught: names of tools, work objects, targets and other data that calibration and teach routines of the program
+            set to the value in the file.
         channel: what effects read and a program does not tell, by name.
         cell: file that describes tracks, gantries and positioners, or a controller's backup.
         free_axes: letters of external axes that carry neither the robot nor its work.
@@ -53,7 +54,7 @@ class Choices(BaseModel):
     run_time_module: str | None = None
     allow_partial: bool | None = None
     template: str | None = None
-    constant: list[str] | None = None
+    taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
     channel: dict[str, FiniteFloat] | None = None
     cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
@@ -116,7 +117,7 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
         "allow_partial": choices.allow_partial,
         "template_dir": None if choices.template is None else root / choices.template,
         "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
-        "constants": None if choices.constant is None else tuple(choices.constant),
+        "taught": None if choices.taught is None else tuple(choices.taught),
         "channels": None if choices.channel is None else tuple(choices.channel.items()),
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})

@@ -36,6 +36,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
@@ -244,12 +245,12 @@ def _followed(
     sources: tuple[Source, ...], options: Options, station: Station | None, findings: list[Diagnostic]
 ) -> tuple[Program, list[MotionEvent]]:
     """The program, and its motions in the order in which it runs, with where external axes stand."""
-    program = read_program(sources, options.constants)
+    program = read_program(sources, options.taught)
     findings += [*program.diagnostics, *_already_done(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station or Station())
-    findings += shown_to_users(walked.diagnostics, events)
+    findings += [*shown_to_users(walked.diagnostics, events), *say_measured(program, events, options.entry)]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))

@@ -72,7 +72,7 @@ def told(settings: Settings) -> dict[str, str]:
     beside: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,
-        "constant": o.constants,
+        "taught": o.taught,
         "channels": [f"{name}={value:g}" for name, value in o.channels],
         "settings": settings.stated_in,
     }

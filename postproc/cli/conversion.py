@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
-from postproc.cli.words import parse_channel, parse_vector
+from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Taught, Tolerance
+from postproc.cli.words import parse_channel, parse_vector, split_names
 
 if TYPE_CHECKING:
     from postproc.settings import Settings
@@ -26,7 +26,7 @@ class ProgramOptions:
         model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
@@ -35,7 +35,7 @@ class ProgramOptions:
     robot: str | None = None
     effects: EffectFiles = ()
     side_files: SideFiles = ()
-    constant: Names = ()
+    taught: Taught = ()
     cell: CellFile = None
     free_axes: FreeAxes = ""
 
@@ -45,7 +45,7 @@ class ProgramOptions:
             "model": self.model and str(self.model),
             "robot": self.robot,
             "side_files": list(map(str, self.side_files)) or None,
-            "constant": list(self.constant) or None,
+            "taught": split_names(self.taught) or None,
             "cell": self.cell and str(self.cell),
             "free_axes": self.free_axes.lower() or None,
         }

@@ -123,6 +123,7 @@ class Unknown(Exception):
         self.missing = missing
         self.span = span
         self.key = key
+        self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     @property
     def reason(self) -> str:

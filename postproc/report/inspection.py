@@ -17,6 +17,7 @@ from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
+from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
@@ -92,7 +93,7 @@ def inspect_program(
         options: those that say how the program is read.
         station: where the arm stands, and its external axes.
     """
-    program = read_program(sources, options.constants)
+    program = read_program(sources, options.taught)
     followed = walk_program(program)
     events = place_events(followed.events, station or Station())
     moves, unreachable = read_moves(robot, events, options.free_axes, station)
@@ -106,7 +107,8 @@ def inspect_program(
         if not statement.source.lent
         for executions in [runs.get(statement.key, [])]
     ]
-    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
+    measured = say_measured(program, followed.events)
+    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *measured, *unreachable, *on_the_way))
 
 
 def _decided(row: Row, outcome: Outcome | None) -> Row:

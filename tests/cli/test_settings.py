@@ -88,16 +88,16 @@ def test_the_command_line_wins_and_the_nearest_file_counts(tmp_path: Path) -> No
     below.mkdir(parents=True)
     (tmp_path / "a" / "postproc.toml").write_text(
         'robot = "irb4600_60_205"\nforce = [1, 2, 3]\ntolerance_mm = 0.05\nscope = "welds"\nallow_partial = true\n'
-        'with = ["user.sys"]\nconstant = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
+        'with = ["user.sys"]\ntaught = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
     )
     stated = settings_at(below)
     o = stated.options
     assert (stated.robot, stated.side_files) == ("irb4600_60_205", (tmp_path / "a" / "user.sys",))
     assert (o.force, o.tolerance_m, o.air_tolerance_m) == ((1, 2, 3), 5e-5, pytest.approx(3e-4))
-    assert (o.scope, o.allow_partial, o.constants, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
-    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", constant=("k",)).settings_at(below)
+    assert (o.scope, o.allow_partial, o.taught, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
+    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", taught=("k,l",)).settings_at(below)
     assert (given.robot, given.options.tolerance_m, given.options.force) == ("irb4600_60_205", 2e-5, (0, 0, 0))
-    assert (given.options.scope, given.options.constants) == ("all", ("k",))
+    assert (given.options.scope, given.options.taught) == ("all", ("k", "l"))
     assert settings_at(tmp_path).robot == "ur5"
 
 

@@ -11,6 +11,7 @@ from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.evaluate import component, pick
+from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
@@ -75,6 +76,7 @@ class Memory:
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
     trial: bool = False
+    teaching: Teaching = field(default_factory=Teaching)
     reads: list[Unknown] = field(default_factory=list)
     noted: list[Unknown] = field(default_factory=list)
 
@@ -180,10 +182,11 @@ class Memory:
         causes: Causes = ()
         if declaration.storage == "CONST":
             return self.declared(declaration)
-        if self.changes.may_be_written_any_time(key):
+        taught = self.teaching.covers(declaration)
+        if not taught and self.changes.may_be_written_any_time(key):
             causes = (Unknown(Kind.WRITTEN_AT_ANY_TIME, f"`{declaration.name}`", key=key),)
         if key not in self.changed:
-            if key not in self.changes.may_be_written:
+            if taught or key not in self.changes.may_be_written:
                 return self.declared(declaration)
             why = causes or (self._writer(declaration),)
             if declaration.init is None:

@@ -14,6 +14,7 @@ from postproc.rapid.evaluation.call_binding import bound_frame
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.memory import Frame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
+from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
@@ -44,6 +45,7 @@ class Execution(ABC):
         self.changes = changes or WriteEffects(program)
         self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
+        self.teaching = Teaching(program.taught)
         self.maker = EventMaker(program, self.diagnostics)
         self.recorder = Recorder(self.maker)
         self.ways = self.recorder.ways
