@@ -33,6 +33,7 @@ from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
+from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
@@ -139,7 +140,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     Raises:
         _Unsafe: an error is among them.
     """
-    program, events = _followed(sources, options, model.station, findings)
+    program, events = _followed(sources, options, model, findings)
     model, more = applicable_model(model, events, options)
     findings += more
     task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
@@ -242,14 +243,15 @@ def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
 
 
 def _followed(
-    sources: tuple[Source, ...], options: Options, station: Station | None, findings: list[Diagnostic]
+    sources: tuple[Source, ...], options: Options, model: Model, findings: list[Diagnostic]
 ) -> tuple[Program, list[MotionEvent]]:
     """The program, and its motions in the order in which it runs, with where external axes stand."""
-    program = read_program(sources, options.taught)
+    station = model.station or Station()
+    program = read_program(sources, options.taught, NominalArm(model.robot, station))
     findings += [*program.diagnostics, *_already_done(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
-    events = place_events(walked.events, station or Station())
+    events = place_events(walked.events, station)
     findings += [*shown_to_users(walked.diagnostics, events), *say_measured(program, events, options.entry)]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"

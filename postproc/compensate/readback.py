@@ -37,7 +37,7 @@ def run_again(
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught)
+    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
     ran = place_events(walk(written, options.entry), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
 

@@ -13,6 +13,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.text.values import Outcome, Place
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.path.moves import read_moves
+from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
@@ -93,7 +94,7 @@ def inspect_program(
         options: those that say how the program is read.
         station: where the arm stands, and its external axes.
     """
-    program = read_program(sources, options.taught)
+    program = read_program(sources, options.taught, NominalArm(robot, station or Station()))
     followed = walk_program(program)
     events = place_events(followed.events, station or Station())
     moves, unreachable = read_moves(robot, events, options.free_axes, station)

@@ -31,7 +31,7 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
         if event.again is not None:
             now = found[event.again].axes or NOWHERE
         elif event.target is not None:
-            now = _reached(now, event, _idle(event, station))
+            now = _reached(now, event, idle_axes(event.units, station))
         elif event.reason is not None:
             now = NOWHERE  # wherever that leads
         event = replace(event, axes=now)
@@ -58,14 +58,16 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
     return a, b, c, d, e, f
 
 
-def _idle(event: MotionEvent, station: Station) -> str:
-    """Letters of the axes of units that are not active at an event.
+def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> str:
+    """Letters of the axes of units that are not active.
 
-    What is active at the start counts where the program has not said otherwise; where nobody knows, targets count.
+    Args:
+        units: those that ``ActUnit`` and ``DeactUnit`` have switched, and how; None where nobody knows: targets count.
+            What is active at the start counts where the program has not said otherwise.
     """
-    switched = dict(event.units or ())
+    switched = dict(units or ())
     own = [(name, station.cell.unit(name)) for name in station.units]
-    asleep = [unit for name, unit in own if event.units is not None and not switched.get(name.lower(), unit.active)]
+    asleep = [unit for name, unit in own if units is not None and not switched.get(name.lower(), unit.active)]
     return "".join(joint.axis for unit in asleep for joint in unit.joints if joint.axis is not None)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from postproc.rapid.data.arm import call_by_arm
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
@@ -157,6 +158,20 @@ class Memory:
 
     def present(self, name: str) -> bool:
         return name in self.frame.present
+
+    def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
+        """What CalcRobT or CalcJointT gives under the displacements that are in force."""
+        causes: list[Unknown] = []
+
+        def state(key: str) -> Data:
+            data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
+            if isinstance(data, Unknown):
+                raise data
+            causes.extend(why)
+            return data
+
+        kind, data = call_by_arm(self.program.arm, name, arguments, options, state)
+        return Value(data, kind, assumed=tuple(causes))
 
     # -- declared data -------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.data.arm import Arm
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.arguments import fits, read_motion
 from postproc.rapid.program.scopes import (
@@ -35,6 +36,7 @@ class Program:
         motions: the same motion statements by path and offset.
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
+        arm: that runs it, for functions that need one; None where it is not known.
     """
 
     sources: tuple[Source, ...]
@@ -46,6 +48,7 @@ class Program:
     names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     taught: frozenset[str] = frozenset()
+    arm: Arm | None = field(default=None, repr=False)
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
         """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
@@ -92,11 +95,12 @@ def is_utf16(data: bytes) -> bool:
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
-def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = ()) -> Program:
+def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = (), arm: Arm | None = None) -> Program:
     """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
 
     Args:
         taught: names of data that calibration routines set to the value in the text, as the user states.
+        arm: that runs it.
     """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
@@ -126,7 +130,7 @@ def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = ())
     statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
     declarations = tuple(all_declarations(modules))
     told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
-    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated)
+    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated, arm)
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
