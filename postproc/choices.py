@@ -32,6 +32,7 @@ class Choices(BaseModel):
         template: folder of Jinja templates in place of the shipped ones.
         taught: names of tools, work objects, targets and other data that calibration and teach routines of the program
             set to the value in the file.
+        already: parts of the arm's error that its controller corrects by itself (Absolute Accuracy).
         channel: what effects read and a program does not tell, by name.
         cell: file that describes tracks, gantries and positioners, or a controller's backup.
         free_axes: letters of external axes that carry neither the robot nor its work.
@@ -55,6 +56,7 @@ class Choices(BaseModel):
     allow_partial: bool | None = None
     template: str | None = None
     taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
+    already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
     channel: dict[str, FiniteFloat] | None = None
     cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
@@ -118,6 +120,7 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
         "template_dir": None if choices.template is None else root / choices.template,
         "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
         "taught": None if choices.taught is None else tuple(choices.taught),
+        "already": None if choices.already is None else tuple(choices.already),
         "channels": None if choices.channel is None else tuple(choices.channel.items()),
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})

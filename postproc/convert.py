@@ -16,8 +16,8 @@ import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.correction.applicable import applicable_model
+from postproc.compensate.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import Deviation, Driven, measure_deviation
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
@@ -140,6 +140,9 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     Raises:
         _Unsafe: an error is among them.
     """
+    if options.already and options.run_time != "off":
+        text = "the function for run time does not know what the controller corrects by itself (`--already`)"
+        _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
     program, events = _followed(sources, options, model, findings)
     model, more = applicable_model(model, events, options)
     findings += more
@@ -178,6 +181,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
     report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
+    report["already"] = list(options.already)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
@@ -224,7 +228,7 @@ def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
-    report["run_time"] = function.as_json(task.options.run_time)
+    report |= {"already": list(task.options.already), "run_time": function.as_json(task.options.run_time)}
     env = environment(task.options.template_dir)
     head = header_values(task.model, task.options, report)
     edits = _with_header(env, program, {s.path: [] for s in program.sources}, function, head)

@@ -58,7 +58,8 @@ class Settings:
         model = f" as in `{self.model}`" if self.model is not None else ""
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
-        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}); {near}; scope {o.scope}"
+        already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
+        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){already}; {near}; scope {o.scope}"
 
     def document(self, robot: str) -> dict[str, str]:
         """The same for documents."""
@@ -73,6 +74,7 @@ def told(settings: Settings) -> dict[str, str]:
         "effects": settings.effects,
         "read along": settings.side_files,
         "taught": o.taught,
+        "corrected by the controller itself": o.already,
         "channels": [f"{name}={value:g}" for name, value in o.channels],
         "settings": settings.stated_in,
     }
@@ -112,7 +114,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
     if settings.model is None:
-        _refuse_calibrated(station)
+        if not settings.options.already:
+            _refuse_calibrated(station)
         model = default_model(str(settings.robot))
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
@@ -126,7 +129,10 @@ def _refuse_calibrated(station: Station | None) -> None:
     if station is None or not station.cell.arms[station.arm.lower()].calibrated:
         return
     text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
-    help_ = "give a model with -m that was fitted to the arm as it runs (what the controller leaves), or switch it off"
+    help_ = (
+        "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or give a"
+    )
+    help_ += " model with -m that was fitted to the arm as it runs"
     raise PostprocError.of("KIN017", text, help=help_, exit_code=1)
 
 

@@ -73,6 +73,8 @@ class ConvertOptions(ProgramOptions):
         scope: correct all motions (default), or those that weld.
         allow_partial: write the program although a weld statement stays uncorrected between corrected ones.
         template: folder of Jinja templates in place of the shipped ones.
+        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia,
+            with commas between them. What it leaves is corrected.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
@@ -85,6 +87,7 @@ class ConvertOptions(ProgramOptions):
     scope: Literal["all", "welds"] | None = None
     allow_partial: Flag = False
     template: Path | None = None
+    already: Names = ()
     channel: Names = ()
 
     def _stated(self) -> dict[str, Any]:
@@ -99,6 +102,7 @@ class ConvertOptions(ProgramOptions):
             "scope": self.scope,
             "allow_partial": self.allow_partial or None,
             "template": self.template and str(self.template),
+            "already": split_names(self.already) or None,
             "channel": dict(map(parse_channel, self.channel)) or None,
         }
 

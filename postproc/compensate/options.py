@@ -24,6 +24,7 @@ class Options:
         template_dir: a folder whose templates replace the shipped ones of the same name.
         free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
         taught: names of data that calibration and teach routines set to the value in the text.
+        already: parts of the arm's error that its controller corrects by itself (``controller_part.PARTS``).
         channels: values for the whole program of what effects read and a program does not tell, by name:
             ``temperature`` [degC], columns of the user's own.
         run_time: which statements a function beside the program corrects while it runs: none, those that numbers
@@ -44,6 +45,7 @@ class Options:
     template_dir: Path | None = None
     free_axes: str = ""
     taught: tuple[str, ...] = ()
+    already: tuple[str, ...] = ()
     channels: tuple[tuple[str, float], ...] = ()
     run_time: Literal["off", "where-needed", "all"] = "off"
     run_time_module: Path | None = None

@@ -10,9 +10,9 @@ from itertools import chain
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.correction.deviation import Driven
 from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import Driven
 from postproc.compensate.path.motion import feels_sides, motion_of
 from postproc.compensate.plan import Plan
 from postproc.compensate.reading import read_samples

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from postproc.compensate.correction.curve import changing_moves
+from postproc.compensate.correction.inverse import command, rigid, told_pose
 from postproc.compensate.correction.reversals import sample_for
 from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion, motion_of
@@ -15,6 +17,7 @@ from postproc.compensate.path.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
+from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
 
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
@@ -28,12 +31,39 @@ def read_samples(
     moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
+    moves = told_joints(model, moves, options)
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
     dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
     try:
         return sample_for(model, moves, dense), findings
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
+
+
+def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
+    """Moves of which those to joint angles stand at the nominal angles of the place where the controller believes to
+    be: where it corrects by itself, a line that begins there begins at that place.
+    """
+    rows = [i for i, move in enumerate(moves) if move.kind == "absjoint"]
+    if model.controller is None or not rows:
+        return moves
+    some = [moves[i] for i in rows]
+    loaded = np.array([options.force_on == "all" or move.welding for move in some])
+    state = model.state(
+        np.array([move.q for move in some]),
+        payload_mass=np.array([move.payload_mass for move in some]),
+        payload_center=np.array([move.payload_center for move in some]),
+        wrench=np.where(loaded[:, None], [*options.force, *options.moment], 0.0),
+        T_flange_tcp=np.eye(4),
+    )
+    station, axes = model.station, goal_axes(some)
+    gravity = station.gravity(axes) if station is not None and station.carried else None
+    state = state if gravity is None else state.with_(gravity=gravity)
+    told = command(rigid(model), state, told_pose(model, state)).q
+    found = list(moves)
+    for i, q in zip(rows, told, strict=True):
+        found[i] = replace(moves[i], q=q)
+    return found
 
 
 def read_motion(

@@ -13,6 +13,7 @@ from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
 from postproc.effects.library.tool_frame import ToolFrame
 from postproc.model.arm import Model
+from postproc.model.controller_part import corrected_by_controller
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.data.events import MotionEvent
@@ -36,6 +37,9 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
         base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be, KIN010 an arm
         without weight, MOD006 a model in which nothing yields to a load.
+
+    Raises:
+        PostprocError: MOD012, the controller cannot correct by itself what the options say.
     """
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
@@ -58,7 +62,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
                 continue
             effect = carried
         kept.append(effect)
-    return model.with_effects(*kept), findings
+    return corrected_by_controller(model.with_effects(*kept), options.already), findings
 
 
 def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
