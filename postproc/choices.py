@@ -12,6 +12,8 @@ from pydantic import AliasChoices, BaseModel, ConfigDict, Field, FiniteFloat
 from postproc.settings import NAME, Settings
 from postproc.tomlfile import check, parse_toml, read_source
 
+CONTROLLER_MODEL = "controller"
+"""What names the controller's own numbers in place of a model file."""
 Vec3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
 
@@ -20,7 +22,7 @@ class Choices(BaseModel):
     """What one layer states; None is left to the layers around it. Paths start at the file that states them.
 
     Args:
-        model: model file of the real arm.
+        model: model file of the real arm, or `controller`: the joint compliances in the backup's configuration.
         robot: arm of the library, or its file.
         side_files: modules that are read along for what they declare, never changed.
         force, moment: on the TCP in base axes [N], [N m].
@@ -125,10 +127,14 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
     chosen = replace(settings, options=options)
-    if choices.model is not None or choices.robot is not None:
+    if choices.model == CONTROLLER_MODEL and choices.robot is None:
+        chosen = replace(chosen, model=None, from_controller=True)
+    elif choices.model is not None or choices.robot is not None:
+        own = choices.model == CONTROLLER_MODEL
         chosen = replace(
             chosen,
-            model=None if choices.model is None else root / choices.model,
+            model=None if choices.model is None or own else root / choices.model,
+            from_controller=own,
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )

@@ -23,6 +23,7 @@ class Settings:
 
     Args:
         model: model file, None for the shipped model of the arm.
+        from_controller: in its place, the joint compliances that Absolute Accuracy has of the arm.
         robot: arm of the library, in place of the model's.
         robot_from: what names the arm: an option, or a file.
         effects: Python files with effects.
@@ -33,6 +34,7 @@ class Settings:
     """
 
     model: Path | None = None
+    from_controller: bool = False
     robot: str | None = None
     robot_from: str = ""
     effects: tuple[Path, ...] = ()
@@ -56,6 +58,7 @@ class Settings:
     def headline(self, robot: str) -> str:
         """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
         model = f" as in `{self.model}`" if self.model is not None else ""
+        model = " with the joint compliances of its controller" if self.from_controller else model
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
         already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
@@ -79,7 +82,7 @@ def told(settings: Settings) -> dict[str, str]:
         "settings": settings.stated_in,
     }
     return {
-        "model": str(settings.model) if settings.model else shipped,
+        "model": "joint compliances of the controller" if settings.from_controller else str(settings.model or shipped),
         "arm named by": settings.robot_from,
         "force on the TCP [N]": ",".join(f"{value:g}" for value in o.force),
         "moment on the TCP [N m]": ",".join(f"{value:g}" for value in o.moment),
@@ -104,6 +107,7 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model
+    from postproc.model.from_controller import controller_model
     from postproc.robot.catalogue import load_robot
 
     library = effect_library(settings.effects)
@@ -113,6 +117,12 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
+    if settings.from_controller:
+        if not settings.options.already:
+            _refuse_calibrated(station)
+        calibration = None if station is None else station.cell.arms[station.arm.lower()].calibration
+        model = controller_model(str(settings.robot), calibration)
+        return model if station is None else model.standing(station)
     if settings.model is None:
         if not settings.options.already:
             _refuse_calibrated(station)

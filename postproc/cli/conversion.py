@@ -23,7 +23,8 @@ class ProgramOptions:
     """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
 
     Attributes:
-        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
+        model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
+            the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].

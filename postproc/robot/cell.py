@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS
+from postproc.robot.controller import Calibration
 from postproc.robot.pose import transform
 
 LETTERS = "abcdef"
@@ -84,7 +85,7 @@ class CellArm:
         unit: the unit that carries it; None for one that stands in the world.
         T_unit_base: (4, 4) its base frame at the end of that unit, or in the world.
         gravity: (3,) in base axes, with all external axes at zero [m/s^2]; None where it is not known.
-        calibrated: its controller corrects geometry and weight itself (Absolute Accuracy).
+        calibrated: its controller corrects geometry and weight itself (Absolute Accuracy); calibration: by what.
     """
 
     name: str
@@ -93,6 +94,7 @@ class CellArm:
     T_unit_base: Array = field(default_factory=_identity)
     gravity: Array | None = None
     calibrated: bool = False
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True, slots=True)
