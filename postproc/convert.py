@@ -34,7 +34,7 @@ from postproc.compensate.worlds import Worlds, check_written, depends_on_run_tim
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
-from postproc.motion.path.places import place_events
+from postproc.motion.path.places import place_events, say_resting
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.measured import say_measured
@@ -256,6 +256,7 @@ def _followed(
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
+    findings += say_resting(events, station)
     findings += [*shown_to_users(walked.diagnostics, events), *say_measured(program, events, options.entry)]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
