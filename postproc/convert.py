@@ -21,7 +21,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import read_motion
+from postproc.compensate.reading import read_followable, read_motion
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import document, refused, summary, unmeasured_document
@@ -287,7 +287,7 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
     """
     model, options, reach = task.model, task.options, task.reach
     events = without_shared_values(task.program, task.events, reach) if task.on else task.events
-    motion, more = read_motion(model, events, options)
+    motion, more, events = read_followable(model, events, options)
     while task.on and has_errors(more):
         given, said = without_unreachable(events, more, reach, options.run_time == "all")
         if not said:

@@ -14,14 +14,20 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion, motion_of
 from postproc.compensate.path.samples import Samples
 from postproc.compensate.path.timeline import SWIFT, plan_timeline
-from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, has_errors
 from postproc.model.arm import Model
+from postproc.motion.findings import place
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.unknown import Kind, Unknown
 
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
+UNFOLLOWABLE = frozenset({"MOT002", "MOT003", "MOT004", "MOT010"})
+"""Findings that say: the arm cannot follow the way to this target."""
+MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
 
 
 def read_samples(
@@ -81,3 +87,24 @@ def read_motion(
     if timeline is None:
         return None, findings
     return motion_of(model, samples, timeline, options), findings
+
+
+def read_followable(
+    model: Model, events: list[MotionEvent], options: Options
+) -> tuple[Motion | None, list[Diagnostic], list[MotionEvent]]:
+    """``read_motion`` without the few motions whose way the arm cannot follow: they are left, with a warning.
+
+    A line through a singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    """
+    left: dict[tuple[Source, Span], Diagnostic] = {}
+    most = int(MOST_UNFOLLOWED * len({e.statement.key for e in events}))
+    motion, more = read_motion(model, events, options)
+    while True:
+        errors = {(d.source, d.span): d for d in more if d.code in UNFOLLOWABLE and d.severity == "error"}
+        lost = {at: errors[at] for e in events if (at := place(e)) in errors}
+        if not lost or len(left) + len(lost) > most:
+            return motion, [*map(forgiven, left.values()), *more], events
+        left |= lost
+        why = Unknown(Kind.UNFOLLOWED)
+        events = [e if place(e) not in lost else replace(e, reason=why.reason, unknowns=(why,)) for e in events]
+        motion, more = read_motion(model, events, options)

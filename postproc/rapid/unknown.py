@@ -91,6 +91,7 @@ class Kind(Enum):
     MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`, and no cell describes that unit"
     WORK_NOWHERE = "where the work object `{subject}` stands is not known: {cause}"
     BASE_NOWHERE = "where `{subject}` has carried the arm is not known: {cause}"
+    UNFOLLOWED = "the arm cannot follow the way to this target"
     MOVED_BY_NOBODY = (
         "the work object `{subject}` is moved by a mechanical unit that it does not name: ufprog of a fixed frame is"
         " TRUE"

@@ -138,6 +138,15 @@ def test_a_straight_wrist_taught_with_six_digits_takes_the_quadrants_of_its_conf
     assert np.abs(forward(robot, solution.q) - T).max() < 1e-6
 
 
+def test_joints_a_little_outside_their_quadrants_are_those_of_a_tool_measured_anew() -> None:
+    """Taught at -0.1 deg of axis 1, and its tool's TCP has been moved since by a millimetre: the same posture is meant."""
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[0.1, 20, 10, -0.4, 60, 50], [10.0, 20, 10, 30, 40, 50], [3.0, 20, 10, 30, 40, 50]])
+    solution = joint_solution(robot, forward(robot, q), np.array([[-1, 0, 0, 0], [0, 0, 0, 0], [-1, 0, 0, 0]]))
+    assert np.abs(solution.q[:2] - q[:2]).max() < 1e-9 and solution.beside == (0,)
+    assert [f.index for f in solution.failures] == [2]
+
+
 def test_impossible_configuration_names_the_nearest() -> None:
     robot = load_robot("irb4600_60_205")
     q = np.radians([[10.0, 20, 10, 30, 40, 50], [10.0, 20, 10, 30, 40, 50]])
