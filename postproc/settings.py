@@ -96,14 +96,16 @@ def told(settings: Settings) -> dict[str, str]:
     }
 
 
-def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None) -> Model:
+def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None, *, bare: bool = False) -> Model:
     """The model that the settings name.
 
     Args:
         program: what is converted, for people. unknown: why its controller does not name the arm, either.
+        bare: the program is only looked at, whatever its controller corrects by itself.
 
     Raises:
-        PostprocError: nothing names an arm (CLI013), nobody knows how stiff it is (MOD004), or a file does not fit.
+        PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff it
+            is (MOD004), or a file does not fit.
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model
@@ -117,15 +119,13 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
+    if found := [] if bare else corrected_twice(settings, station):
+        raise PostprocError(found, 1)
     if settings.from_controller:
-        if not settings.options.already:
-            _refuse_calibrated(station)
         calibration = None if station is None else station.cell.arms[station.arm.lower()].calibration
         model = controller_model(str(settings.robot), calibration)
         return model if station is None else model.standing(station)
     if settings.model is None:
-        if not settings.options.already:
-            _refuse_calibrated(station)
         model = default_model(str(settings.robot))
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
@@ -134,16 +134,16 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     return model if station is None else replace(model, station=station)
 
 
-def _refuse_calibrated(station: Station | None) -> None:
-    """Raises KIN017 where the controller corrects what a model of the arm's type would correct once more."""
-    if station is None or not station.cell.arms[station.arm.lower()].calibrated:
-        return
+def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:
+    """KIN017 where the controller corrects what a model of the arm's type would correct once more."""
+    if settings.model is not None or settings.options.already or station is None:
+        return []
+    if not station.cell.arms[station.arm.lower()].calibrated:
+        return []
     text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
-    help_ = (
-        "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or give a"
-    )
-    help_ += " model with -m that was fitted to the arm as it runs"
-    raise PostprocError.of("KIN017", text, help=help_, exit_code=1)
+    help_ = "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or "
+    help_ += "give a model with -m that was fitted to the arm as it runs"
+    return [Diagnostic("KIN017", "error", text, help=help_)]
 
 
 def read_station(path: Path) -> Station:

@@ -117,7 +117,10 @@ def test_from_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
     told = capsys.readouterr().err
     assert "with the joint compliances of its controller" in told and "KIN018" in told and "`rob1_3`" in told
     assert run(build(), ["compensate", str(tmp_path / "r1_calib" / seam), *asked]) == 1
-    assert "KIN017" in capsys.readouterr().err
+    assert "error[KIN017]" in capsys.readouterr().err
+    assert run(build(), ["inspect", str(tmp_path / "r1_calib" / seam), "-m", "controller"]) == 0
+    told = capsys.readouterr().err
+    assert "info[KIN017]" in told and "warning[KIN018]" in told
     assert run(build(), ["compensate", str(tmp_path / "r1_calib" / seam), *asked, "--already", "geometry,gravity"]) == 0
     capsys.readouterr()
     assert run(build(), ["robots", "show", str(tmp_path / "r1_calib")]) == 0
