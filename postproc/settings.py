@@ -72,7 +72,7 @@ class Settings:
 def told(settings: Settings) -> dict[str, str]:
     """What a page says about how its result was made."""
     o = settings.options
-    shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
+    shipped = "shipped with postproc, not measured on this arm"
     beside: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,
@@ -104,8 +104,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         bare: the program is only looked at, whatever its controller corrects by itself.
 
     Raises:
-        PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff it
-            is (MOD004), or a file does not fit.
+        PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff
+            it is (MOD004), or a file does not fit.
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model

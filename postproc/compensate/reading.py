@@ -14,15 +14,16 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion, motion_of
 from postproc.compensate.path.samples import Samples
 from postproc.compensate.path.timeline import SWIFT, plan_timeline
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
-from postproc.motion.findings import place
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.unknown import Kind, Unknown
 
+IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
+OUT_OF_REACH = IMPOSSIBLE.reason
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
 UNFOLLOWABLE = frozenset({"MOT002", "MOT003", "MOT004", "MOT010"})
@@ -89,22 +90,39 @@ def read_motion(
     return motion_of(model, samples, timeline, options), findings
 
 
-def read_followable(
-    model: Model, events: list[MotionEvent], options: Options
-) -> tuple[Motion | None, list[Diagnostic], list[MotionEvent]]:
-    """``read_motion`` without the few motions whose way the arm cannot follow: they are left, with a warning.
+def without_impossible(
+    events: Sequence[MotionEvent], findings: Sequence[Diagnostic]
+) -> tuple[list[MotionEvent], list[Diagnostic]]:
+    """Events without the targets of statements that the arm cannot run as they are programmed.
 
-    A line through a singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    Args:
+        findings: of the motion.
+
+    Returns:
+        The events, and the findings as warnings; none where an error speaks of no statement, or no error does.
     """
-    left: dict[tuple[Source, Span], Diagnostic] = {}
-    most = int(MOST_UNFOLLOWED * len({e.statement.key for e in events}))
-    motion, more = read_motion(model, events, options)
-    while True:
-        errors = {(d.source, d.span): d for d in more if d.code in UNFOLLOWABLE and d.severity == "error"}
-        lost = {at: errors[at] for e in events if (at := place(e)) in errors}
-        if not lost or len(left) + len(lost) > most:
-            return motion, [*map(forgiven, left.values()), *more], events
-        left |= lost
-        why = Unknown(Kind.UNFOLLOWED)
-        events = [e if place(e) not in lost else replace(e, reason=why.reason, unknowns=(why,)) for e in events]
-        motion, more = read_motion(model, events, options)
+    errors = [d for d in findings if d.severity == "error"]
+    wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
+    bad = {
+        e.statement.key
+        for e in events
+        if any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
+    }
+    if not bad or any(d.source is None or d.span is None for d in errors):
+        return list(events), []
+    left = [
+        replace(e, target=None, via=None, reason=OUT_OF_REACH, unknowns=(IMPOSSIBLE,)) if e.statement.key in bad else e
+        for e in events
+    ]
+    return left, [forgiven(d) for d in findings]
+
+
+def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
+    """Whether nothing is wrong but the ways to a few targets, with those that are left already: a line through a
+    singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    """
+    errors = [d for d in findings if d.severity == "error"]
+    left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
+    few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
+    places = {(d.source, d.span) for d in errors}
+    return all(d.code in UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few

@@ -16,8 +16,11 @@ from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, 
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
 BLOCK = 5000  # poses whose eight solutions are held at a time
-MEASURED_ANEW = 0.035  # and this far [rad] where nothing else has its confdata: its tool has been measured anew since
-BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
+BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
+COMPLIANT = QUARTER
+"""So far outside its quadrants [rad] a solution still has the configuration: cf1, cf4 and cf6 within one of what is
+stated, cfx equal (RobotStudio API reference, `ConfigurationMode.Compliant`). Tools are calibrated anew and work objects
+moved: home positions of public production programs stand up to 0.4 degrees outside."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +45,10 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class JointSolution:
-    """Joint angles (n, 6) [rad], NaN where a failure says why; ``beside``: poses whose joints stand a little outside
-    the quadrants of their confdata.
-    """
+    """Joint angles (n, 6) [rad], NaN where a failure says why."""
 
     q: Array
     failures: tuple[Failure, ...]
-    beside: tuple[int, ...] = ()
 
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
@@ -62,12 +62,11 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     """
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
-    q, failures, beside = np.empty((len(poses), 6)), list[Failure](), list[int]()
+    q, failures = np.empty((len(poses), 6)), []
     for rows in blocks(len(poses), BLOCK):
-        q[rows], found, near = _solve(robot, poses[rows], wanted[rows])
+        q[rows], found = _solve(robot, poses[rows], wanted[rows])
         failures += [replace(f, index=rows.start + f.index) for f in found]
-        beside += (rows.start + near).tolist()
-    return JointSolution(q, tuple(failures), tuple(beside))
+    return JointSolution(q, tuple(failures))
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[Failure]:
@@ -97,8 +96,8 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     return turned[best] if inside[best] else np.full(6, np.nan)
 
 
-def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure], NDArray[np.int64]]:
-    """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why; poses ``beside``."""
+def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure]]:
+    """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why."""
     opw = closed_form(robot)
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
@@ -109,8 +108,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     exists = np.isfinite(solutions).all(axis=-1)
     # Among branches that fit, one inside its quadrants and inside the limits wins.
     outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
-    near = np.where(gap <= BOUNDARY, 0.0, 10.0)
-    cost = np.where(exists & same & (gap <= MEASURED_ANEW), near + gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
+    cost = np.where(exists & same & (gap <= COMPLIANT), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
     best = np.argmin(cost, axis=1)
     rows = np.arange(len(q))
     found = np.isfinite(cost[rows, best])
@@ -118,8 +116,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     failures = [_missing(robot, int(i), solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
     failures += beyond_limits(robot, result)
     result[[f.index for f in failures]] = np.nan
-    beside = np.flatnonzero(np.isfinite(result[:, 0]) & (near[rows, best] > 0.0))
-    return result, sorted(failures, key=lambda f: f.index), beside
+    return result, sorted(failures, key=lambda f: f.index)
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:

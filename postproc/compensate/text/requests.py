@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensate.correction.circles import circle_point
 from postproc.compensate.correction.curve import NO_JUMP, Exact
-from postproc.compensate.correction.deviation import away_from_curves
 from postproc.compensate.correction.fewest_targets import Pieces
+from postproc.compensate.path.deviation import away_from_curves
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.text.values import Conf, TargetRequest, TargetValue
 from postproc.compensate.tolerances import goal_tolerances
@@ -20,7 +20,7 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.motions.units import target_poses
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata, within
-from postproc.robot.inverse import BOUNDARY, MEASURED_ANEW
+from postproc.robot.inverse import BOUNDARY
 from postproc.robot.pose import displace, pose_error
 
 SLACK = 0.5  # share of the tolerance that a target may take; the rest is for the way between targets
@@ -43,8 +43,6 @@ class Requester:
         taught = [getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves]
         # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
         self.kept = within(robot, exact.q_goal, np.array(taught), BOUNDARY / 2) & ~crossed
-        beside, still = (within(robot, q, np.array(taught), MEASURED_ANEW) for q in (nominal, exact.q_goal))
-        self.kept |= beside & still & ~within(robot, nominal, np.array(taught), BOUNDARY)
         self.T_goal = motion.samples.curves.mounts.work(exact.T_base_flange)
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 

@@ -12,7 +12,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import NOWHERE, unit_of
-from postproc.motion.path.postures import beside_confdata, goal_joints, supposed_start
+from postproc.motion.path.postures import goal_joints, supposed_start
 from postproc.motion.path.reach import another_arm, only_displaced
 from postproc.motion.path.refusals import refuse_events
 from postproc.motion.path.weights import doubt_weights
@@ -68,7 +68,7 @@ def read_moves(
         loads.append(held[key])
     station = station or Station()
     places = _places([events[i] for i in known], station)
-    q, T_work_tcp, failures, supposed, beside = goal_joints(robot, events, known, _mounts(loads, places))
+    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
     refused = refuse_events(events, free_axes, station)
     beyond = _beyond_limits(events, known, station, places)
     astray = {i for i, _ in beyond}
@@ -84,7 +84,6 @@ def read_moves(
     findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
     findings += [supposed_start(events[known[row]]) for row in supposed]
-    findings += [beside_confdata(events[known[row]]) for row in beside[:1]]
     findings += another
 
     moves: list[Move] = []

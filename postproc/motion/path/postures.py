@@ -23,12 +23,8 @@ from postproc.robot.track import track
 
 def goal_joints(
     robot: Robot, events: Sequence[MotionEvent], known: list[int], mounts: Mounts
-) -> tuple[Array, Array, list[Failure], list[int], list[int]]:
-    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events.
-
-    Returns:
-        These, failures and rows as of `_follow`, and rows whose joints stand a little outside their confdata.
-    """
+) -> tuple[Array, Array, list[Failure], list[int]]:
+    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events; rows as in `_follow`."""
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
@@ -41,7 +37,7 @@ def goal_joints(
     failures = beyond_limits(robot, q)
     posed = np.flatnonzero(np.isnan(q[:, 0]))
     if len(posed) == 0:
-        return q, T, failures, [], []
+        return q, T, failures, []
     T[posed] = target_matrices([events[known[row]] for row in posed])
     T_base_flange = np.full_like(T, np.nan)
     T_base_flange[posed] = mounts[posed].flange(T[posed])
@@ -59,8 +55,7 @@ def goal_joints(
     again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].again) is not None}
     free[list(again)] = False
     more, supposed = _follow(robot, T_base_flange, q, free, again)
-    beside = [row for row in posed[list(solution.beside)].tolist() if not any_configuration(events[known[row]])]
-    return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed, beside
+    return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed
 
 
 def any_configuration(event: MotionEvent) -> bool:
@@ -127,10 +122,3 @@ def supposed_start(event: MotionEvent) -> Diagnostic:
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
     help_ = "the posture nearest to all axes at zero is taken: begin with a MoveAbsJ to be sure"
     return Diagnostic("KIN008", "warning", text, *place(event), help_)
-
-
-def beside_confdata(event: MotionEvent) -> Diagnostic:
-    """KIN019 for the first target whose joints stand a little outside the quadrants of its confdata."""
-    text = "the joints stand a little outside the quadrants of the configuration that this target states"
-    help_ = "nothing to do where its tool or work object was measured anew since it was taught"
-    return Diagnostic("KIN019", "info", text, *place(event), help_)
