@@ -37,7 +37,7 @@ from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
-from postproc.rapid.execution.measured import say_measured
+from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
@@ -143,7 +143,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
-    program, events = _followed(sources, options, model, findings)
+    program, events, measured = _followed(sources, options, model, findings)
     model, more = applicable_model(model, events, options)
     findings += more
     task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
@@ -164,7 +164,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     _refuse_worse(figures, plan, sources[0], findings)
     through = function.keys if function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
-    findings += unlike
+    findings += with_advice(unlike, events, program, measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
     bounds = largest_shifts(outcomes, plan)
@@ -249,8 +249,8 @@ def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
 
 def _followed(
     sources: tuple[Source, ...], options: Options, model: Model, findings: list[Diagnostic]
-) -> tuple[Program, list[MotionEvent]]:
-    """The program, and its motions in the order in which it runs, with where external axes stand."""
+) -> tuple[Program, list[MotionEvent], Mapping[str, Diagnostic]]:
+    """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
     station = model.station or Station()
     program = read_program(sources, options.taught, NominalArm(model.robot, station))
     findings += [*program.diagnostics, *_already_done(sources)]
@@ -258,14 +258,15 @@ def _followed(
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
     findings += say_resting(events, station)
-    findings += [*shown_to_users(walked.diagnostics, events), *say_measured(program, events, options.entry)]
+    measured = say_measured(program, events, options.entry)
+    findings += [*shown_to_users(walked.diagnostics, events), *measured.values()]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
         _stop_at_errors(findings)
         raise _Unsafe(0)
     _stop_at_errors(findings)
-    return program, events
+    return program, events, measured
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:

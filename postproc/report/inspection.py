@@ -116,7 +116,9 @@ def inspect_program(
         for executions in [runs.get(statement.key, [])]
     ]
     measured = say_measured(program, followed.events)
-    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *measured, *unreachable, *on_the_way))
+    return Inspection(
+        tuple(rows), (*program.diagnostics, *followed.diagnostics, *measured.values(), *unreachable, *on_the_way)
+    )
 
 
 def _decided(row: Row, outcome: Outcome | None) -> Row:

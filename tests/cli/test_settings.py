@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from postproc.choices import settings_at
+from postproc.diagnostics import PostprocError
 from postproc.settings import read_arm
 from tests.batch.test_tree import SYS, backup
 
@@ -180,3 +181,12 @@ def test_folders_of_a_batch_have_settings_of_their_own(call_as_written: Call, pr
     assert [t["robot_from"] for t in tasks] == [str(p / "postproc.toml") for p in (program.parent, other)]
     assert found.err.splitlines()[0].startswith("1 task: arm `irb4600_60_205` (from ")
     assert not list((tmp_path / "out").rglob("postproc.toml")), "settings are not part of the tree"
+
+
+def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
+    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nconstant = ["n"]\nalready = ["gravity"]\n')
+    options = settings_at(tmp_path).options
+    assert (options.taught, options.already) == (("n",), ("gravity",))
+    (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
+    with pytest.raises(PostprocError, match="CLI014"):
+        settings_at(tmp_path)

@@ -144,6 +144,8 @@ def test_a_taught_target_is_corrected_around_its_name() -> None:
     text += "  PROC rTeach()\n    pTeach:=CRobT(\\Tool:=t);\n  ENDPROC\nENDMODULE\n"
     (finding,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "RAP023"]
     assert "target `pTeach`" in finding.message and (finding.help or "").endswith("say `--taught pTeach`")
+    (left,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP005"]
+    assert left.help == finding.help
     found = convert(("m.mod", text, False), taught=("pTeach",))
     assert found.output is not None and f"PERS robtarget pTeach:={target(1250, 80)};".encode() in found.output
     assert re.search(rb"MoveL Offs\(pTeach,[-\d.]+,[-\d.]+,[-\d.]+\),v100,fine,t;", found.output)

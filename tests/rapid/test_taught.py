@@ -31,7 +31,7 @@ SEARCH = r"SearchL di1,pFound,p,v100,t\WObj:=w;"
 def followed(body: str, *taught: str) -> tuple[list[MotionEvent], list[Diagnostic]]:
     program = read_program(Source("m.mod", HEAD.replace("BODY", body).encode()), taught)
     walked = walk_program(program)
-    found = [*program.diagnostics, *walked.diagnostics, *say_measured(program, walked.events)]
+    found = [*program.diagnostics, *walked.diagnostics, *say_measured(program, walked.events).values()]
     return walked.events, [d for d in found if d.code in ("RAP023", "RAP034", "RAP035")]
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
@@ -16,8 +16,8 @@ from postproc.rapid.unknown import Unknown
 _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robtarget": "target", "loaddata": "load"}
 
 
-def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> list[Diagnostic]:
-    """RAP023 for each PERS data whose value at a motion only the running program has, at the first such motion.
+def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
+    """RAP023 for each PERS data whose value at a motion only the running program has, by its key; at the first motion.
 
     Its help says how the value in the file is taken, and that is tried out: data that the program moves is not offered.
 
@@ -31,13 +31,33 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
             if declaration is not None:
                 waiting.setdefault(declaration.key, (declaration, event, unknown))
     if not waiting:
-        return []
+        return {}
     names = frozenset(declaration.name.lower() for declaration, _, _ in waiting.values())
     tried = walk_program(replace(program, taught=program.taught | names), entry)
     refused = {d.message for d in tried.diagnostics if d.code == "RAP035"}
     moved = {name for name in names if any(f"`{name}`" in text.lower() for text in refused)}
     offered = [d.name for d, _, _ in waiting.values() if d.name.lower() not in moved]
-    return [_said(*found, offered) for found in waiting.values()]
+    return {key: _said(*found, offered) for key, found in waiting.items()}
+
+
+def with_advice(
+    findings: Iterable[Diagnostic],
+    events: Sequence[MotionEvent],
+    program: Program,
+    measured: Mapping[str, Diagnostic],
+) -> list[Diagnostic]:
+    """Findings about statements that are left (CMP005), with what makes the data known that they wait for.
+
+    Args:
+        measured: see ``say_measured``.
+    """
+    told: dict[tuple[Source | None, Span | None], str] = {
+        (event.statement.source, event.statement.span): measured[declaration.key].help
+        for event in events if measured
+        for unknown in event.unknowns
+        if (declaration := _stored_in(unknown, program)) is not None and declaration.key in measured
+    }  # fmt: skip
+    return [replace(d, help=told.get((d.source, d.span), d.help)) if d.code == "CMP005" else d for d in findings]
 
 
 def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
