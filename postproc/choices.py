@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, FiniteFloat
 
 from postproc.settings import NAME, Settings
 from postproc.tomlfile import check, parse_toml, read_source
 
+CONTROLLER_MODEL = "controller"
+"""What names the controller's own numbers in place of a model file."""
 Vec3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 Positive = Annotated[FiniteFloat, Field(gt=0)]
 
@@ -20,7 +22,7 @@ class Choices(BaseModel):
     """What one layer states; None is left to the layers around it. Paths start at the file that states them.
 
     Args:
-        model: model file of the real arm.
+        model: model file of the real arm, or `controller`: the joint compliances in the backup's configuration.
         robot: arm of the library, or its file.
         side_files: modules that are read along for what they declare, never changed.
         force, moment: on the TCP in base axes [N], [N m].
@@ -31,7 +33,9 @@ class Choices(BaseModel):
         allow_partial: write a program although statements that the arm cannot run as programmed stay as they are, or a
             weld between corrected ones does.
         template: folder of Jinja templates in place of the shipped ones.
-        constant: names of data that keep the value in the file.
+        taught: names of tools, work objects, targets and other data that calibration and teach routines of the program
+            set to the value in the file.
+        already: parts of the arm's error that its controller corrects by itself (Absolute Accuracy).
         channel: what effects read and a program does not tell, by name.
         cell: file that describes tracks, gantries and positioners, or a controller's backup.
         free_axes: letters of external axes that carry neither the robot nor its work.
@@ -54,7 +58,8 @@ class Choices(BaseModel):
     run_time_module: str | None = None
     allow_partial: bool | None = None
     template: str | None = None
-    constant: list[str] | None = None
+    taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
+    already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
     channel: dict[str, FiniteFloat] | None = None
     cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
@@ -117,15 +122,20 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
         "allow_partial": choices.allow_partial,
         "template_dir": None if choices.template is None else root / choices.template,
         "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
-        "constants": None if choices.constant is None else tuple(choices.constant),
+        "taught": None if choices.taught is None else tuple(choices.taught),
+        "already": None if choices.already is None else tuple(choices.already),
         "channels": None if choices.channel is None else tuple(choices.channel.items()),
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
     chosen = replace(settings, options=options)
-    if choices.model is not None or choices.robot is not None:
+    if choices.model == CONTROLLER_MODEL and choices.robot is None:
+        chosen = replace(chosen, model=None, from_controller=True)
+    elif choices.model is not None or choices.robot is not None:
+        own = choices.model == CONTROLLER_MODEL
         chosen = replace(
             chosen,
-            model=None if choices.model is None else root / choices.model,
+            model=None if choices.model is None or own else root / choices.model,
+            from_controller=own,
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )

@@ -16,12 +16,12 @@ import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.correction.applicable import applicable_model
+from postproc.compensate.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import Deviation, Driven, measure_deviation
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import read_motion, without_impossible
+from postproc.compensate.reading import few_ways, read_motion, without_impossible
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
@@ -33,9 +33,11 @@ from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
-from postproc.motion.path.places import place_events
+from postproc.motion.path.nominal_arm import NominalArm
+from postproc.motion.path.places import place_events, say_resting
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
@@ -138,7 +140,10 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     Raises:
         _Unsafe: an error is among them.
     """
-    program, events = _followed(sources, options, model.station, findings)
+    if options.already and options.run_time != "off":
+        text = "the function for run time does not know what the controller corrects by itself (`--already`)"
+        _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
+    program, events, measured = _followed(sources, options, model, findings)
     model, more = applicable_model(model, events, options)
     findings += more
     task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
@@ -159,7 +164,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     _refuse_worse(figures, plan, sources[0], findings)
     through = function.keys if function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
-    findings += unlike
+    findings += with_advice(unlike, events, program, measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
     bounds = largest_shifts(outcomes, plan)
@@ -177,6 +182,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     judged = Judged(outcomes, seams, figures, accuracy, limits)
     report = document(model.robot.name, plan, events, judged, findings)
+    report["already"] = list(options.already)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
@@ -223,7 +229,7 @@ def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
-    report["run_time"] = function.as_json(task.options.run_time)
+    report |= {"already": list(task.options.already), "run_time": function.as_json(task.options.run_time)}
     env = environment(task.options.template_dir)
     head = header_values(task.model, task.options, report)
     edits = _with_header(env, program, {s.path: [] for s in program.sources}, function, head)
@@ -242,22 +248,25 @@ def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
 
 
 def _followed(
-    sources: tuple[Source, ...], options: Options, station: Station | None, findings: list[Diagnostic]
-) -> tuple[Program, list[MotionEvent]]:
-    """The program, and its motions in the order in which it runs, with where external axes stand."""
-    program = read_program(sources, options.constants)
+    sources: tuple[Source, ...], options: Options, model: Model, findings: list[Diagnostic]
+) -> tuple[Program, list[MotionEvent], Mapping[str, Diagnostic]]:
+    """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
+    station = model.station or Station()
+    program = read_program(sources, options.taught, NominalArm(model.robot, station))
     findings += [*program.diagnostics, *_already_done(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
-    events = place_events(walked.events, station or Station())
-    findings += shown_to_users(walked.diagnostics, events)
+    events = place_events(walked.events, station)
+    findings += say_resting(events, station)
+    measured = say_measured(program, events, options.entry)
+    findings += [*shown_to_users(walked.diagnostics, events), *measured.values()]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
         _stop_at_errors(findings)
         raise _Unsafe(0)
     _stop_at_errors(findings)
-    return program, events
+    return program, events, measured
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
@@ -276,8 +285,8 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
     """What the program makes the arm do, None where no target is known.
 
     Where a function corrects targets on the controller, values that are there only as the last run left them, and
-    those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where part of a program
-    may be corrected.
+    those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where they are few ways or
+    part of a program may be corrected.
     """
     model, options, reach = task.model, task.options, task.reach
     events = without_shared_values(task.program, task.events, reach) if task.on else task.events
@@ -286,7 +295,7 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
         given, said = events, list[Diagnostic]()
         if task.on:
             given, said = without_unreachable(events, more, reach, options.run_time == "all")
-        if not said and options.allow_partial:
+        if not said and (options.allow_partial or few_ways(events, more)):
             given, said = without_impossible(events, more)
         if not said:
             break

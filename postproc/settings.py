@@ -23,6 +23,7 @@ class Settings:
 
     Args:
         model: model file, None for the shipped model of the arm.
+        from_controller: in its place, the joint compliances that Absolute Accuracy has of the arm.
         robot: arm of the library, in place of the model's.
         robot_from: what names the arm: an option, or a file.
         effects: Python files with effects.
@@ -33,6 +34,7 @@ class Settings:
     """
 
     model: Path | None = None
+    from_controller: bool = False
     robot: str | None = None
     robot_from: str = ""
     effects: tuple[Path, ...] = ()
@@ -56,9 +58,11 @@ class Settings:
     def headline(self, robot: str) -> str:
         """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
         model = f" as in `{self.model}`" if self.model is not None else ""
+        model = " with the joint compliances of its controller" if self.from_controller else model
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
-        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}); {near}; scope {o.scope}"
+        already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
+        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){already}; {near}; scope {o.scope}"
 
     def document(self, robot: str) -> dict[str, str]:
         """The same for documents."""
@@ -72,12 +76,13 @@ def told(settings: Settings) -> dict[str, str]:
     beside: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,
-        "constant": o.constants,
+        "taught": o.taught,
+        "corrected by the controller itself": o.already,
         "channels": [f"{name}={value:g}" for name, value in o.channels],
         "settings": settings.stated_in,
     }
     return {
-        "model": str(settings.model) if settings.model else shipped,
+        "model": "joint compliances of the controller" if settings.from_controller else str(settings.model or shipped),
         "arm named by": settings.robot_from,
         "force on the TCP [N]": ",".join(f"{value:g}" for value in o.force),
         "moment on the TCP [N m]": ",".join(f"{value:g}" for value in o.moment),
@@ -91,17 +96,20 @@ def told(settings: Settings) -> dict[str, str]:
     }
 
 
-def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None) -> Model:
+def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None, *, bare: bool = False) -> Model:
     """The model that the settings name.
 
     Args:
         program: what is converted, for people. unknown: why its controller does not name the arm, either.
+        bare: the program is only looked at, whatever its controller corrects by itself.
 
     Raises:
-        PostprocError: nothing names an arm (CLI013), nobody knows how stiff it is (MOD004), or a file does not fit.
+        PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff
+            it is (MOD004), or a file does not fit.
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model
+    from postproc.model.from_controller import controller_model
     from postproc.robot.catalogue import load_robot
 
     library = effect_library(settings.effects)
@@ -111,8 +119,13 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         text = f"nothing says which arm runs `{program}`"
         raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     station = settings.station if settings.cell is None else read_station(settings.cell)
+    if found := [] if bare else corrected_twice(settings, station):
+        raise PostprocError(found, 1)
+    if settings.from_controller:
+        calibration = None if station is None else station.cell.arms[station.arm.lower()].calibration
+        model = controller_model(str(settings.robot), calibration)
+        return model if station is None else model.standing(station)
     if settings.model is None:
-        _refuse_calibrated(station)
         model = default_model(str(settings.robot))
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
@@ -121,13 +134,16 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     return model if station is None else replace(model, station=station)
 
 
-def _refuse_calibrated(station: Station | None) -> None:
-    """Raises KIN017 where the controller corrects what a model of the arm's type would correct once more."""
-    if station is None or not station.cell.arms[station.arm.lower()].calibrated:
-        return
+def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:
+    """KIN017 where the controller corrects what a model of the arm's type would correct once more."""
+    if settings.model is not None or settings.options.already or station is None:
+        return []
+    if not station.cell.arms[station.arm.lower()].calibrated:
+        return []
     text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
-    help_ = "give a model with -m that was fitted to the arm as it runs (what the controller leaves), or switch it off"
-    raise PostprocError.of("KIN017", text, help=help_, exit_code=1)
+    help_ = "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or "
+    help_ += "give a model with -m that was fitted to the arm as it runs"
+    return [Diagnostic("KIN017", "error", text, help=help_)]
 
 
 def read_station(path: Path) -> Station:

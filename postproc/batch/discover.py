@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 import re
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
+from postproc.rapid.data.records import Ax6
 from postproc.rapid.program.program import ENDINGS, read_program
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 from postproc.settings import NAME, Settings
@@ -56,9 +57,10 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         else:
             groups.setdefault(home, []).append(name)
     stated = {backup: _stated(folder / backup) for backup in backups}
+    drives = {home: _drive(home, stated) for home in groups}
     tasks = []
     for home, members in groups.items():
-        drive = _drive(home, stated)
+        drive = drives[home]
         moveless = drive is not None and (not drive[0].moves or (drive[0].unknown and _moveless(folder, members)))
         if PurePosixPath(home).name.lower() == SHARED or moveless:
             copies += members
@@ -66,7 +68,8 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
         shared = [f for h, names in others.items() if PurePosixPath(h).name.lower() == SHARED for f in names]
         beside = [f for names in others.values() for f in names if f not in shared]
-        tasks.append(replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside)))
+        task = replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside))
+        tasks.append(_with_units_of_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
     loose, more = _loose(folder, rest)
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
@@ -77,7 +80,13 @@ def task_around(module: Path) -> Task:
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
         if home is not None and home.lower().startswith("rapid/") and _configured(folder):
-            return _task(home, [], _drive(home, {".": _stated(folder)}))
+            stated = {".": _stated(folder)}
+            task, groups = _task(home, [], _drive(home, stated)), dict[str, list[str]]()
+            for name in _walk(folder, None) if task.station is not None else ():
+                if _suffix(name) in ENDINGS and (place := _task_folder(name)) is not None:
+                    groups.setdefault(place, []).append(name)
+            others = {h: (_drive(h, stated), names) for h, names in groups.items() if h != home}
+            return _with_units_of_others(folder, task, groups.get(home, ()), others)
     return Task(module.name, ())
 
 
@@ -228,6 +237,36 @@ def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Tas
         help_ = "describe what carries it, or where it stands, in a file for `--cell FILE`"
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
     return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, station=station, findings=tuple(findings))
+
+
+def _with_units_of_others(
+    folder: Path,
+    task: Task,
+    members: Iterable[str],
+    others: Mapping[str, tuple[tuple[Drive, Cell] | None, Sequence[str]]],
+) -> Task:
+    """The task with where units of other tasks stand that its files name: at the only position of their programs.
+
+    Args:
+        members: its files; others: what each other task of the controller drives, and its files.
+    """
+    from postproc.motion.path.places import resting_place
+    from postproc.rapid.execution.walk import walk
+
+    station = task.station
+    if station is None or not station.connected:
+        return task
+    foreign = station.cell.units.keys() - {name.lower() for name in station.units}
+    text = b"".join(read_quietly(folder / name).lower() for name in members) if foreign else b""
+    named = {unit for unit in foreign if f'"{unit}"'.encode("latin-1", "replace") in text}
+    standing: dict[str, Ax6] = {}
+    for driven, files in others.values() if named else ():
+        own = station.cell.tasks.get(driven[0].task.lower()) if driven is not None else None
+        units = named & {name.lower() for name in own.units} if own is not None else set()
+        if units:
+            sources = [Source(name, read_quietly(folder / name)) for name in files if _suffix(name) in ENDINGS]
+            standing |= dict.fromkeys(units, resting_place(walk(read_program(sources))))
+    return replace(task, station=replace(station, standing=standing))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

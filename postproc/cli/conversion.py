@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
-from postproc.cli.words import parse_channel, parse_vector
+from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Taught, Tolerance
+from postproc.cli.words import parse_channel, parse_vector, split_names
 
 if TYPE_CHECKING:
     from postproc.settings import Settings
@@ -23,10 +23,11 @@ class ProgramOptions:
     """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
 
     Attributes:
-        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
+        model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
+            the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
@@ -35,7 +36,7 @@ class ProgramOptions:
     robot: str | None = None
     effects: EffectFiles = ()
     side_files: SideFiles = ()
-    constant: Names = ()
+    taught: Taught = ()
     cell: CellFile = None
     free_axes: FreeAxes = ""
 
@@ -45,7 +46,7 @@ class ProgramOptions:
             "model": self.model and str(self.model),
             "robot": self.robot,
             "side_files": list(map(str, self.side_files)) or None,
-            "constant": list(self.constant) or None,
+            "taught": split_names(self.taught) or None,
             "cell": self.cell and str(self.cell),
             "free_axes": self.free_axes.lower() or None,
         }
@@ -74,6 +75,8 @@ class ConvertOptions(ProgramOptions):
         allow_partial: write the program although statements that the arm cannot run stay uncorrected, or a weld
             statement between corrected ones does.
         template: folder of Jinja templates in place of the shipped ones.
+        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia,
+            with commas between them. What it leaves is corrected.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
@@ -86,6 +89,7 @@ class ConvertOptions(ProgramOptions):
     scope: Literal["all", "welds"] | None = None
     allow_partial: Flag = False
     template: Path | None = None
+    already: Names = ()
     channel: Names = ()
 
     def _stated(self) -> dict[str, Any]:
@@ -100,6 +104,7 @@ class ConvertOptions(ProgramOptions):
             "scope": self.scope,
             "allow_partial": self.allow_partial or None,
             "template": self.template and str(self.template),
+            "already": split_names(self.already) or None,
             "channel": dict(map(parse_channel, self.channel)) or None,
         }
 

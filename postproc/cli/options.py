@@ -66,6 +66,7 @@ EffectFiles = Annotated[
 ]
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
+Taught = Annotated[tuple[str, ...], Parameter(name=["--taught", "--constant"], n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 TextFlag = Annotated[
     bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")

@@ -66,11 +66,12 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
 
     Args:
         program: file name; stdin stands in the current folder.
-        bare: an arm whose stiffness nobody knows is taken as it is.
+        bare: the program is only looked at: an arm whose stiffness nobody knows is taken as it is, and so is one whose
+            controller corrects by itself.
     """
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
-    from postproc.settings import read_arm
+    from postproc.settings import corrected_twice, read_arm
 
     task = task_around(Path(program))
     if task.findings:
@@ -80,7 +81,9 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     if named is not None and named.joint_compliance is None:
         arm = Model(named, robot_name=str(settings.robot))
     else:
-        arm = read_arm(settings, program, task.unknown)
+        arm = read_arm(settings, program, task.unknown, bare=bare)
     say(settings.headline(arm.robot.name))
     show(other_arm(task, arm.robot.name))
+    if bare:
+        show([replace(d, severity="info") for d in corrected_twice(settings, arm.station)])
     return settings, arm

@@ -1,8 +1,9 @@
-"""Values that a command line gives in one word: vectors, channels with their value."""
+"""Values that a command line gives in one word: vectors, channels with their value, lists of names."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
@@ -41,3 +42,8 @@ def parse_channel(text: str) -> tuple[str, float]:
         text, help_ = f"`--channel {text}` is not a name and a number", "write `--channel temperature=30`"
         raise PostprocError.of("CLI006", text, help=help_)
     return name.strip(), number
+
+
+def split_names(words: Iterable[str]) -> list[str]:
+    """Names given one after the other or with commas between them, each once."""
+    return list(dict.fromkeys(name.strip() for word in words for name in word.split(",") if name.strip()))

@@ -23,7 +23,8 @@ class Options:
         inertia: compensate the deflection under sustained acceleration.
         template_dir: a folder whose templates replace the shipped ones of the same name.
         free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
-        constants: names of data that keep the value in the text, whatever the program writes to them.
+        taught: names of data that calibration and teach routines set to the value in the text.
+        already: parts of the arm's error that its controller corrects by itself (``controller_part.PARTS``).
         channels: values for the whole program of what effects read and a program does not tell, by name:
             ``temperature`` [degC], columns of the user's own.
         run_time: which statements a function beside the program corrects while it runs: none, those that numbers
@@ -43,7 +44,8 @@ class Options:
     inertia: bool = True
     template_dir: Path | None = None
     free_axes: str = ""
-    constants: tuple[str, ...] = ()
+    taught: tuple[str, ...] = ()
+    already: tuple[str, ...] = ()
     channels: tuple[tuple[str, float], ...] = ()
     run_time: Literal["off", "where-needed", "all"] = "off"
     run_time_module: Path | None = None

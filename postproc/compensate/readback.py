@@ -10,9 +10,9 @@ from itertools import chain
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.correction.deviation import Driven
 from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import Driven
 from postproc.compensate.path.motion import feels_sides, motion_of
 from postproc.compensate.plan import Plan
 from postproc.compensate.reading import OUT_OF_REACH, read_samples
@@ -38,7 +38,7 @@ def run_again(
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
+    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
     ran = place_events(walk(written, options.entry), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.compensate.correction.curve import changing_moves
+from postproc.compensate.correction.inverse import command, rigid, told_pose
 from postproc.compensate.correction.reversals import sample_for
 from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion, motion_of
@@ -16,6 +17,7 @@ from postproc.compensate.path.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
+from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.unknown import Kind, Unknown
@@ -24,6 +26,9 @@ IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
 OUT_OF_REACH = IMPOSSIBLE.reason
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
+UNFOLLOWABLE = frozenset({"MOT002", "MOT003", "MOT004", "MOT010"})
+"""Findings that say: the arm cannot follow the way to this target."""
+MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
 
 
 def read_samples(
@@ -33,12 +38,39 @@ def read_samples(
     moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
+    moves = told_joints(model, moves, options)
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
     dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
     try:
         return sample_for(model, moves, dense), findings
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
+
+
+def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
+    """Moves of which those to joint angles stand at the nominal angles of the place where the controller believes to
+    be: where it corrects by itself, a line that begins there begins at that place.
+    """
+    rows = [i for i, move in enumerate(moves) if move.kind == "absjoint"]
+    if model.controller is None or not rows:
+        return moves
+    some = [moves[i] for i in rows]
+    loaded = np.array([options.force_on == "all" or move.welding for move in some])
+    state = model.state(
+        np.array([move.q for move in some]),
+        payload_mass=np.array([move.payload_mass for move in some]),
+        payload_center=np.array([move.payload_center for move in some]),
+        wrench=np.where(loaded[:, None], [*options.force, *options.moment], 0.0),
+        T_flange_tcp=np.eye(4),
+    )
+    station, axes = model.station, goal_axes(some)
+    gravity = station.gravity(axes) if station is not None and station.carried else None
+    state = state if gravity is None else state.with_(gravity=gravity)
+    told = command(rigid(model), state, told_pose(model, state)).q
+    found = list(moves)
+    for i, q in zip(rows, told, strict=True):
+        found[i] = replace(moves[i], q=q)
+    return found
 
 
 def read_motion(
@@ -83,3 +115,14 @@ def without_impossible(
         for e in events
     ]
     return left, [forgiven(d) for d in findings]
+
+
+def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
+    """Whether nothing is wrong but the ways to a few targets, with those that are left already: a line through a
+    singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    """
+    errors = [d for d in findings if d.severity == "error"]
+    left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
+    few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
+    places = {(d.source, d.span) for d in errors}
+    return all(d.code in UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few

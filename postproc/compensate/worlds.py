@@ -58,7 +58,7 @@ def check_written(
     entry: str | None,
 ) -> tuple[Worlds, list[Diagnostic]]:
     """As ``check_worlds`` for the text of the written program, its files by path."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
+    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
     return check_worlds(program, written, added, bounds, entry)
 
 

@@ -35,6 +35,8 @@ class Model:
         stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
             ``estimated``, ``controller``, ``user``; empty where nobody says.
         station: where it stands and which external axes carry it and its work; None where nobody says.
+        controller: the part of this model that the controller corrects by itself, None where it corrects nothing;
+            already: what that is (`controller_part.PARTS`).
     """
 
     robot: Robot
@@ -45,6 +47,8 @@ class Model:
     fit: Mapping[str, Any] = field(default_factory=dict)
     stiffness_source: str = ""
     station: Station | None = None
+    controller: Model | None = None
+    already: tuple[str, ...] = ()
 
     @cached_property
     def gravity(self) -> Array:

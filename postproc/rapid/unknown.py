@@ -55,8 +55,8 @@ class Kind(Enum):
     RUN_TIME_FUNCTION = "`{subject}` is known only at run time"
     UNKNOWN_FUNCTION = "`{subject}` is a function this version does not know"
     CONTROLLER_FUNCTION = (
-        "`{subject}` is worked out by the controller: a place and the joint angles there are not turned into one"
-        " another here"
+        "`{subject}` is worked out by the controller; here only for an arm that is known, a tool that it holds and work"
+        " beside it"
     )
     UNDEFINED = "`{subject}` has no value for these arguments"
     UNDEFINED_OPERATOR = "`{subject}` has no value for these operands"
@@ -124,6 +124,7 @@ class Unknown(Exception):
         self.missing = missing
         self.span = span
         self.key = key
+        self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     @property
     def reason(self) -> str:

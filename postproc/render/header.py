@@ -21,6 +21,7 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "robot": document["robot"],
         "effects": ", ".join(e.key for e in model.effects) or "rigid",
         "wrench": _wrench_text(options),
+        "already": ", ".join(options.already),
         "before_mm": f"{document['max_error_before_mm']:.3f}",
         "after_mm": f"{document['max_error_after_mm']:.3f}",
         "arc_before_mm": _mm(document["max_arc_error_before_mm"]),

@@ -10,14 +10,17 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.compensate.options import Options
+from postproc.compensate.reading import UNFOLLOWABLE
 from postproc.compensate.text.values import Outcome, Place
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.path.moves import read_moves
+from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
-from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.execution.measured import say_measured
+from postproc.rapid.execution.walk import forgiven, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian
@@ -59,10 +62,15 @@ class Inspection:
     diagnostics: tuple[Diagnostic, ...]
 
     def decided(self, outcomes: Sequence[Outcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
-        """With what a compensation decides for each statement, and what only the controller could correct (RUN007)."""
+        """With what a compensation decides for each statement, and what only the controller could correct (RUN007).
+
+        Where the others are corrected, a few ways that the arm cannot follow are left with a warning.
+        """
         known = {outcome.statement.key: outcome for outcome in outcomes}
         rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
-        return replace(self, rows=rows, diagnostics=(*self.diagnostics, *(d for d in findings if d.code == "RUN007")))
+        here = [forgiven(d) if outcomes and d.code in UNFOLLOWABLE else d for d in self.diagnostics]
+        more = [d for d in findings if d.code in ("RUN007", "KIN018")]
+        return replace(self, rows=rows, diagnostics=(*here, *more))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +101,7 @@ def inspect_program(
         options: those that say how the program is read.
         station: where the arm stands, and its external axes.
     """
-    program = read_program(sources, options.constants)
+    program = read_program(sources, options.taught, NominalArm(robot, station or Station()))
     followed = walk_program(program)
     events = place_events(followed.events, station or Station())
     moves, unreachable = read_moves(robot, events, options.free_axes, station)
@@ -107,7 +115,10 @@ def inspect_program(
         if not statement.source.lent
         for executions in [runs.get(statement.key, [])]
     ]
-    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
+    measured = say_measured(program, followed.events)
+    return Inspection(
+        tuple(rows), (*program.diagnostics, *followed.diagnostics, *measured.values(), *unreachable, *on_the_way)
+    )
 
 
 def _decided(row: Row, outcome: Outcome | None) -> Row:

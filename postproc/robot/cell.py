@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS
+from postproc.robot.controller import Calibration
 from postproc.robot.pose import transform
 
 LETTERS = "abcdef"
@@ -84,7 +85,7 @@ class CellArm:
         unit: the unit that carries it; None for one that stands in the world.
         T_unit_base: (4, 4) its base frame at the end of that unit, or in the world.
         gravity: (3,) in base axes, with all external axes at zero [m/s^2]; None where it is not known.
-        calibrated: its controller corrects geometry and weight itself (Absolute Accuracy).
+        calibrated: its controller corrects geometry and weight itself (Absolute Accuracy); calibration: by what.
     """
 
     name: str
@@ -93,6 +94,7 @@ class CellArm:
     T_unit_base: Array = field(default_factory=_identity)
     gravity: Array | None = None
     calibrated: bool = False
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +125,10 @@ class Cell:
         return {j.axis: j for name in units for j in self.unit(name).joints if j.axis is not None}
 
 
+Elsewhere = Mapping[str, Array]
+NOWHERE_ELSE: Elsewhere = {}
+
+
 def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
     """(n, 6) positions [m], [rad] of ``extax`` (n, 6) as RAPID states them: mm and degrees, 9E9 for nothing.
 
@@ -138,16 +144,22 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
     return found
 
 
-def unit_frames(cell: Cell, name: str, positions: Array) -> Array:
+def unit_frames(cell: Cell, name: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array:
     """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
+
+    Args:
+        elsewhere: positions (6,) of the units of other tasks, which have their own axes a to f, by name in lower case.
 
     Raises:
         KeyError: there is no such unit.
     """
     unit = cell.unit(name)
     positions = np.asarray(positions, dtype=float).reshape(-1, 6)
-    T = np.tile(np.eye(4), (len(positions), 1, 1)) if unit.parent is None else unit_frames(cell, unit.parent, positions)
+    T = np.tile(np.eye(4), (len(positions), 1, 1))
+    if unit.parent is not None:
+        T = unit_frames(cell, unit.parent, positions, elsewhere)
     T = T @ unit.T_parent_base
+    positions = np.broadcast_to(elsewhere.get(name.lower(), positions), positions.shape)
     if unit.unknown:
         return np.full_like(T, np.nan)
     for joint in unit.joints:
@@ -155,22 +167,22 @@ def unit_frames(cell: Cell, name: str, positions: Array) -> Array:
     return T
 
 
-def base_frames(cell: Cell, arm: str, positions: Array) -> Array:
-    """T_world_base (n, 4, 4) of an arm at axis positions (n, 6); NaN where a position that it needs is not known."""
+def base_frames(cell: Cell, arm: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array:
+    """T_world_base (n, 4, 4) of an arm at axis positions (n, 6), as ``unit_frames``."""
     found = cell.arms[arm.lower()]
     positions = np.asarray(positions, dtype=float).reshape(-1, 6)
     if found.unit is None:
         return np.tile(found.T_unit_base, (len(positions), 1, 1))
-    return unit_frames(cell, found.unit, positions) @ found.T_unit_base
+    return unit_frames(cell, found.unit, positions, elsewhere) @ found.T_unit_base
 
 
-def gravity_at(cell: Cell, arm: str, positions: Array) -> Array | None:
+def gravity_at(cell: Cell, arm: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array | None:
     """(n, 3) gravity in base axes [m/s^2]: what is stated at zero, turned as the chain turns the base."""
     stated = cell.arms[arm.lower()].gravity
     if stated is None:
         return None
     zero = base_frames(cell, arm, np.zeros((1, 6)))[0, :3, :3]
-    return np.einsum("nji,jk,k->ni", base_frames(cell, arm, positions)[:, :3, :3], zero, stated)
+    return np.einsum("nji,jk,k->ni", base_frames(cell, arm, positions, elsewhere)[:, :3, :3], zero, stated)
 
 
 def _moved(joint: Joint, positions: Array) -> Array:

@@ -7,6 +7,7 @@ base frame in the world. TASKn is not robot n. Gantries and positioners are entr
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ Entries = Mapping[str, list[Entry]]
 _ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
 _TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
 _ARM = re.compile(r"(?:ROB\d*|IRB)_", re.IGNORECASE)
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 
@@ -49,6 +51,39 @@ class Drive:
     moves: bool = True
     arm: str | None = None
     unknown: Diagnostic | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What Absolute Accuracy knows of one arm, as its controller's configuration holds it.
+
+    Args:
+        compliance: ``Compl`` of JOINT_CALIB by joint from 0 [rad/(N m)] (docs/robot.md says why that is its unit).
+        entries: names of these entries by joint.
+        unread: parameters that stand beside them, whose frames and axes are not published.
+    """
+
+    compliance: Mapping[int, float]
+    entries: Mapping[int, str]
+    unread: tuple[str, ...] = ()
+
+
+def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
+    """The calibration of an arm, an entry of ROBOT; None where the configuration has no compliance of its joints."""
+    joints = {i: robot[f"use_joint_{i}"].lower() for i in range(6) if f"use_joint_{i}" in robot}
+    springs = by_name(motion, "JOINT_CALIB")
+    stated = {i: springs[name]["compl"] for i, name in joints.items() if "compl" in springs.get(name, {})}
+    if not stated:
+        return None
+    compliance = {i: float(text) if _NUMBER.fullmatch(text) else math.nan for i, text in stated.items()}
+    arms = by_name(motion, "ARM")
+    calibrated = {arms.get(name, {}).get("use_arm_calib", name).lower() for name in joints.values()}
+    beside = [e for name, e in by_name(motion, "ARM_CALIB").items() if name in calibrated]
+    beside += [e for name, e in by_name(motion, "PARALLEL_ARM_CALIB").items() if name in joints.values()]
+    unread = {key for entry in beside for key in entry if key.startswith(("error_", "arm_compliance_"))}
+    if any(key.startswith("offset_") for entry in motion.get("TOOL_INTERFACE", []) for key in entry):
+        unread.add("offset of TOOL_INTERFACE")
+    return Calibration(compliance, {i: joints[i] for i in stated}, tuple(sorted(unread)))
 
 
 def read_backup(folder: Path) -> Backup:

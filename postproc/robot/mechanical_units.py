@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
 from postproc.robot.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit, unit_frames
-from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name
+from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name, read_calibration
 from postproc.robot.pose import rpy, transform
 
 GRAVITY = 9.81
@@ -43,7 +43,7 @@ def read_cell(backup: Backup) -> Cell:
         if carrier is not None and carrier.lower() not in units:
             units[carrier.lower()] = Unit(carrier, (), unknown="the configuration does not describe it")
     cell = Cell(units)
-    arms = {e["name"].lower(): _arm(cell, e, names) for e in arm_entries(motion) if "name" in e}
+    arms = {e["name"].lower(): _arm(cell, e, names, motion) for e in arm_entries(motion) if "name" in e}
     cell = replace(cell, arms=arms, tasks=dict(_tasks(backup, units, arms)))
     return replace(cell, findings=tuple(_findings(cell, motion)))
 
@@ -154,14 +154,15 @@ def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
     return abs(motor / ratio) if motor and ratio else None
 
 
-def _arm(cell: Cell, entry: Entry, names: dict[str, str]) -> CellArm:
+def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> CellArm:
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
         zero = unit_frames(cell, unit, np.zeros((1, 6)))[0]
         T = invert(zero[None])[0] @ T
     calibrated = re.fullmatch(r"r\d+_calib", entry.get("use_robot_calib", ""), re.IGNORECASE) is not None
-    return CellArm(entry["name"], entry.get("use_robot_type", ""), unit, T, _gravity(entry), calibrated)
+    calibration = read_calibration(motion, entry)
+    return CellArm(entry["name"], entry.get("use_robot_type", ""), unit, T, _gravity(entry), calibrated, calibration)
 
 
 def _stands_in_world(unit: Unit) -> bool:

@@ -7,12 +7,14 @@ with the world itself, or the end of a mechanical unit, as the frame in which wo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
+from postproc.rapid.data.records import NO_AXIS, Ax6
 from postproc.robot.cell import Cell, CellArm, Joint, axis_positions, base_frames, gravity_at, unit_frames
 
 ROBOT = "robot"
@@ -27,12 +29,25 @@ class Station:
     Args:
         arm: its name in the cell; units: those of its task, whose axes the task's targets state.
         connected: the units are all there are: what targets say of other axes counts for nothing.
+        standing: where units of other tasks stand as long as the task runs, (6,) as RAPID states it, by name in lower
+            case; a unit of another task that is not among them is nowhere.
     """
 
     cell: Cell = field(default_factory=lambda: Cell(arms={ROBOT: CellArm(ROBOT, "")}))
     arm: str = ROBOT
     units: tuple[str, ...] = ()
     connected: bool = False
+    standing: Mapping[str, Ax6] = field(default_factory=dict)
+
+    def elsewhere(self) -> dict[str, Array]:
+        """(6,) axis positions of the units of other tasks [m], [rad], NaN where nobody knows, by name in lower case."""
+        own = {name.lower() for name in self.units}
+        nowhere = (NO_AXIS,) * 6
+        return {
+            name: axis_positions(self.cell, (name,), np.array(self.standing.get(name, nowhere)))[0]
+            for name in self.cell.units
+            if name not in own
+        }
 
     @property
     def joints(self) -> dict[str, Joint]:
@@ -67,7 +82,7 @@ class Station:
 
     def base(self, positions: Array) -> Array:
         """T_world_base (n, 4, 4); NaN where a position that it needs is not known."""
-        return base_frames(self.cell, self.arm, positions)
+        return base_frames(self.cell, self.arm, positions, self.elsewhere())
 
     def frame(self, unit: str | None, positions: Array) -> Array:
         """T_base_frame (n, 4, 4) of the world (None) or of the end of a unit.
@@ -76,11 +91,13 @@ class Station:
             KeyError: there is no such unit.
         """
         T_base_world = invert(self.base(positions))
-        return T_base_world if unit is None else T_base_world @ unit_frames(self.cell, unit, positions)
+        if unit is None:
+            return T_base_world
+        return T_base_world @ unit_frames(self.cell, unit, positions, self.elsewhere())
 
     def gravity(self, positions: Array) -> Array | None:
         """(n, 3) in base axes [m/s^2]; None where nothing tells it."""
-        return gravity_at(self.cell, self.arm, positions)
+        return gravity_at(self.cell, self.arm, positions, self.elsewhere())
 
     def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """How the base moves, in its own axes: acceleration of its origin [m/s^2], angular velocity, and acceleration.

@@ -440,3 +440,6 @@ def test_what_the_controller_corrects_is_not_corrected_once_more(tmp_path: Path)
         convert(backup(tmp_path / "in", base='-use_robot_calib "r1_calib"'), tmp_path / "out")
     plain, _ = convert(backup(tmp_path / "in2", base='-use_robot_calib "r1_uncalib"'), tmp_path / "out2")
     assert not plain.failed
+    stated = replace(ROUGH, options=replace(ROUGH.options, already=("geometry", "gravity")))
+    left, _ = convert(backup(tmp_path / "in3", base='-use_robot_calib "r1_calib"'), tmp_path / "out3", stated)
+    assert not left.failed

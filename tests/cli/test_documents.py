@@ -116,7 +116,7 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("diagnose", cell, table),
         ("diagnose", cell, step),
         ("add", cell, "backlash", "transmission_error", "nonlinear_compliance", "--data", table, "-o", better),
-        ("compensate", samples / "corner_arc.mod", "-m", better),
+        ("compensate", samples / "corner_arc.mod", "-m", better, "--already", "geometry,gravity"),
         ("plan", cell, table, "-n", "3"),
         ("plan", cell, table, "-n", "3", "--between", "backlash,joint_offset"),
         ("runtime", "write", "-m", better, "-o", tmp_path / "ppModel.sys"),

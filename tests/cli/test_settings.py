@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from postproc.choices import settings_at
+from postproc.diagnostics import PostprocError
 from postproc.settings import read_arm
 from tests.batch.test_tree import SYS, backup
 
@@ -88,16 +89,16 @@ def test_the_command_line_wins_and_the_nearest_file_counts(tmp_path: Path) -> No
     below.mkdir(parents=True)
     (tmp_path / "a" / "postproc.toml").write_text(
         'robot = "irb4600_60_205"\nforce = [1, 2, 3]\ntolerance_mm = 0.05\nscope = "welds"\nallow_partial = true\n'
-        'with = ["user.sys"]\nconstant = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
+        'with = ["user.sys"]\ntaught = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
     )
     stated = settings_at(below)
     o = stated.options
     assert (stated.robot, stated.side_files) == ("irb4600_60_205", (tmp_path / "a" / "user.sys",))
     assert (o.force, o.tolerance_m, o.air_tolerance_m) == ((1, 2, 3), 5e-5, pytest.approx(3e-4))
-    assert (o.scope, o.allow_partial, o.constants, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
-    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", constant=("k",)).settings_at(below)
+    assert (o.scope, o.allow_partial, o.taught, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
+    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", taught=("k,l",)).settings_at(below)
     assert (given.robot, given.options.tolerance_m, given.options.force) == ("irb4600_60_205", 2e-5, (0, 0, 0))
-    assert (given.options.scope, given.options.constants) == ("all", ("k",))
+    assert (given.options.scope, given.options.taught) == ("all", ("k", "l"))
     assert settings_at(tmp_path).robot == "ur5"
 
 
@@ -180,3 +181,12 @@ def test_folders_of_a_batch_have_settings_of_their_own(call_as_written: Call, pr
     assert [t["robot_from"] for t in tasks] == [str(p / "postproc.toml") for p in (program.parent, other)]
     assert found.err.splitlines()[0].startswith("1 task: arm `irb4600_60_205` (from ")
     assert not list((tmp_path / "out").rglob("postproc.toml")), "settings are not part of the tree"
+
+
+def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
+    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\nconstant = ["n"]\nalready = ["gravity"]\n')
+    options = settings_at(tmp_path).options
+    assert (options.taught, options.already) == (("n",), ("gravity",))
+    (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
+    with pytest.raises(PostprocError, match="CLI014"):
+        settings_at(tmp_path)

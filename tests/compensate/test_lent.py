@@ -1,4 +1,4 @@
-"""Files that are read along and never changed, and data that counts as constant."""
+"""Files that are read along and never changed, and data that routines of the program measure."""
 
 from __future__ import annotations
 
@@ -104,9 +104,9 @@ def test_a_tool_that_the_program_measures_is_taken_as_it_stands_on_request() -> 
     refused = convert(("m.mod", MEASURED, False))
     assert not refused.outputs
     (finding,) = [d for d in refused.diagnostics if d.code == "RAP023"]
-    assert finding.help.endswith("say `--constant t`")
+    assert finding.help.endswith("say `--taught t`")
     assert "BEUpdateTcp" in finding.message or "written" in finding.message
-    taken = convert(("m.mod", MEASURED, False), constants=("T",))
+    taken = convert(("m.mod", MEASURED, False), taught=("T",))
     plain = convert(("m.mod", MEASURED.replace("BEUpdateTcp t;", ""), False))
     assert taken.output is not None and plain.output is not None
     assert numbers(taken.output, rb"Move[JL]") == numbers(plain.output, rb"Move[JL]")
@@ -127,20 +127,35 @@ AWAY, AGAIN = "t.tframe.trans:=[40,0,350];", "t.tframe.trans.x:=t.tframe.trans.x
 
 
 @pytest.mark.parametrize("move", [AWAY, AGAIN, "t.tframe.rot:=[0.924,0,0.383,0];"])
-def test_data_that_the_program_moves_is_no_constant(move: str) -> None:
-    """What is stated to be constant must not be moved by the program."""
+def test_data_that_the_program_moves_is_not_taught(move: str) -> None:
+    """What is stated to be taught must not be moved by the program."""
     text = MOVED.replace("MOVE", move)
-    stated = convert(("m.mod", text.replace("SET", ""), False), constants=("t",))
+    stated = convert(("m.mod", text.replace("SET", ""), False), taught=("t",))
     assert not stated.outputs and "RAP035" in {d.code for d in stated.diagnostics}
     assert convert(("m.mod", text.replace("SET", "t:=t0;"), False)).outputs
     measured = text.replace("SET", "").replace(move, "t.tframe.trans:=[2,0,352];")
-    assert convert(("m.mod", measured, False), constants=("t",)).outputs
+    assert convert(("m.mod", measured, False), taught=("t",)).outputs
 
 
-def test_a_constant_that_is_not_there_is_said() -> None:
-    found = convert(("m.mod", MEASURED, False), constants=("t", "tt"))
+def test_a_taught_target_is_corrected_around_its_name() -> None:
+    """The routine that teaches it sets it again: numbers in its declaration would be lost."""
+    text = f"MODULE M\n  {TOOL}\n  PERS robtarget pTeach:={target(1250, 80)};\n  PROC main()\n    rTeach;\n"
+    text += f"    MoveJ {target(1200)},v100,fine,t;\n    MoveL pTeach,v100,fine,t;\n  ENDPROC\n"
+    text += "  PROC rTeach()\n    pTeach:=CRobT(\\Tool:=t);\n  ENDPROC\nENDMODULE\n"
+    (finding,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "RAP023"]
+    assert "target `pTeach`" in finding.message and (finding.help or "").endswith("say `--taught pTeach`")
+    (left,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP005"]
+    assert left.help == finding.help
+    found = convert(("m.mod", text, False), taught=("pTeach",))
+    assert found.output is not None and f"PERS robtarget pTeach:={target(1250, 80)};".encode() in found.output
+    assert re.search(rb"MoveL Offs\(pTeach,[-\d.]+,[-\d.]+,[-\d.]+\),v100,fine,t;", found.output)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2 and found.report["max_error_after_mm"] < 0.01
+
+
+def test_taught_data_that_is_not_there_is_said() -> None:
+    found = convert(("m.mod", MEASURED, False), taught=("t", "tt"))
     assert [d.message for d in found.diagnostics if d.code == "RAP034"] == [
-        "`tt`, which is to be constant, is declared in none of the files"
+        "`tt`, which is to be taught, is declared in none of the files"
     ]
 
 
@@ -196,7 +211,7 @@ def test_what_stays_off_on_a_line_of_a_library_is_told_there() -> None:
 def test_where_the_program_measures_its_tool_the_way_out_is_told() -> None:
     text = f"MODULE M\n  {TOOL}\n  PROC main()\n    BECheckTcp t;\n    MoveL {target(1200)},v100,fine,t;\n  ENDPROC\nENDMODULE\n"
     (stop,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP003"]
-    assert "`--constant t`" in stop.help
+    assert "`--taught t`" in stop.help
 
 
 def test_a_lent_file_that_was_compensated_before_is_found_out() -> None:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.compensate.correction.deviation import away_from_curves
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import away_from_curves
 from postproc.compensate.reading import read_samples
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.text.requests import Requester

@@ -71,6 +71,20 @@ def test_a_way_that_the_arm_cannot_go_is_refused(body: str, code: str) -> None:
     assert [d.code for d in found.diagnostics if d.severity == "error"] == [code]
 
 
+def test_one_of_many_ways_that_the_arm_cannot_go_is_left() -> None:
+    """A line through a singularity, in a program of a hundred that runs every day: the others are corrected."""
+    ways = f"MoveL {_taught(85, -20, 60, 0, 50, 0)},v50,fine,tT;"
+    body = f"MoveJ {A},v200,fine,tT;\n" + f"MoveL {B},v50,fine,tT;\nMoveL {C},v50,fine,tT;\n" * 12
+    found = convert(
+        module("", f"{body}MoveJ {_taught(-85, -20, 60, 0, 50, 0)},v200,fine,tT;\n{ways}\nMoveJ {A},v200,fine,tT;")
+    )
+    assert found.exit_code == 0 and ways in written(found)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 26 + ["skipped", "compensated"]
+    assert outcome(found, 26).reason == OUT_OF_REACH
+    assert [d.severity for d in found.diagnostics if d.code == "MOT002"] == ["warning"]
+    assert found.report["max_error_after_mm"] < 0.01 < found.report["max_error_before_mm"]
+
+
 def test_runs_that_the_arm_cannot_make_do_not_keep_the_others_from_their_correction() -> None:
     """The fourth turn of the loop is out of reach: what is written is what three turns ask for."""
     body = "MoveJ a,v200,fine,tT;\nFOR i FROM 0 TO {last} DO\nMoveL Offs(a,40*i,0,0),v50,fine,tT;\nENDFOR"

@@ -158,7 +158,7 @@ def calls() -> Iterator[Call]:
     for option, value in itertools.product(options, values):
         yield None, ("compensate", "a.mod", "--check", *ARM, option, value)
     for option, value in itertools.product(
-        ("--robot", "--template", "--effects", "--constant", "--with", "-m"),
+        ("--robot", "--template", "--effects", "--taught", "--with", "-m"),
         ("", ".", "own.py", "a.mod", "missing", ODD),
     ):
         yield None, ("compensate", "a.mod", "--check", option, value)

@@ -242,3 +242,13 @@ def test_a_call_of_a_routine_in_none_of_the_files_is_reported() -> None:
     walked = walk_program(program(module("rMeasure; MoveL p,v5,z0,tool0;", P)))
     assert [d.code for d in walked.diagnostics] == ["RAP031"]
     assert walk(program(module("rMeasure; MoveL p,v5,z0,tool0;", P)))[0].reason is None
+
+
+@pytest.mark.parametrize("call", ['TPReadNum n,"?"', 'TPReadFK n,"","","","","",""', "BECheckTcp t", "WaitTime 1"])
+def test_an_instruction_of_the_controller_is_no_routine_that_is_missing(call: str) -> None:
+    """It has a page in ABB's manuals; what it may write is known, and only what moves the arm begins a new way."""
+    walked = walk_program(
+        program(module(f"MoveL p,v5,z0,tool0; {call}; MoveL Offs(p,9,0,0),v5,z0,tool0;", P + "VAR num n;"))
+    )
+    assert walked.diagnostics == () and [e.reason for e in walked.events] == [None, None]
+    assert walked.events[1].detached == call.startswith("BE")

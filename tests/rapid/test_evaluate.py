@@ -178,9 +178,9 @@ def test_orobt_takes_the_displacement_in() -> None:
         ("CRobT()", "`CRobT` is known only at run time"),
         ("CRobT(\\Tool:=tool0)", "`CRobT` is known only at run time"),
         (
-            "CalcRobT(j,tool0)",
-            "`CalcRobT` is worked out by the controller: a place and the joint angles there are not turned"
-            " into one another here",
+            "CalcRobT([[0,0,0,0,0,0],[0,0,0,0,0,0]],tool0)",
+            "`CalcRobT` is worked out by the controller; here only for an arm that is known, a tool that it holds and work"
+            " beside it",
         ),
         ("MyVision(p)", "`MyVision` is a function this version does not know"),
         ("Offs(p,1,0)", "`offs` has no value for these arguments"),

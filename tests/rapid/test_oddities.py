@@ -321,7 +321,7 @@ def test_wrapper_procedures_of_other_files_are_named() -> None:
     result = walk_program(program(module("MoveJgJ jgReady,vmax,z50; MoveL p,v5,z0,tool0;", P)))
     assert len(result.events) == 1
     assert [(d.code, d.message) for d in result.diagnostics] == [
-        ("RAP031", "`MoveJgJ` is not in these files and is taken not to move the arm")
+        ("RAP031", "the routine `MoveJgJ` is called, is in none of the files, and is taken not to move the arm")
     ]
 
 

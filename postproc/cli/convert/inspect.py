@@ -39,6 +39,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
         program: RAPID module; - reads stdin.
         json: print the postproc/inspect/1 document.
     """
+    from postproc.compensate.reading import UNFOLLOWABLE
     from postproc.convert import UNREADABLE, compensate_program
     from postproc.report.inspection import inspect_program
 
@@ -47,7 +48,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
     with working(f"reading `{own.path}`"):
         found = inspect_program(sources, arm.robot, options, arm.station)
-        if not has_errors(found.diagnostics):
+        if not has_errors(d for d in found.diagnostics if d.code not in UNFOLLOWABLE):
             converted = compensate_program(sources, arm, options)
             found = found.decided(converted.outcomes, converted.diagnostics)
     show(named_files(found.diagnostics))

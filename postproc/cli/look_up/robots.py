@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.options import Flag
@@ -36,12 +37,12 @@ def show(name: str, /, *, json: Flag = False) -> int:
     """Show what is known of an arm, what is estimated and what is unknown, each number with its source.
 
     Args:
-        name: library name, or a robot TOML or URDF file.
+        name: library name, a robot TOML or URDF file, or a controller's backup, whose arm is shown as it is calibrated.
         json: print the postproc/robot/1 document.
     """
     from postproc.robot.catalogue import describe_robot, doubts
 
-    robot = describe_robot(name)
+    robot = _of_backup(Path(name)) if Path(name).is_dir() else describe_robot(name)
     show_findings(doubts(robot))
     if json:
         rows = [{"quantity": q, "status": s, "source": t} for q, _, s, t in _rows(robot)]
@@ -52,7 +53,24 @@ def show(name: str, /, *, json: Flag = False) -> int:
         put(f"  {quantity:26} {status:10} {values}")
         if source:
             put(f"  {'':26} {'':10} {source}")
+    if unread := robot.sources.get("absolute_accuracy.unread"):
+        put(f"  not read, for their axes and frames are not published: {unread}")
     return 0
+
+
+def _of_backup(folder: Path) -> Robot:
+    """The only arm of a backup, with the joint compliances that its controller has, if it has any."""
+    from postproc.model.from_controller import controller_model
+    from postproc.robot.catalogue import describe_robot
+    from postproc.robot.type_names import library_name
+    from postproc.settings import read_station
+
+    station = read_station(folder)
+    arm = station.cell.arms[station.arm.lower()]
+    robot = describe_robot(library_name(arm.type) or arm.type)
+    if arm.calibration is None or robot.parallelogram:
+        return robot
+    return controller_model(robot.name, arm.calibration).robot
 
 
 def _use(robot: Robot) -> str:

@@ -2,5 +2,5 @@
 
 `inverse` is the inverse of the model at poses, `curve` along every move. `placement` and `fewest_targets` find where a
 move needs added targets, `reversals` where lost motion makes the correction jump, `circles` which arcs would suffer.
-`applicable` is the part of a model that holds for a program.
+`applicable` is the part of a model that holds for a program. `deviation`: how far the real arm is from the curves.
 """

@@ -13,8 +13,10 @@ from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
 from postproc.effects.library.tool_frame import ToolFrame
 from postproc.model.arm import Model
+from postproc.model.controller_part import corrected_by_controller
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
+from postproc.model.from_controller import STIFFNESS, UNREAD
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.motions.units import tool_matrix
 from postproc.robot.catalogue import no_masses
@@ -36,12 +38,15 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
         base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be, KIN010 an arm
         without weight, MOD006 a model in which nothing yields to a load.
+
+    Raises:
+        PostprocError: MOD012, the controller cannot correct by itself what the options say.
     """
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
-    findings += [*_without_load(model, options, source), *_turned(model, events)]
+    findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
@@ -58,7 +63,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
                 continue
             effect = carried
         kept.append(effect)
-    return model.with_effects(*kept), findings
+    return corrected_by_controller(model.with_effects(*kept), options.already), findings
 
 
 def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
@@ -77,6 +82,19 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
         yield Diagnostic("MOD006", "error" if lost else "warning", text, source, None, help_)
     elif not model.robot.mass.any() and not any(type(e).load is not Effect.load for e in model.effects):
         yield no_masses(model.robot, "error")
+
+
+def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
+    """Where the numbers of a model that the controller's configuration gave come from, and what was left out."""
+    if UNREAD not in model.robot.sources:
+        return
+    text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]
+    if not unread:
+        yield Diagnostic("KIN018", "info", text, source)
+        return
+    text += f"; not read, for their axes and frames are not published: {unread}"
+    help_ = "what these would correct stays in the path: `postproc fit` with measurements finds it"
+    yield Diagnostic("KIN018", "warning", text, source, None, help_)
 
 
 def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:

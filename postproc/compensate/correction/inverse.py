@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from postproc.arrays import Array, blocks, invert, whole_turns
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
+from postproc.model.controller_part import known_state
 from postproc.model.deflection import REACH, Deflection, deflect, distance, tcp
-from postproc.model.equilibrium import active_bodies, carries_load, unsettled
+from postproc.model.equilibrium import active_bodies, carries_load, predict, unsettled
 from postproc.model.loads import loaded_state
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
@@ -57,11 +58,52 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commanded:
         PostprocError: MOD010, the deflection does not settle.
     """
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
+    if model.controller is not None:
+        return _through_controller(model, state, desired)
     state = model.felt(state)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
     done = [_command(model, state.rows(b), desired[b]) for b in blocks(max(len(state), 1), BATCH)]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
     return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
+
+
+def reached(model: Model, state: State) -> Array:
+    """T_base_tcp (n, 4, 4) of the real arm where a program tells it to go to the nominal poses of ``state.q``.
+
+    A controller that corrects by itself commands other joint angles there: those of its own model.
+    """
+    if model.controller is None:
+        return predict(model, state)
+    told = forward(model.robot, state.q) @ state.T_flange_tcp
+    q = command(model.controller, known_state(model.already, state), told).q
+    return predict(_whole(model), state.with_(q=q))
+
+
+def told_pose(model: Model, state: State) -> Array:
+    """T_base_tcp (n, 4, 4) where the controller believes the TCP to be at joint angles ``state.q``."""
+    if model.controller is None:
+        return forward(model.robot, state.q) @ state.T_flange_tcp
+    return predict(model.controller, known_state(model.already, state))
+
+
+def _through_controller(model: Model, state: State, desired: Array) -> Commanded:
+    """``command`` for an arm whose controller corrects a part: joints for the whole model, told as that has them."""
+    found = command(_whole(model), state, desired)
+    T_told = told_pose(model, state.with_(q=found.q))
+    nominal = command(rigid(model), state.with_(q=found.q), T_told)
+    return Commanded(nominal.q, T_told, np.maximum(found.residual_m, nominal.residual_m))
+
+
+def rigid(model: Model) -> Model:
+    """The arm as its nominal kinematics has it."""
+    return _whole(model).with_effects()
+
+
+def _whole(model: Model) -> Model:
+    """The real arm, whatever its controller does."""
+    bare = replace(model, controller=None, already=())
+    bare.__dict__["_built"] = model._built
+    return bare
 
 
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:

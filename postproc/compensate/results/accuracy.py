@@ -9,6 +9,7 @@ import numpy as np
 from postproc.compensate.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
+from postproc.model.controller_part import unknown_loads
 from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
 from postproc.motion.values import Index
@@ -36,7 +37,7 @@ def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
     """Interval of the share of the deflection that remains where the stiffness is an estimate, else None."""
     if model.stiffness_source != "estimated":
         return None
-    return [round(x, 3) for x in remaining_fraction(model, motion.at(_targets(motion)))]
+    return [round(x, 3) for x in remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))]
 
 
 def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.results.transitions import in_transition, own_moves
 from postproc.motion.values import Flags

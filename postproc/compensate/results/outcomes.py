@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.reading import OUT_OF_REACH
 from postproc.compensate.results.transitions import (

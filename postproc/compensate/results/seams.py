@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.results.transitions import finding, in_transition
 from postproc.compensate.text.values import Outcome

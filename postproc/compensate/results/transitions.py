@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.compensate.correction.curve import BEFORE_TARGET, Transition
-from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.text.values import UNCHANGED_MM
 from postproc.diagnostics import Diagnostic, Severity

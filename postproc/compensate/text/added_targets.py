@@ -196,8 +196,9 @@ class TargetAdder:
             return "its target is an expression that cannot be taken apart"
         if start is None:
             return NO_START
-        if start.reference is not None and not isinstance(before.target, RobTarget):
-            return NO_START
+        computed = event.target_origin.base.kind == "expression"
+        if (computed or start.reference is not None) and not isinstance(before.target, RobTarget):
+            return NO_START  # joint angles do not follow what the goal is worked out from
         begins, ends = self._base(before), self._base(event)
         assert ends is not None
         try:

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensate.correction.circles import circle_point
 from postproc.compensate.correction.curve import NO_JUMP, Exact
+from postproc.compensate.correction.deviation import away_from_curves
 from postproc.compensate.correction.fewest_targets import Pieces
-from postproc.compensate.path.deviation import away_from_curves
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.text.values import Conf, TargetRequest, TargetValue
 from postproc.compensate.tolerances import goal_tolerances

@@ -12,6 +12,7 @@ from math import nan
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXES, NO_AXIS, Ax6
 from postproc.rapid.unknown import Kind, Unknown
@@ -31,7 +32,7 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
         if event.again is not None:
             now = found[event.again].axes or NOWHERE
         elif event.target is not None:
-            now = _reached(now, event, _idle(event, station))
+            now = _reached(now, event, idle_axes(event.units, station))
         elif event.reason is not None:
             now = NOWHERE  # wherever that leads
         found.append(event if now is NOWHERE else replace(event, axes=now))
@@ -59,15 +60,49 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
     return a, b, c, d, e, f
 
 
-def _idle(event: MotionEvent, station: Station) -> str:
-    """Letters of the axes of units that are not active at an event.
+def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> str:
+    """Letters of the axes of units that are not active.
 
-    What is active at the start counts where the program has not said otherwise; where nobody knows, targets count.
+    Args:
+        units: those that ``ActUnit`` and ``DeactUnit`` have switched, and how; None where nobody knows: targets count.
+            What is active at the start counts where the program has not said otherwise.
     """
-    switched = dict(event.units or ())
+    switched = dict(units or ())
     own = [(name, station.cell.unit(name)) for name in station.units]
-    asleep = [unit for name, unit in own if event.units is not None and not switched.get(name.lower(), unit.active)]
+    asleep = [unit for name, unit in own if units is not None and not switched.get(name.lower(), unit.active)]
     return "".join(joint.axis for unit in asleep for joint in unit.joints if joint.axis is not None)
+
+
+def resting_place(events: Iterable[MotionEvent]) -> Ax6:
+    """Where the external axes of a task stand as long as it runs: 9E9 where it states several positions, or none.
+
+    Args:
+        events: all of the task's program.
+    """
+    goals = [event for event in events if event.again is None]
+    if any(event.target is None for event in goals):
+        return (NO_AXIS,) * 6
+    stated: list[set[float]] = [set() for _ in LETTERS]
+    for event in goals:
+        assert event.target is not None
+        for axis, offset, found in zip(event.target.extax, event.axis_offset, stated, strict=True):
+            found |= {axis + offset} if axis < NO_AXIS else set()
+    a, b, c, d, e, f = (next(iter(found)) if len(found) == 1 else NO_AXIS for found in stated)
+    return a, b, c, d, e, f
+
+
+def say_resting(events: Iterable[MotionEvent], station: Station) -> list[Diagnostic]:
+    """MOT013 for each unit of another task that moves work: where it is taken to stand, at its first motion."""
+    first = {unit.lower(): event for event in reversed([*events]) if (unit := unit_of(event)) is not None}
+    found = []
+    for name, event in first.items():
+        axes = station.standing.get(name, (NO_AXIS,) * 6)
+        stated = [f"eax_{letter} = {axis:g}" for letter, axis in zip(LETTERS, axes, strict=True) if axis < NO_AXIS]
+        if stated and event.reason is None:
+            text = f"`{event.wobj.ufmec}`, which another task moves, is taken to stand at {', '.join(stated)}"
+            help_ = "its program states no other position; mind that it stands there before this motion begins"
+            found.append(Diagnostic("MOT013", "info", text, event.statement.source, event.statement.span, help_))
+    return found
 
 
 def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
@@ -128,7 +163,7 @@ def _why(station: Station, name: str | None) -> str:
         if unit.unknown:
             return f"`{unit.name}`: {unit.unknown}"
         if name.lower() not in {u.lower() for u in station.units}:
-            return f"another task moves `{unit.name}`"
+            return f"another task moves `{unit.name}`, and its program does not say that it stands at one position"
         name = unit.parent
     axes = [f"eax_{joint.axis}" for joint in own.joints if joint.axis is not None and joint.leader is None]
     if not axes:

@@ -165,6 +165,4 @@ def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> t
 
 def unknown(name: str) -> Unknown:
     """Why a function that is none of ``FUNCTIONS`` has no value."""
-    if name.lower() in ("calcrobt", "calcjointt"):
-        return Unknown(Kind.CONTROLLER_FUNCTION, name)
     return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)

@@ -68,6 +68,11 @@ def as_type(data: Data, kind: str) -> Data:
     return single(data) if kind == "num" and isinstance(data, float) else data
 
 
+def rounded(data: Data) -> Data:
+    """Data all of whose numbers are ``num``, as the controller holds it."""
+    return tuple(map(rounded, data)) if isinstance(data, tuple) else single(data)
+
+
 MOST_QUARTERS = 4000  # no axis turns a thousand times
 
 MOST_OFF_UNIT = 0.1  # of the length of a quaternion: beyond that it is no rounding

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.values import Data
-from postproc.rapid.evaluation.assign import forget, store
+from postproc.rapid.evaluation.assign import forget, set_data, store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
@@ -92,5 +92,5 @@ class Accessor:
             except Unknown as error:
                 self.assign(plain[1], error, memory)
         elif declaration.storage != "CONST":
-            memory.changed[declaration.key] = self.value_or_not(plain[1], memory)
+            set_data(declaration, self.value_or_not(plain[1], memory), memory)
         return True

@@ -8,6 +8,7 @@ from copy import copy
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.evaluate import evaluate, whole
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
+from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, alike
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
@@ -24,17 +25,6 @@ from postproc.rapid.unknown import (
 )
 
 Path = tuple[int | str, ...]
-
-MEASURED_MM, MEASURED_TURN = 5.0, 0.01  # what is measured is nearer than that to what it was; numbers of a quaternion
-
-
-def no_longer(now: Data, data: Data) -> bool:
-    """Whether data that is known is given a value that is farther off than measuring explains."""
-    if isinstance(now, tuple) and isinstance(data, tuple) and len(now) == len(data):
-        if len(now) == 4 and all(isinstance(item, float) for item in (*now, *data)):
-            return any(abs(a - b) > MEASURED_TURN for a, b in zip(now, data, strict=True))
-        return any(map(no_longer, now, data))
-    return isinstance(now, float) and isinstance(data, float) and abs(now - data) > MEASURED_MM
 
 
 def store(tree: Expression, data: Data, memory: Memory) -> None:
@@ -59,7 +49,17 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
         if found is None or found.storage == "CONST":
             return
         declaration = found
-    memory.changed[declaration.key] = _written(declaration, path, data, causes, memory)
+    set_data(declaration, _written(declaration, path, data, causes, memory), memory)
+
+
+def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
+    """Give declared data a value, known, assumed or, as Unknown, not known; taught data as ``Teaching`` tells."""
+    now = without_causes(data)[0]
+    if isinstance(now, Unknown) and declaration.key not in now.held:
+        now.held = (*now.held, declaration.key)
+    if memory.teaching.covers(declaration):
+        data = memory.teaching.written(declaration, data, lambda: memory.declared(declaration).data)
+    memory.changed[declaration.key] = data
 
 
 def _anew(data: Data) -> Data:
@@ -118,12 +118,26 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
         if key == UNSEEN:
             assume(memory, memory.changes.exposed, cause)
         elif isinstance(bound, Reference):
-            name = f"`{bound.declaration.name}`"
-            memory.changed[bound.declaration.key] = Unknown(kind, name, cause, key=bound.declaration.key)
+            _forget_data(bound.declaration, kind, cause, memory)
         elif bound is not None:
             memory.frame.bindings[key[1:]] = Unknown(kind, f"`{key[1:]}`", cause, key=key)
         elif key[0] != "%" and key != "@moves":
-            memory.changed[key] = Unknown(kind, shown(key, memory.program), cause, key=key)
+            declaration = memory.program.names.get(key)
+            if declaration is not None and memory.teaching.covers(declaration):
+                _forget_data(declaration, kind, cause, memory)
+            else:
+                memory.changed[key] = Unknown(kind, shown(key, memory.program), cause, key=key)
+
+
+def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memory) -> None:
+    """Declared data may have any value from here on; what is taught stays where only a loop or a jump may change it."""
+    key, teaching = declaration.key, memory.teaching
+    if teaching.covers(declaration) and kind in SET_BY_PROGRAM:
+        now = memory.changed.get(key)
+        if now is None or not teaching.away(memory.declared(declaration).data, now):
+            teaching.kept.add(key)
+            return
+    set_data(declaration, Unknown(kind, f"`{declaration.name}`", cause, key=key), memory)
 
 
 def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
@@ -135,6 +149,8 @@ def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
         cause: what may have written it, in backticks.
     """
     for key in memory.changed.keys() & keys:
+        if memory.teaching.covers(memory.program.names.get(key)):
+            continue
         why = Unknown(
             Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause or "a routine in none of the files", key=key
         )
@@ -155,6 +171,9 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
             if key in result and key in end and result[key] is end[key]:
                 continue
             (a, first), (b, second) = without_causes(result.get(key, key)), without_causes(end.get(key, key))
+            declaration = program.names.get(key) if program.taught else None
+            if declaration is not None and declaration.name.lower() in program.taught and alike(a, b):
+                continue
             if key not in result or key not in end or (a is not b and a != b):
                 result[key] = Unknown(Kind.UNDECIDED, shown(key, program), key=key)
             else:

@@ -9,6 +9,7 @@ from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
 from postproc.rapid.data import builtins as functions
+from postproc.rapid.data.arm import BY_ARM
 from postproc.rapid.data.pose import cross, quat_mult
 from postproc.rapid.data.values import Data, Fields, Value, as_type
 from postproc.rapid.syntax.trees import (
@@ -52,6 +53,9 @@ class Scope(Protocol):
         """Result of a function of the program's own; None if there is none of that name."""
 
     def present(self, name: str) -> bool: ...
+
+    def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
+        """What a function gives for which an arm is needed (``data.arm``)."""
 
 
 def evaluate(expression: Expression, scope: Scope) -> Value:
@@ -227,12 +231,14 @@ def _call(call: Call, scope: Scope) -> Value:
     own = scope.call(call)
     if own is not None:
         return _read(own, scope)
-    if call.name not in functions.FUNCTIONS:
+    if call.name not in functions.FUNCTIONS and call.name not in BY_ARM:
         raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
     if call.name == "orobt":
         arguments = (*arguments, _read(scope.lookup(Name(call.span, "c_progdisp")), scope).data)
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
+    if call.name in BY_ARM:
+        return _read(scope.by_arm(call.text, arguments, options), scope)
     kind, data = functions.call(call.name, arguments, options)
     return Value(as_type(data, kind), kind)
 

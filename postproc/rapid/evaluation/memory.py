@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from postproc.rapid.data.arm import call_by_arm
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.evaluate import component, pick
+from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
@@ -75,6 +77,7 @@ class Memory:
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
     trial: bool = False
+    teaching: Teaching = field(default_factory=Teaching)
     reads: list[Unknown] = field(default_factory=list)
     noted: list[Unknown] = field(default_factory=list)
 
@@ -156,6 +159,20 @@ class Memory:
     def present(self, name: str) -> bool:
         return name in self.frame.present
 
+    def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
+        """What CalcRobT or CalcJointT gives under the displacements that are in force."""
+        causes: list[Unknown] = []
+
+        def state(key: str) -> Data:
+            data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
+            if isinstance(data, Unknown):
+                raise data
+            causes.extend(why)
+            return data
+
+        kind, data = call_by_arm(self.program.arm, name, arguments, options, state)
+        return Value(data, kind, assumed=tuple(causes))
+
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
@@ -180,10 +197,11 @@ class Memory:
         causes: Causes = ()
         if declaration.storage == "CONST":
             return self.declared(declaration)
-        if self.changes.may_be_written_any_time(key):
+        taught = self.teaching.covers(declaration)
+        if not taught and self.changes.may_be_written_any_time(key):
             causes = (Unknown(Kind.WRITTEN_AT_ANY_TIME, f"`{declaration.name}`", key=key),)
         if key not in self.changed:
-            if key not in self.changes.may_be_written:
+            if taught or key not in self.changes.may_be_written:
                 return self.declared(declaration)
             why = causes or (self._writer(declaration),)
             if declaration.init is None:

@@ -14,12 +14,13 @@ from postproc.rapid.evaluation.call_binding import bound_frame
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.memory import Frame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
+from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece, read_arguments
 from postproc.rapid.program.function_effects import BY_REFERENCE
-from postproc.rapid.program.instructions import READ_ONLY
+from postproc.rapid.program.instructions import KNOWN, MOVING, READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
@@ -44,6 +45,7 @@ class Execution(ABC):
         self.changes = changes or WriteEffects(program)
         self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
+        self.teaching = Teaching(program.taught)
         self.maker = EventMaker(program, self.diagnostics)
         self.recorder = Recorder(self.maker)
         self.ways = self.recorder.ways
@@ -110,17 +112,24 @@ class Execution(ABC):
         elif word in READ_ONLY:
             forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{word}`")
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
-            name = source.data[statement.span[0] : start].decode("latin-1")
-            forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{name}`")
-            self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
-            meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
-            give = "give the file that defines it too if it moves the arm or sets a load"
-            help = f"did you mean `{meant}`? If not, {give}" if meant else give
-            self.report_once(Diagnostic(
-                "RAP031", "warning" if meant else "info",
-                f"`{name}` is not in these files and is taken not to move the arm",
-                source, (statement.span[0], start), help,
-            ))  # fmt: skip
+            self.from_elsewhere(statement, len(pieces), memory)
+
+    def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
+        """An instruction of the controller's that may write what it is given, or a routine in none of the files."""
+        source, word = memory.frame.routine.source, statement.word
+        span = statement.span[0], statement.span[0] + len(word)
+        name = source.data[slice(*span)].decode("latin-1")
+        forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{name}`")
+        if word in KNOWN:
+            if word in MOVING:
+                self.ways.doubt()
+            return
+        self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
+        meant = meant_instruction(word) if arguments >= len(MOVE) else ""
+        give = "give the file that defines it too if it moves the arm or sets a load"
+        help_ = f"did you mean `{meant}`? If not, {give}" if meant else give
+        text = f"the routine `{name}` is called, is in none of the files, and is taken not to move the arm"
+        self.report_once(Diagnostic("RAP031", "warning" if meant else "info", text, source, span, help_))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from postproc.diagnostics import Diagnostic, Span
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.data.values import Data, Value, as_type
-from postproc.rapid.evaluation.assign import forget, joined, no_longer
+from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
 from postproc.rapid.evaluation.memory import Memory, Reference
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Choices, Ends, Place
+from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import WriteEffects
-from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.program.write_effects import WriteEffects, argument_name
+from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
 
@@ -66,13 +67,13 @@ class Flow(Loops):
         self.steps += 1
         if self.changes.by_unknown or self.changes.by_own:
             self.forget_written(statement, memory)
+        if self.program.taught:
+            self.check_taught(statement, memory)
         match statement.kind:
             case "call":
                 self.call(statement, memory)
             case "assign":
                 data = self.data.value_or_not(statement.parts[1], memory)
-                if self.program.constants:
-                    self.check_constant(statement, data, memory)
                 self.data.assign(statement.parts[0], data, memory)
             case "if" | "test":
                 return self.branches(statement, memory)
@@ -130,20 +131,46 @@ class Flow(Loops):
                     help_ = "give the file that writes it (`--with FILE`) if there is one"
                     self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
-    def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
-        """Report data that is said to be constant and that the program moves."""
-        bound = memory.frame.bindings.get(statement.word)
-        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(statement.word)
-        if declaration is None or declaration.name.lower() not in self.program.constants:
+    def check_taught(self, statement: Statement, memory: Memory) -> None:
+        """Report taught data that the program moves on from where it is, which no calibration does."""
+        source = memory.frame.routine.source
+        self.teaching.place = (source, statement.span)
+        if statement.kind == "assign":
+            name, words = statement.word, identifiers(source.data[slice(*statement.parts[1])])
+        elif statement.kind == "call" and statement.word in ("incr", "decr", "add"):
+            pieces = read_arguments(source.data, statement.span[0] + len(statement.word), statement.span[1])
+            name = argument_name(source.data, pieces[0][1]) if pieces else ""
+            words = {name}
+        else:
             return
-        source, data = memory.frame.routine.source, without_causes(data)[0]
-        now, _ = without_causes(self.data.value_or_not(statement.parts[0], memory))
-        further = not isinstance(data, Unknown) and now != data
-        by_itself = statement.word in identifiers(source.data[slice(*statement.parts[1])])  # farther in every turn
-        if no_longer(now, data) or (by_itself and further):
-            text = f"`{declaration.name}`, which is to be constant, is moved by the program"
-            help_ = f"leave `--constant {declaration.name}` out, and set it from a CONST before the first motion"
-            self.report_once(Diagnostic("RAP035", "error", text, source, statement.span, help_))
+        bound = memory.frame.bindings.get(name)
+        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(name)
+        if declaration is None or name not in words or not self.teaching.covers(declaration):
+            return
+        same = False
+        if statement.kind == "assign":
+            now, data = (without_causes(self.data.value_or_not(span, memory.aside()))[0] for span in statement.parts)
+            same = now == data
+        if not same:
+            self.report_moved(declaration, source, statement.span)
+
+    def report_moved(self, declaration: Declaration, source: Source, span: Span) -> None:
+        """RAP035: the value in the file is not what runs."""
+        text = f"`{declaration.name}`, which is to be taught, is moved by the program"
+        help_ = f"leave `--taught {declaration.name}` out, and set it from a CONST before the first motion"
+        self.report_once(Diagnostic("RAP035", "error", text, source, span, help_))
+
+    def check_end(self, memory: Memory) -> None:
+        """Report taught data that a run leaves with another value than in the file: the next one begins with that."""
+        moved = set(self.teaching.mixed())
+        for key, data in memory.changed.items():
+            declaration = self.program.names.get(key)
+            if declaration is None or key not in self.teaching.moved:
+                continue
+            if self.teaching.away(memory.declared(declaration).data, data):
+                moved.add(key)
+        for key in sorted(moved):
+            self.report_moved(*self.teaching.moved[key])
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
         place = (memory.frame.routine.source.path, statement.span[0])

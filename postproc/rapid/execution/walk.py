@@ -6,6 +6,7 @@ A branch whose condition is not known is followed both ways; what the ways leave
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
@@ -88,7 +89,7 @@ def _followed(program: Program, started: Sequence[Routine]) -> Flow:
         for forced in ways or [{}]:
             flow.choices = Choices(forced, met)
             for routine in started:
-                _start(flow, routine, State.initial())
+                flow.check_end(_start(flow, routine, State.initial()))
         more = flow.choices.lacking(flow.ways.events) if ways else {}
         if not more:
             flow.choices = Choices()
@@ -153,9 +154,20 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
 def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     """Run a routine as if somebody had started it; its parameters are not known."""
     flow.ways.lose()
-    frame = unbound_frame(routine)
-    memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
+    memory = _memory(flow, routine, state)
     flow.enter(routine, memory)
+    return memory
+
+
+def _memory(flow: Flow, routine: Routine, state: State) -> Memory:
+    """Data and state before a routine that somebody has started; taught data that may be written is as in the file."""
+    frame, values = unbound_frame(routine), dict(state.values)
+    memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
+    for key in flow.changes.may_be_written if flow.teaching.names else ():
+        declaration = flow.program.names.get(key)
+        if declaration is not None and flow.teaching.covers(declaration):
+            with suppress(Unknown):
+                memory.changed[key] = memory.declared(declaration).data
     return memory
 
 
@@ -164,8 +176,7 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):
             continue
-        frame = unbound_frame(routine)
-        memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
+        memory = _memory(flow, routine, state)
         forget(memory, flow.changes.everything, Kind.UNCERTAIN)
         flow.ways.lose()
         flow.conditional += 1

@@ -9,13 +9,16 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.arm import BY_ARM
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.values import Data, Fields, Value, single, zero
 from postproc.rapid.evaluation.declared import Declared, Home
+from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.nodes import Declaration
@@ -176,6 +179,11 @@ class WorldMemory(Memory):
             return Value(float(drawn.randint(0, 1)), "num")
         if call.name in TRUTHS:
             return Value(drawn.random() < 0.5, "bool")
+        if call.name in BY_ARM:
+            with suppress(Unknown):
+                arguments = tuple(evaluate(argument, self).data for argument in call.arguments)
+                options = {name: True if value is None else evaluate(value, self).data for name, value in call.options}
+                return self.by_arm(call.text, arguments, options)
         if call.name in PLACES:
             kind = PLACES[call.name]
             return Value(self.world.varied(zero(kind, self.records), kind, self.records, drawn), kind)

@@ -9,7 +9,6 @@ from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import SpeedData
 from postproc.rapid.data.values import Data, to_zone
-from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Invalid, Unknown
 
@@ -50,8 +49,6 @@ class Missing:
             self._report(undeclared(what, error.missing, statement.source, argument.span), found)
         elif isinstance(error, Invalid):
             self._say_refused(error, argument, statement, found)
-        elif error.missing is None and what in _WHOLE:
-            self._say_written(error, what, argument, statement, found)
 
     def is_news(self, name: str) -> bool:
         """Whether a name without a value is met for the first time."""
@@ -76,22 +73,6 @@ class Missing:
         what = f"`{declaration.name}`: " if declaration is not None else ""
         help_ = "the controller refuses these numbers: look for a typing error"
         self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), found)
-
-    def _say_written(
-        self, error: Unknown, what: str, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
-    ) -> None:
-        """A tool or frame that the program measures: its file holds what was measured last."""
-        declaration = self.program.declaration(argument.text, statement.module, statement.routine)
-        if declaration is None or declaration.storage != "PERS" or declaration.init is None:
-            return
-        if declaration.key in self.reported:
-            return
-        self.reported.add(declaration.key)
-        text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
-        help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
-        if first := set_first((error,)):
-            help_ = f"{first}; if the program does no more than measure it, say `--constant {declaration.name}`"
-        self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 
     def say_untimed(self, error: Unknown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
         """A speed or zone that is not known: how the arm moves is a guess, where it goes is not."""

@@ -71,5 +71,19 @@ WRITING = frozenset(
     )
 )
 KNOWN = READ_ONLY | WRITING
+# Of these, what moves the arm by itself, or lets something else move it: calibration and load identification, force
+# control, a sensor or a computer that guides the arm, soft servo, single axes, spot guns, steps back along the path.
+MOVING = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    bechecktcp besetuptoolj betcpextend beupdatetcp brakecheck contactl cssact cssdeactmovel cyclicbrakecheck
+    egmactjoint egmactmove egmactpose egmstreamstart fcact fcrefcircle fcrefforce fcrefline fcrefmoveframe fcrefrot
+    fcrefspiral fcrefsprforcecart fcrefstart fcreftorque fricidevaluate indamove indcmove inddmove indgunmove indrmove
+    loadid manloadidproc mtoolrotcalib mtooltcpcalib setleadthrough stcalib stepbwdpath stindgun stoolrotcalib
+    stooltcpcalib synctosensor syncwwobj
+    """,
+    )
+)
 # These go on writing what they are given, at any moment from then on.
 LASTING = frozenset({"ivarvalue", "setupcyclicbool", "sigetcyclic"})

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.data.arm import Arm
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.arguments import fits, read_motion
 from postproc.rapid.program.scopes import (
     all_declarations,
+    check_taught,
     declared_names,
     named_routines,
-    with_constants,
     without_aliases,
 )
 from postproc.rapid.program.signatures import SIGNATURES
@@ -34,7 +35,8 @@ class Program:
         diagnostics: what is wrong or not understood.
         motions: the same motion statements by path and offset.
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
-        constants: names of data that keep the value in the text, whatever the program writes to them.
+        taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
+        arm: that runs it, for functions that need one; None where it is not known.
     """
 
     sources: tuple[Source, ...]
@@ -45,7 +47,8 @@ class Program:
     motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
     names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
-    constants: frozenset[str] = frozenset()
+    taught: frozenset[str] = frozenset()
+    arm: Arm | None = field(default=None, repr=False)
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
         """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
@@ -92,11 +95,12 @@ def is_utf16(data: bytes) -> bool:
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
-def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = ()) -> Program:
+def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = (), arm: Arm | None = None) -> Program:
     """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
 
     Args:
-        constants: names of data that count as constant.
+        taught: names of data that calibration routines set to the value in the text, as the user states.
+        arm: that runs it.
     """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
@@ -106,8 +110,8 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
         modules += found
         diagnostics += problems
     modules = without_aliases(modules)
-    fixed = frozenset(name.lower() for name in constants)
-    names = with_constants(declared_names(modules, diagnostics), fixed, diagnostics)
+    names = declared_names(modules, diagnostics)
+    diagnostics += check_taught(taught, names)
     routines = named_routines(modules)
     motions: dict[str, dict[int, MotionStatement]] = {}
     for module in modules:
@@ -125,8 +129,8 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
                     diagnostics += _check(motion)
     statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
     declarations = tuple(all_declarations(modules))
-    told = tuple(diagnostics)
-    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, fixed)
+    told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
+    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated, arm)
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Severity, did_you_mean
 from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Routine
 
 Typed = TypeVar("Typed", Declaration, Parameter, Routine)
@@ -83,14 +83,19 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
     return names
 
 
-def with_constants(
-    names: dict[str, Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
-) -> dict[str, Declaration]:
-    """The same with some data as constants, whatever their storage."""
-    for name in sorted(constants - {d.name.lower() for d in names.values()}):
-        text = f"`{name}`, which is to be constant, is declared in none of the files"
-        diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
-    return {key: replace(d, storage="CONST") if d.name.lower() in constants else d for key, d in names.items()}
+def check_taught(taught: Iterable[str], names: Mapping[str, Declaration]) -> Iterator[Diagnostic]:
+    """RAP034 for names of taught data that no module declares with a value."""
+    known = {d.name.lower(): d for d in names.values() if not d.routine}
+    for name in dict.fromkeys(taught):
+        declared = known.get(name.lower())
+        if declared is not None and declared.init is not None:
+            continue
+        text, near = "has no value in the files", ""
+        if declared is None:
+            text = "is declared in none of the files"
+            near = did_you_mean(name, [d.name for d in known.values()]) or did_you_mean(name.lower(), known)
+        help_ = near or "give the file that declares it with a value, or leave it out"
+        yield Diagnostic("RAP034", "warning", f"`{name}`, which is to be taught, {text}", help=help_)
 
 
 def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
-from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.convert import Conversion
 from postproc.effects.contract import State

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.options import Options
-from postproc.compensate.path.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.correction.inverse import reached
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.path.samples import Samples
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.equilibrium import predict
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves
 from postproc.motion.values import Flags, Index
@@ -99,11 +99,11 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
     """T_work_tcp (n, 4, 4) of the real arm that is commanded to ``T_work_tcp``."""
-    seen = mounts.seen(predict(model, state), T_work_tcp)
+    seen = mounts.seen(reached(model, state), T_work_tcp)
     if not mounts.stationary.any():
         return seen
     # A stationary tool pushes where it stands, not where it was commanded to be on the work.
-    return mounts.seen(predict(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
+    return mounts.seen(reached(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:

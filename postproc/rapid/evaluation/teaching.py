@@ -1,0 +1,100 @@
+"""Data that calibration and teach routines set, to what stands in the files: the user states so (``--taught``).
+
+A write of what nobody can know before the program runs (a search, a measured frame) then gives the value in the file. A
+write of a known value counts as it is: where it is another one and nothing measures again, the program moves the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.data.values import Data
+from postproc.rapid.syntax.nodes import Declaration
+from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown, unknown_part, without_causes
+
+MEASURED_MM, MEASURED_TURN = 5.0, 0.01  # what is measured is nearer than that to what it was; numbers of a quaternion
+
+# Why data is not known that no routine has measured: the program sets it, on ways that are not certain.
+SET_BY_PROGRAM = frozenset(
+    {
+        Kind.UNDECIDED, Kind.RESULT_UNDECIDED, Kind.CHANGED_IN_LOOP, Kind.CHANGED_TOO_DEEPLY, Kind.CHANGED_UNFOLLOWED,
+        Kind.CHANGED_BEFORE_JUMP, Kind.LOOP_INDEX, Kind.PARAMETER, Kind.COUNTER, Kind.UNSET,
+    }
+)  # fmt: skip
+
+
+def moved_away(now: Data, data: Data) -> bool:
+    """Whether data that is known is given a value that is farther off than measuring explains."""
+    if isinstance(now, tuple) and isinstance(data, tuple) and len(now) == len(data):
+        if len(now) == 4 and all(isinstance(item, float) for item in (*now, *data)):
+            return any(abs(a - b) > MEASURED_TURN for a, b in zip(now, data, strict=True))
+        return any(map(moved_away, now, data))
+    if isinstance(now, bool | str) and isinstance(data, bool | str):
+        return now != data
+    return isinstance(now, float) and isinstance(data, float) and abs(now - data) > MEASURED_MM
+
+
+def alike(a: Data, b: Data) -> bool:
+    """Whether two values are one as far as measuring tells; what is not known is like nothing."""
+    return unknown_part(a) is None and unknown_part(b) is None and type(a) is type(b) and not moved_away(a, b)
+
+
+class Teaching:
+    """What becomes of taught data while a program is followed.
+
+    Args:
+        names: of the data, in lower case. value: what the declaration itself gives.
+
+    ``place`` is the statement that is executed; ``moved`` are the keys of data that got another known value, with where
+    that happened; ``kept`` those that a loop or a jump might have changed and that were taken as unchanged.
+    """
+
+    def __init__(self, names: frozenset[str] = frozenset()) -> None:
+        self.names = names
+        self.place: tuple[Source, Span] | None = None
+        self.moved: dict[str, tuple[Declaration, Source, Span]] = {}
+        self.kept: set[str] = set()
+
+    def covers(self, declaration: Declaration | None) -> bool:
+        """Whether data of a module is taught; data of a routine has its initial value in every call."""
+        return declaration is not None and not declaration.routine and declaration.name.lower() in self.names
+
+    def written(self, declaration: Declaration, data: Data, value: Callable[[], Data]) -> Data:
+        """What taught data has after a write: its value in the file wherever the program does not tell another."""
+        try:
+            in_file = value()
+        except Unknown:
+            return data
+        filled = _filled(data, in_file)
+        if self.away(in_file, filled):
+            self.moves(declaration)
+        return filled
+
+    def away(self, in_file: Data, data: Data) -> bool:
+        """Whether data is, or may be, another than in the file."""
+        data, _ = without_causes(data)
+        data = data.data if isinstance(data, PartlyUnknown) else data
+        return unknown_part(data) is not None or moved_away(in_file, data)
+
+    def moves(self, declaration: Declaration) -> None:
+        """Note that the present statement gives the data another value."""
+        if self.place is not None:
+            self.moved.setdefault(declaration.key, (declaration, *self.place))
+
+    def mixed(self) -> Iterable[str]:
+        """Keys of data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
+        return self.kept & self.moved.keys()
+
+
+def _filled(data: Data, in_file: Data) -> Data:
+    """The same with the value in the file in place of what is not known because it is measured."""
+    data, _ = without_causes(data)
+    if isinstance(data, PartlyUnknown):
+        filled = _filled(data.data, in_file)
+        return filled if unknown_part(filled) is None else PartlyUnknown(data, filled)
+    if isinstance(data, Unknown):
+        return data if data.root.kind in SET_BY_PROGRAM else in_file
+    if isinstance(data, tuple) and isinstance(in_file, tuple) and len(data) == len(in_file):
+        return tuple(map(_filled, data, in_file))
+    return data

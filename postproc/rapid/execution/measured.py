@@ -1,0 +1,90 @@
+"""Data that calibration and teach routines of a program set: what waits for it, and the words that make it known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.nodes import Declaration
+from postproc.rapid.unknown import Unknown
+
+_WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robtarget": "target", "loaddata": "load"}
+
+
+def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
+    """RAP023 for each PERS data whose value at a motion only the running program has, by its key; at the first motion.
+
+    Its help says how the value in the file is taken, and that is tried out: data that the program moves is not offered.
+
+    Args:
+        events: of the program, as followed from ``entry``.
+    """
+    waiting: dict[str, tuple[Declaration, MotionEvent, Unknown]] = {}
+    for event in events:
+        for unknown in event.unknowns if not event.statement.source.lent else ():
+            declaration = _stored_in(unknown, program)
+            if declaration is not None:
+                waiting.setdefault(declaration.key, (declaration, event, unknown))
+    if not waiting:
+        return {}
+    names = frozenset(declaration.name.lower() for declaration, _, _ in waiting.values())
+    tried = walk_program(replace(program, taught=program.taught | names), entry)
+    refused = {d.message for d in tried.diagnostics if d.code == "RAP035"}
+    moved = {name for name in names if any(f"`{name}`" in text.lower() for text in refused)}
+    offered = [d.name for d, _, _ in waiting.values() if d.name.lower() not in moved]
+    return {key: _said(*found, offered) for key, found in waiting.items()}
+
+
+def with_advice(
+    findings: Iterable[Diagnostic],
+    events: Sequence[MotionEvent],
+    program: Program,
+    measured: Mapping[str, Diagnostic],
+) -> list[Diagnostic]:
+    """Findings about statements that are left (CMP005), with what makes the data known that they wait for.
+
+    Args:
+        measured: see ``say_measured``.
+    """
+    told: dict[tuple[Source | None, Span | None], str] = {
+        (event.statement.source, event.statement.span): measured[declaration.key].help
+        for event in events if measured
+        for unknown in event.unknowns
+        if (declaration := _stored_in(unknown, program)) is not None and declaration.key in measured
+    }  # fmt: skip
+    return [replace(d, help=told.get((d.source, d.span), d.help)) if d.code == "CMP005" else d for d in findings]
+
+
+def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
+    name = declaration.name
+    help_ = f"set it from a CONST before the first motion, as in `{name}:={name}0;`"
+    if name in offered:
+        listed = ",".join(dict.fromkeys(offered))
+        help_ = f"if the values in the files are what such routines set, say `--taught {listed}`"
+        if first := set_first((unknown,)):
+            help_ = f"{first}; or {help_}"
+    text = f"the {_WHAT.get(declaration.type.lower(), 'data')} `{name}` is not known here: {unknown.reason}"
+    return Diagnostic("RAP023", "warning", text, event.statement.source, event.statement.span, help_)
+
+
+def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
+    """The PERS data of a module, with a value in its file, that a value which is not known was written to last."""
+    for key in _keys(unknown):
+        found = program.names.get(key)
+        stored = found is not None and found.storage == "PERS" and found.init is not None and not found.routine
+        if found is not None and stored and found.name.lower() not in program.taught:
+            return found
+    return None
+
+
+def _keys(unknown: Unknown) -> Iterator[str]:
+    """Keys of the data behind an unknown value, the last that it was written to first."""
+    yield from reversed(unknown.held)
+    yield unknown.key
+    if isinstance(unknown.cause, Unknown):
+        yield from _keys(unknown.cause)

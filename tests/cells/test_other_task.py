@@ -1,0 +1,147 @@
+"""Work on a positioner that another task moves, beside an arm on a track: both tasks call their axis eax_a."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.batch.discover import discover, task_around
+from postproc.compensate.options import Options
+from postproc.convert import Conversion, compensate_program
+from postproc.diagnostics import Source
+from postproc.model.arm import Model
+from postproc.model.file import parse_model
+from tests.cells import world as W
+from tests.independent import arm as A
+
+from .test_paths import ARM, DOWN, FORCE, LIMIT, MODEL, placed, turned
+
+MOC = """MOC:CFG_1.0:6:0::
+#
+MECHANICAL_UNIT:
+
+      -name "TRACK_1" -use_single_0 "TRACK_1" -activate_at_start_up
+
+      -name "STN1" -use_single_0 "STN1" -activate_at_start_up
+#
+ROBOT:
+
+      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60" -base_frame_coordinated "TRACK_1"
+#
+SINGLE:
+
+      -name "TRACK_1" -use_single_type "TRACK" -use_joint "M7"
+
+      -name "STN1" -use_single_type "STN" -use_joint "S7" -base_frame_pos_x 1.15\\
+      -base_frame_pos_y 0.15 -base_frame_pos_z 0.45 -base_frame_orient_u0 U0 -base_frame_orient_u1 U1
+#
+SINGLE_TYPE:
+
+      -name "TRACK" -mechanics "TRACK"
+
+      -name "STN" -mechanics "FREE_ROT"
+#
+JOINT:
+
+      -name "M7" -logical_axis 7
+
+      -name "S7" -logical_axis 7 -use_transmission "S7"
+#
+TRANSMISSION:
+
+      -name "S7" -rotating_move
+#
+"""
+SYS = """SYS:CFG_1.0:6:0::
+#
+CAB_TASKS:
+
+      -Name "T_ROB1" -Type "NORMAL" -UseMechanicalUnitGroup "rob1" -MotionTask
+
+      -Name "T_POS1" -Type "NORMAL" -UseMechanicalUnitGroup "pos1" -MotionTask
+#
+MECHANICAL_UNIT_GROUP:
+
+      -Name "rob1" -Robot "ROB_1" -MechanicalUnit_1 "TRACK_1"
+
+      -Name "pos1" -MechanicalUnit_1 "STN1"
+#
+"""
+TURN = """MODULE Turn
+  CONST jointtarget jAt:=[[0,0,0,0,0,0],[30,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveExtJ jAt,vrot50,fine;
+    WHILE TRUE DO
+      WaitSyncTask sReady,tAll;
+      MORE
+    ENDWHILE
+  ENDPROC
+ENDMODULE
+"""
+AT = 1500.0  # of the track [mm]
+FRAME, _ = placed((1150, 150, 450), (1, 0, 0), 20)
+WORLD = W.World(
+    base=W.slide(0, (1.0, 0.0, 0.0)),
+    units={"STN1": lambda axes: A.shift(AT / 1000) @ W.turn(0, (0, 0, 1.0), FRAME)(W.still(axes)[:, :1, 0] * 0 + 30)},
+)
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    goals = [
+        W.Goal((150, -250, 250), DOWN, {0: AT}, "MoveJ"),
+        W.Goal((150, -250, 150), DOWN, {0: AT}, "ArcLStart"),
+        W.Goal((180, 200, 150), turned((0, 0, 1), 10), {0: AT}, "ArcLEnd"),
+    ]
+    return W.program(ARM, WORLD, goals, "STN1")
+
+
+def backup(root: Path, text: str, more: str) -> Path:
+    u = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
+    moc = (
+        MOC.replace("U0", f"{u[0]:.9f}").replace("U1", f"{u[1]:.9f}").replace("pos_x 1.15", f"pos_x {1.15 + AT / 1000}")
+    )
+    files = {
+        "SYSPAR/MOC.cfg": moc,
+        "SYSPAR/SYS.cfg": SYS,
+        "BACKINFO/backinfo.txt": ">>TASK1: (T_ROB1,,)\n\n>>TASK2: (T_POS1,,)\n",
+        "RAPID/TASK1/PROGMOD/Weld.mod": text,
+        "RAPID/TASK2/PROGMOD/Turn.mod": TURN.replace("MORE", more),
+    }
+    for name, content in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(content)
+    return root
+
+
+def converted(root: Path, text: str) -> Conversion:
+    (task,) = [task for task in discover(root).tasks if task.name.endswith("TASK1")]
+    alone = task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod").station
+    assert task.station is not None and alone is not None and alone.standing == task.station.standing
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    arm: Model = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
+    return compensate_program(
+        Source("w.mod", text.encode()), arm.standing(task.station), Options(force=FORCE, inertia=False)
+    )
+
+
+def test_where_it_stands_all_the_time_the_work_is_known(tmp_path: Path, text: str) -> None:
+    found = converted(backup(tmp_path, text, ""), text)
+    assert found.output is not None, [d.message for d in found.diagnostics]
+    (said,) = [d for d in found.diagnostics if d.code == "MOT013"]
+    assert said.message == "`STN1`, which another task moves, is taken to stand at eax_a = 30"
+    checked = W.check(text, found.output.decode(), WORLD, ARM, np.array(FORCE))
+    assert not checked.problems and checked.before > 0.1 and checked.after <= LIMIT
+
+
+@pytest.mark.parametrize(
+    "more", ["MoveExtJ [[0,0,0,0,0,0],[60,9E9,9E9,9E9,9E9,9E9]],vrot50,fine;", "MoveExtJ jAsked,vrot50,fine;"]
+)
+def test_where_it_moves_or_nobody_knows_the_work_is_left_with_that_reason(tmp_path: Path, text: str, more: str) -> None:
+    """Its eax_a is degrees of the plate; the 1500 mm of the track, that task's own eax_a, are not taken for it."""
+    found = converted(backup(tmp_path, text, more), text)
+    assert not found.outputs
+    (stop,) = [d for d in found.diagnostics if d.code == "CMP003"]
+    assert "another task moves `STN1`, and its program does not say that it stands at one position" in (stop.help or "")
