@@ -14,6 +14,7 @@ from postproc.effects.library.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
+from postproc.patterns.curves import fixed
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.fields import Field, fields
 from postproc.patterns.formula import Pattern, spread
@@ -193,7 +194,8 @@ def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
         tried.moves[where] = one.moves
         # One of so many, and all together are one kind of patterns.
         everywhere = Signal(one.channels, np.ones(len(problem.error)), "", "", one.said)
-        tried.add(where, Pattern((everywhere,), one.said, lambda x: x, "field", where=where, tries=len(smooth)))
+        curve = fixed(lambda x: x, one.said, "field")
+        tried.add(where, Pattern(((curve, everywhere),), kind="field", where=where, tries=len(smooth)))
     return Look(tried, smooth)
 
 

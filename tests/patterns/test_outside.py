@@ -9,9 +9,9 @@ import pytest
 
 from postproc.fit.channels import channels
 from postproc.identify.diagnose import diagnose
+from postproc.patterns.curves import of_channel, sharper
 from postproc.patterns.dictionary import patterns
-from postproc.patterns.formula import sharper
-from postproc.patterns.shapes import of_channel
+from postproc.patterns.formula import Group
 from postproc.patterns.signals import channel_signal
 from postproc.patterns.suspects import Suspect, by_channel, look
 from tests.identify.cells import base_fit, cell
@@ -186,7 +186,7 @@ def best(patterns, truth):
 def test_shapes_are_met_after_sharpening_twice(law, first):
     q = np.random.default_rng(5).uniform(-1.5, 1.6, 240)
     truth = law(q)
-    shape = best(of_channel(channel_signal("q1", q)), truth)
+    shape = best(Group(of_channel(channel_signal("q1", q))), truth)
     for _ in range(2):
         shape = best([shape, *sharper(shape)], truth)
     assert shape.text.split(" ")[0] == first
@@ -195,7 +195,7 @@ def test_shapes_are_met_after_sharpening_twice(law, first):
 
 def test_a_threshold_of_speed_is_one_of_its_size():
     v = np.random.default_rng(6).normal(0.0, 0.6, 200)
-    found = best(of_channel(channel_signal("v4", v)), (np.abs(v) > 0.5).astype(float))
+    found = best(Group(of_channel(channel_signal("v4", v))), (np.abs(v) > 0.5).astype(float))
     assert found.text.startswith("step near 2") and found.text.endswith("of |v4|")
 
 
