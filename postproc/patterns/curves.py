@@ -27,7 +27,7 @@ THIRDS, QUARTERS, EIGHTHS = (np.pi / k * np.arange(k) for k in (3, 4, 8))
 """Phases of a wave: the other half turn is the same wave with the other sign."""
 DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 """Share of a period that a pulse takes; what is longer is a pulse the other way."""
-FINEST, MANY = 3, 8000
+FINEST, MANY = 4, 8000
 """How often a pattern is looked at closer; how many places of all its numbers together are asked at once."""
 
 
@@ -320,8 +320,8 @@ def _instead(
         low, high = numbers
         yield BUMP, product([0.5 * (low + high)], 0.5 * (high - low) * np.geomspace(0.3, 1.0, 7))
     elif curve is BUMP and level == 1:
-        low, high = (_next_edges(signal, numbers[0] + side * numbers[1]) for side in (-1, 1))
-        yield WINDOW, [(a, b) for a in low for b in high if a < b]
+        starts, ends = (_next_edges(signal, numbers[0] + side * numbers[1]) for side in (-1, 1))
+        yield WINDOW, [(a, b) for a in starts for b in ends if a < b]
     elif level > 0:
         return
     elif curve is STEP:
@@ -337,6 +337,8 @@ def _instead(
     elif curve.kind == "settling":
         for new in settling(signal):
             yield new, [(whole * share,) for share in np.geomspace(0.01, 3.0, 60)]
+    elif curve in SIDED.values():
+        yield curve, [(k,) for k in knots(signal.size)]
     elif curve.numbers == ("knot",):
         yield curve, alone
     elif curve is LEVELLING:

@@ -28,8 +28,10 @@ ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 UNDECIDED = 8.0
 """Shapes of one channel at a place whose worth differs by less (odds of 50 to 1) are not told apart."""
-ELSEWHERE = 2
-"""Further places at which the best kind of pattern is sharpened."""
+KINDS, ELSEWHERE = 8, 2
+"""Kinds of patterns of the same signals that are sharpened; further places at which the best of them is."""
+Kind = tuple[tuple[str, ...], str]
+"""Signals by their labels, and the kind of a pattern of them."""
 UNNAMED_LOG_PRIOR = 16.0
 """2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
 Made = Callable[[int], Pattern]
@@ -127,34 +129,39 @@ class Tried:
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
-    def sharpen(self, asked: float = 0.0, most: int = 8) -> None:
+    def sharpen(self, asked: float = 0.0) -> None:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
-        Each at the place where it tells most, the best of them at two more; what turns out best is tried everywhere.
+        1. The best of each kind, at the place where it tells most. 2. The best of these at two more places: nearby
+        places answer alike, and each has its own edge, phase or period. 3. What another channel makes of them. 4. What
+        turns out best at every place.
 
         Args:
             asked: worth below which none is of interest.
         """
         ranked = sorted(self.found, key=lambda f: -f.worth)
-        best, plain = ranked[0], ranked[0].worth
-        asked = min(asked, 0.9 * self._could(best, np.inf))
-        of_best, done = _kind(best), set[tuple[tuple[str, ...], str]]()
+        plain, asked = ranked[0].worth, min(asked, 0.9 * self._could(ranked[0], np.inf))
+        closest: dict[Kind, Found] = {}
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if len(done) == most or self._could(one, NARROWER) < least:
+            if len(closest) == KINDS or self._could(one, NARROWER) < least:
                 break
-            if _kind(one) in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
-                continue
-            done.add(_kind(one))
-            closest, switched = self._sharpened(one, max(asked, best.worth))
-            plain = max(plain, closest.worth)
-            if switched.worth > best.worth:
-                best, of_best = switched, _kind(one)
-        # Nearby places answer alike, and each has its own edge, phase or period.
-        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != best.where}
+            if _kind(one) not in closest and (one.pattern.kind == "window" or self._could(one, SHARPER) >= least):
+                closest[_kind(one)] = self._closest(one)
+                plain = max(plain, closest[_kind(one)].worth)
+        of_best = max(closest, key=lambda kind: closest[kind].worth, default=None)
+        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != closest[_kind(f)].where}
+        some = list(closest.values())
         for one in sorted(near.values(), key=lambda f: -f.worth)[:ELSEWHERE]:
-            if self._could(one, NARROWER) > max(asked, best.worth):
-                best = max(best, self._sharpened(one, max(asked, best.worth))[1], key=lambda f: f.worth)
+            if self._could(one, NARROWER) > max(asked, plain):
+                some.append(self._closest(one))
+        best = max([ranked[0], *some], key=lambda f: f.worth)
+        for one in some:
+            known, least = len(self.found), max(asked, best.worth)
+            switched = [self._closest(other) for other in self._switched(one, least)]
+            best, before = max([best, *switched], key=lambda f: f.worth), best
+            if best is before:
+                del self.found[known:]
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if where != best.where and self.every.sensible(best.pattern, where):
@@ -166,16 +173,6 @@ class Tried:
         most = min(times * one.fall, 0.99 * seen.linear.square)
         price = tries * odds(one.pattern, self.every.kinds)
         return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
-
-    def _sharpened(self, one: Found, least: float) -> tuple[Found, Found]:
-        """A pattern closer, and the better of that and what another channel makes of it, if that may reach a worth."""
-        closest = self._closest(one)
-        known = len(self.found)
-        every = [closest, *map(self._closest, self._switched(closest, max(closest.worth, least)))]
-        best = max(every, key=lambda f: f.worth)
-        if best is closest:
-            del self.found[known:]
-        return closest, best
 
     def _closest(self, one: Found) -> Found:
         best = one
@@ -219,7 +216,7 @@ def _plainest(some: Sequence[Found]) -> Found:
     return min((f for f in some if f.worth >= least), key=lambda f: (f.pattern.cost, -f.worth))
 
 
-def _kind(one: Found) -> tuple[tuple[str, ...], str]:
+def _kind(one: Found) -> Kind:
     return tuple(s.label for s in one.pattern.signals), one.pattern.kind
 
 

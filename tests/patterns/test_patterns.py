@@ -345,8 +345,8 @@ def test_pulses_are_told_by_the_ends_of_one():
     truth = 1.0 * (np.mod(q - 0.31, 0.9) < 0.25)
     found = closest(best(of_two(q2=q).every, truth), truth)
     low, high = (np.radians(float(x)) for x in re.findall(r"(-?[\d.]+) deg", found.text)[-2:])
-    assert np.mod(low - 0.31 + 0.1, 0.9) - 0.1 == pytest.approx(0.0, abs=0.03)
-    assert high - low == pytest.approx(0.25, abs=0.04)
+    assert np.mod(low - 0.31 + 0.1, 0.9) - 0.1 == pytest.approx(0.0, abs=0.02)
+    assert high - low == pytest.approx(0.25, abs=0.03)
 
 
 def test_an_edge_is_told_as_closely_as_the_rows_lie():
