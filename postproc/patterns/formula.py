@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from operator import mul
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -207,7 +207,7 @@ FEW, FEW_SHARE = 6, 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Block(Sequence[Pattern]):
+class Block:
     """Patterns that differ in numbers alone, (P, K); their values are worked out at once."""
 
     like: Pattern
@@ -216,16 +216,11 @@ class Block(Sequence[Pattern]):
     def __len__(self) -> int:
         return len(self.numbers)
 
-    @overload
-    def __getitem__(self, at: int) -> Pattern: ...
-
-    @overload
-    def __getitem__(self, at: slice) -> list[Pattern]: ...
-
-    def __getitem__(self, at: int | slice) -> Pattern | list[Pattern]:
-        if isinstance(at, slice):
-            return [self[k] for k in range(*at.indices(len(self)))]
+    def __getitem__(self, at: int) -> Pattern:
         return replace(self.like, numbers=tuple(self.numbers[at].tolist()))
+
+    def __iter__(self) -> Iterator[Pattern]:
+        return map(self.__getitem__, range(len(self)))
 
     @property
     def raw(self) -> Array:
@@ -254,7 +249,7 @@ def product_of(first: Block, second: Block, kind: str, where: str | None = None)
     return Block(like, np.hstack([first.numbers[i], second.numbers[j]]))
 
 
-class Group(Sequence[Pattern]):
+class Group:
     """Blocks one after another."""
 
     def __init__(self, blocks: Iterable[Block]) -> None:
@@ -264,19 +259,12 @@ class Group(Sequence[Pattern]):
     def __len__(self) -> int:
         return int(self.ends[-1])
 
-    @overload
-    def __getitem__(self, at: int) -> Pattern: ...
-
-    @overload
-    def __getitem__(self, at: slice) -> list[Pattern]: ...
-
-    def __getitem__(self, at: int | slice) -> Pattern | list[Pattern]:
-        if isinstance(at, slice):
-            return [self[k] for k in range(*at.indices(len(self)))]
-        if not 0 <= at < len(self):
-            raise IndexError(at)
+    def __getitem__(self, at: int) -> Pattern:
         which = int(np.searchsorted(self.ends, at, side="right")) - 1
         return self.blocks[which][at - int(self.ends[which])]
+
+    def __iter__(self) -> Iterator[Pattern]:
+        return (pattern for some in self.blocks for pattern in some)
 
     @cached_property
     def values(self) -> Single:

@@ -106,8 +106,8 @@ def test_every_pattern_has_the_values_of_its_text() -> None:
         for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload", "time", *docks)
     }
     whole = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels))
-    every = [*whole.every[::7], *whole.wide]
-    finer = [p for one in every[::9] for p in sharper(one)[::19]]
+    every = [*list(whole.every)[::7], *whole.wide]
+    finer = [p for one in every[::9] for p in list(sharper(one))[::19]]
     told = [p for p in (*every, *finer) if p.raw.any() and p.codes]
     assert len(told) > 0.8 * len(every)
     for pattern in told:
@@ -418,5 +418,5 @@ def test_a_block_has_the_values_of_its_patterns() -> None:
     every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every.blocks[::5]
     finer = [b for some in every[::7] for b in sharper(some[0]).blocks]
     for part in (*every, *finer):
-        alone = [p.values for p in part[::13]]
+        alone = [p.values for p in list(part)[::13]]
         np.testing.assert_allclose(Group([part]).values.T[::13], alone, atol=2e-6, err_msg=part[0].text)

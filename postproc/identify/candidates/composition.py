@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidates.candidate import Candidate, Screen, kind
-from postproc.identify.candidates.forms import Form, forms_nearby, ordinary
+from postproc.identify.candidates.forms import Form, Forms, forms_nearby, ordinary
 from postproc.identify.evidence import DIM, Gain, gain, gains
 
 EACH = 2
@@ -67,7 +66,7 @@ def _prices(odds: Array) -> Array:
         return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
 
 
-def _starts(forms: Sequence[Form], worth: Array) -> list[int]:
+def _starts(forms: Forms, worth: Array) -> list[int]:
     """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
     order = np.argsort(-worth, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +88,7 @@ class Stack:
 
 
 @dataclass(frozen=True)
-class Forms(Sequence[Form]):
+class Forms:
     """Forms of an effect, stacked once for all screenings: their columns are views of the stacks."""
 
     every: tuple[Form, ...] = ()
@@ -110,14 +109,11 @@ class Forms(Sequence[Form]):
     def __len__(self) -> int:
         return len(self.every)
 
-    @overload
-    def __getitem__(self, at: int) -> Form: ...
-
-    @overload
-    def __getitem__(self, at: slice) -> tuple[Form, ...]: ...
-
-    def __getitem__(self, at: int | slice) -> Form | tuple[Form, ...]:
+    def __getitem__(self, at: int) -> Form:
         return self.every[at]
+
+    def __iter__(self) -> Iterator[Form]:
+        return iter(self.every)
 
     @cached_property
     def width(self) -> NDArray[np.int_]:
@@ -125,7 +121,7 @@ class Forms(Sequence[Form]):
         return np.array([form.width for form in self], dtype=int)
 
 
-def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Sequence[Form] = ()) -> Forms:
+def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Iterable[Form] = ()) -> Forms:
     """All forms of one effect on the data of a problem; those that move nothing are left out.
 
     Args:
