@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,31 +70,23 @@ class Gains:
     visible: Array
     evidence: Array
 
-    @classmethod
-    def none(cls, M: int) -> Gains:
-        return cls(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
-
-    def __getitem__(self, m: int) -> Gain:
+    def of(self, m: int) -> Gain:
         return Gain(float(self.fall[m]), int(self.count[m]), float(self.visible[m]), float(self.evidence[m]))
-
-    def put(self, index: Any, found: Gains) -> None:
-        for name in ("fall", "count", "visible", "evidence"):
-            getattr(self, name)[index] = getattr(found, name)
 
 
 def gains(linear: Linear, forms: Forms) -> Gains:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
-    result = Gains.none(len(forms))
-    for stack in forms.stacks:
-        result.put(stack.index, _gains(linear if stack.along is None else linear.extended(stack.along), stack))
-    return result
+    stacks = [(s, linear if s.along is None else linear.extended(s.along)) for s in forms.stacks]
+    order = np.argsort(np.concatenate([s.index for s, _ in stacks]))
+    found = [_gains(beside, s) for s, beside in stacks]
+    return Gains(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gains)))
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
     """The gain of (N, m) columns, each for an ordinary size of its parameter."""
     one = np.zeros(1, dtype=int)
     stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
-    return _gains(linear, stack)[0]
+    return _gains(linear, stack).of(0)
 
 
 def _gains(linear: Linear, stack: Stack) -> Gains:
@@ -109,7 +100,7 @@ def _gains(linear: Linear, stack: Stack) -> Gains:
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
     if freedom < 2:
-        return Gains.none(M)
+        return Gains(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
     inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
     along = (stack.values.T @ linear.rest).reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)

@@ -31,8 +31,10 @@ def test_lines_of_a_gear_gain_together_what_they_gain_by_their_columns(fit, near
         columns = fit.problem.columns(forms[i].effect, forms[i].screened) * 1e-4
         np.testing.assert_allclose(forms[i].columns, columns, rtol=1e-9, atol=1e-12)
         alone = gain(fit.linear, columns)
-        assert found[i].count == alone.count == columns.shape[1]
-        assert (found[i].fall, found[i].evidence) == pytest.approx((alone.fall, alone.evidence), rel=1e-9, abs=1e-9)
+        assert found.of(i).count == alone.count == columns.shape[1]
+        assert (found.of(i).fall, found.of(i).evidence) == pytest.approx(
+            (alone.fall, alone.evidence), rel=1e-9, abs=1e-9
+        )
 
 
 def test_a_form_keeps_its_columns_beside_others_of_its_width(fit):
