@@ -188,7 +188,7 @@ class Tried:
         None where that cannot be worth so much.
         """
         count = len(self.every.switches[0])
-        if not count or one.pattern.kind == "field" or one.pattern.wide or self._could(one, SWITCHED, count) < least:
+        if not count or one.pattern.wide or self._could(one, SWITCHED, count) < least:
             return []
         parts = list(self.every.grown(one.pattern))
         if not parts:

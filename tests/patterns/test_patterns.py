@@ -210,18 +210,6 @@ def test_what_stands_elsewhere_is_shifted_and_turned():
     assert replace(fit.linear, residual=y).extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
 
-def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
-    """The instrument sinks with the heaviest payload: nothing bends in every direction."""
-    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
-    fit = base_fit(data)
-    heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
-    sunk = places(fit.problem)["instrument"] @ [0.0, 0.0, 1e-4]
-    y = fit.problem.whiten((sunk * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
-    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")])).suspects()
-    assert found[0].where == "instrument" and found[0].evidence > 0
-    assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
-
-
 def test_an_instrument_feels_no_load():
     every = of_two(load3=np.linspace(-1, 1, 90), temperature=np.cos(np.linspace(0, 9, 90)))
     load = next(p for p in every.every if p.channels == ("load3",))

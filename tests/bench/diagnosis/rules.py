@@ -39,7 +39,6 @@ RULES: dict[str, tuple[Patch, ...]] = {
     "switches": (("patterns.screening", "Tried._switched", _nothing),),
     "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
     "leaning": (("patterns.dictionary", "overturning", lambda *parts: ([], [])),),
-    "fields": (("patterns.suspects", "fields", _nothing),),
 }
 """By the word of ``--without``, which may join several with +."""
 
