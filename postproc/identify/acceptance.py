@@ -25,9 +25,6 @@ from postproc.identify.evidence import CLEARLY, DECADES, MATERIAL, QUIET, SIGNIF
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
-ROUNDS = 6
-"""Times that amplitudes are told again with the scatter that they turned out to have, if it is no ordinary one."""
-
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
     """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
@@ -35,13 +32,9 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     size = ordinary(problem.model, candidate.effect, mask)
     columns = columns_of(problem, candidate.effect, candidate.free)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
-    gram, along = columns.T @ linear.project(columns), columns.T @ linear.rest
-    wide = WIDE * DECADES[-1]
-    for _ in range(ROUNDS):
-        a = np.asarray(np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along), dtype=np.float64)
-        wide = max(WIDE, float(np.sqrt(np.mean(a**2))))
+    weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
-    x[mask] += size * a
+    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.rest)
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,9 +28,6 @@ from postproc.patterns.dictionary import patterns
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.suspects import Suspect, by_channel
 
-COLLECT = 100_000
-"""New objects after which the collector looks for cycles among them."""
-
 
 def diagnose(
     model: Model,
@@ -55,24 +50,12 @@ def diagnose(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
-    with _cycles_are_rare():
-        found = _diagnosed(model, data, library, noise, watch)
-        told = found.final.data.rounded
-        if told is None or told == rounded(found.final):
-            return found
-        # What was missing looked like rounded angles, or hid them.
-        return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
-
-
-@contextmanager
-def _cycles_are_rare() -> Iterator[None]:
-    """A search keeps many thousand small objects, which are no garbage: looking for it takes a tenth of the time."""
-    often = gc.get_threshold()
-    gc.set_threshold(max(often[0], COLLECT), *often[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*often)
+    found = _diagnosed(model, data, library, noise, watch)
+    told = found.final.data.rounded
+    if told is None or told == rounded(found.final):
+        return found
+    # What was missing looked like rounded angles, or hid them.
+    return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
 
 
 def _diagnosed(

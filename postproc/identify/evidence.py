@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,33 +70,23 @@ class Gains:
     visible: Array
     evidence: Array
 
-    @classmethod
-    def none(cls, M: int) -> Gains:
-        return cls(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
-
-    def __getitem__(self, m: int) -> Gain:
+    def of(self, m: int) -> Gain:
         return Gain(float(self.fall[m]), int(self.count[m]), float(self.visible[m]), float(self.evidence[m]))
-
-    def put(self, index: Any, found: Gain | Gains) -> None:
-        for name in ("fall", "count", "visible", "evidence"):
-            getattr(self, name)[index] = getattr(found, name)
 
 
 def gains(linear: Linear, forms: Forms) -> Gains:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
-    result = Gains.none(len(forms))
-    for i, along, alone in forms.joined:
-        result.put(i, gains(linear.extended(along), alone)[0])
-    for stack in forms.stacks:
-        result.put(stack.index, _gains(linear, stack))
-    return result
+    stacks = [(s, linear if s.along is None else linear.extended(s.along)) for s in forms.stacks]
+    order = np.argsort(np.concatenate([s.index for s, _ in stacks]))
+    found = [_gains(beside, s) for s, beside in stacks]
+    return Gains(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gains)))
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
     """The gain of (N, m) columns, each for an ordinary size of its parameter."""
     one = np.zeros(1, dtype=int)
     stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
-    return _gains(linear, stack)[0]
+    return _gains(linear, stack).of(0)
 
 
 def _gains(linear: Linear, stack: Stack) -> Gains:
@@ -111,12 +100,12 @@ def _gains(linear: Linear, stack: Stack) -> Gains:
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
     if freedom < 2:
-        return Gains.none(M)
-    inside, along = stack.products(linear)
-    inside, along = inside.reshape(-1, M, width).transpose(1, 0, 2), along.reshape(M, width)
+        return Gains(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
+    inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
+    along = (stack.values.T @ linear.rest).reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
     G = stack.gram - inside.transpose(0, 2, 1) @ inside
-    value, vector = _spectra(G)
+    value, vector = np.linalg.eigh(G)
     value = np.maximum(value, 0.0)
     part = np.einsum("mij,mi->mj", vector, along) ** 2
     # How much of each direction the fitted parameters leave, against what it is in columns of length one.
@@ -143,18 +132,6 @@ def _gains(linear: Linear, stack: Stack) -> Gains:
     visible = np.sqrt(value.sum(axis=1))
     every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
     return Gains(*(np.where(good, found, nothing) for found, nothing in every))
-
-
-def _spectra(every: Array) -> tuple[Array, Array]:
-    """(M, w) eigenvalues and (M, w, w) eigenvectors of many symmetric matrices; of waves, all at once (Jacobi 1846)."""
-    if every.shape[1] != 2:
-        found = np.linalg.eigh(every)
-        return found.eigenvalues, found.eigenvectors
-    a, b, c = every[:, 0, 0], every[:, 0, 1], every[:, 1, 1]
-    middle, reach, way = 0.5 * (a + c), np.hypot(0.5 * (a - c), b), 0.5 * np.arctan2(2 * b, a - c)
-    x, y = np.cos(way), np.sin(way)
-    vector = np.stack([np.stack([-y, x], axis=1), np.stack([x, y], axis=1)], axis=2)
-    return np.stack([middle - reach, middle + reach], axis=1), vector
 
 
 def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:

@@ -15,8 +15,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.held_out import neighbouring_blocks
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.solving.solve import ROUGHLY, Terms
-from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.levels import Intervention, Level
+from postproc.identify.diagnosis import Diagnosis, Intervention, Level
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 

@@ -3,62 +3,63 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations, pairwise
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from postproc.arrays import Array, blocks
+from postproc.arrays import Array
 from postproc.effects.contract import State
-from postproc.patterns.change_points import breaks
-from postproc.patterns.formula import Family, Part, Pattern, Single, members, raw_of, sharper, together, values_of
-from postproc.patterns.harmonics import GEAR, LOW, TEETH, comes_again, sways, waves
-from postproc.patterns.hysteresis_and_lag import lags, memories
+from postproc.fit.channels import shown
+from postproc.fit.words.wording import joined
+from postproc.patterns.curves import (
+    GEAR,
+    LINE,
+    LOW,
+    SIDE,
+    SIZE,
+    SQUARE,
+    TEETH,
+    WAVE,
+    breaks,
+    fixed,
+    level,
+    line,
+    of_channel,
+    of_signal,
+    own_or_time,
+    periods,
+    sways,
+    told_apart,
+    waves,
+)
+from postproc.patterns.formula import (
+    Block,
+    Curve,
+    Group,
+    Pattern,
+    Single,
+    acting,
+    block,
+    product_of,
+    side_by_side,
+    switching,
+    turns,
+)
 from postproc.patterns.instrument_model import Sight, around
-from postproc.patterns.levels import of_few, of_words, words
-from postproc.patterns.pairs import of_two, swelling
+from postproc.patterns.memory import lags, memories
 from postproc.patterns.pattern_prior import APART, LOADED, odds, sort
-from postproc.patterns.shapes import line, of_channel, of_signal
-from postproc.patterns.signals import added, channel_signal, place_code
+from postproc.patterns.signals import Signal, added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
-CHUNK = 2048
-"""Switches that are multiplied with a pattern at once."""
-FEW, FEW_SHARE = 6, 0.05
-"""Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
-"""What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
-
-
-@dataclass(frozen=True)
-class Group:
-    """Patterns that are tried together.
-
-    Args:
-        parts: patterns and families of them; kinds: how many there are of each kind.
-    """
-
-    parts: list[Part]
-    kinds: Mapping[str, int]
-
-    @cached_property
-    def some(self) -> Family:
-        return together(self.parts)
-
-    @cached_property
-    def values(self) -> Single:
-        """(n, P)."""
-        return values_of(self.some)
-
-    @cached_property
-    def odds(self) -> Array:
-        """(P,) how many patterns at places stand beside each."""
-        every = [members(part) for part in self.parts]
-        return np.repeat([odds(some[0], self.kinds) for some in every], [len(some) for some in every])
+MOST = 12
+"""Values of a column that may each have a shift of its own."""
+SWAYED = ("q", "dir", "payload", "x", "y", "z")
+"""Channels that may be the size of what comes again in time or along a column of the table's own."""
+TABLE = frozenset({"row", "session", "temperature", "time", "payload"})
+"""Channels of a table that are neither the arm's nor columns of its own."""
 
 
 @dataclass(frozen=True)
@@ -66,38 +67,67 @@ class Patterns:
     """Patterns that are tried, and what may switch one of them on.
 
     Args:
-        parts: of one channel or two, alone or as families; gates: shapes of one channel that may stand for "only
-            where"; slow: channels that are not the arm's.
+        blocks: patterns with one size; wide: those with several. gates: the blocks that may stand for "only where";
+            slow: channels that are not the arm's.
     """
 
-    parts: Sequence[Part]
-    gates: Sequence[Pattern] = ()
+    blocks: Sequence[Block]
+    wide: Sequence[Pattern] = ()
+    gates: Sequence[Block] = ()
     slow: frozenset[str] = frozenset()
-    known: dict[str, Group] = field(default_factory=dict)
-
-    @cached_property
-    def every(self) -> Family:
-        """All of them, one by one."""
-        return together(self.parts)
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
         """How many patterns there are of each kind."""
-        found = Counter[str]()
-        for some in map(members, self.parts):
-            found[some[0].kind] += len(some)
+        found = Counter[str](p.kind for p in self.wide)
+        for some in self.blocks:
+            found[some.like.kind] += len(some)
         return found
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """The table's own columns."""
+        return self.slow - TABLE
+
+    @cached_property
+    def every(self) -> Group:
+        """All with one size, in the order of `slices`."""
+        found = sorted(self.blocks, key=lambda b: (b.like.where or "", self._follows(b)))
+        return Group(found)
+
+    def _follows(self, some: Block) -> int:
+        """0 of what follows the arm, 1 of what does not, 2 of what follows the table's own columns alone."""
+        names = some.like.channels
+        return int(self.slow.issuperset(names)) + int(self.own.issuperset(names))
+
+    @cached_property
+    def slices(self) -> Mapping[tuple[str, int], slice]:
+        """Where patterns stand: by the only place where they make sense, or of all places by what they follow."""
+        blocks, ends = self.every.blocks, self.every.ends
+        at = [(b.like.where or "", 0 if b.like.where else self._follows(b)) for b in blocks]
+        return {
+            key: slice(int(ends[at.index(key)]), int(ends[len(at) - at[::-1].index(key)])) for key in dict.fromkeys(at)
+        }
+
+    def at(self, where: str) -> Iterator[tuple[slice, bool]]:
+        """Which of `every` make sense at a place, and whether they do so everywhere."""
+        least = 2 if where in LOADED else 1 if where in APART else 0
+        some = [self.slices["", rank] for rank in range(least, 3) if ("", rank) in self.slices and where != LEANS]
+        if some:
+            yield slice(some[0].start, some[-1].stop), True
+        for name in dict.fromkeys([where, sort(where)]):
+            if (name, 0) in self.slices:
+                yield self.slices[name, 0], False
+
+    @cached_property
+    def odds(self) -> Array:
+        """(P,) how many patterns at places stand beside each."""
+        return self.every.of_blocks(lambda b: odds(b.like, self.kinds))
 
     @cached_property
     def lines(self) -> list[Pattern]:
         """What grows in proportion to a channel."""
-        return [p for p in self.parts if isinstance(p, Pattern) and p.kind == "line"]
-
-    def groups(self, where: str) -> Iterator[Group]:
-        """Patterns at a place: the arm does not change what an instrument makes of its readings."""
-        every = self.carried if where in LOADED else self.apart if where in APART else self.anywhere
-        groups = (*([] if where == LEANS else [every]), self.only(where))
-        return (group for group in groups if group.parts)
+        return [b[0] for b in self.blocks if b.like.kind == "line"]
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
         """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
@@ -108,67 +138,63 @@ class Patterns:
         return anywhere or pattern.where == sort(where)
 
     @cached_property
-    def own(self) -> frozenset[str]:
-        """The table's own columns."""
-        return self.slow - {"row", "session", "temperature", "time", "payload"}
-
-    @cached_property
-    def narrow(self) -> Mapping[str | None, list[Part]]:
-        """Patterns with one size by where alone they make sense; those that do at every place by None."""
-        found: dict[str | None, list[Part]] = {}
-        for part in self.parts:
-            if not _first(part).wide:
-                found.setdefault(_first(part).where, []).append(part)
-        return found
-
-    @cached_property
-    def anywhere(self) -> Group:
-        """Patterns that make sense at every place."""
-        return Group(self.narrow.get(None, []), self.kinds)
-
-    @cached_property
-    def apart(self) -> Group:
-        """Those that do not follow the arm."""
-        return Group([p for p in self.anywhere.parts if self.slow.issuperset(_first(p).channels)], self.kinds)
-
-    @cached_property
-    def carried(self) -> Group:
-        """Those of the table's own columns: what is filled, unwound or changed has one."""
-        return Group([p for p in self.apart.parts if self.own.issuperset(_first(p).channels)], self.kinds)
-
-    def only(self, where: str) -> Group:
-        """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
-        if where not in self.known:
-            some = [p for here in dict.fromkeys([where, sort(where)]) for p in self.narrow.get(here, ())]
-            self.known[where] = Group(some, self.kinds)
-        return self.known[where]
-
-    @cached_property
-    def wide(self) -> list[Pattern]:
-        """Patterns with several sizes."""
-        return [p for p in self.parts if isinstance(p, Pattern) and p.wide]
-
-    @cached_property
-    def sizes(self) -> list[Pattern]:
+    def sizes(self) -> Group:
         """What grows in proportion to a channel, from its middle or from nothing on."""
-        some = [p for p in self.lines if p.channels != ("row",)]
-        return [*some, *(line(p.signals[0]) for p in some if p.law(*(s.middle for s in p.signals)) == 0.0)]
+        some = [p.signals[0] for p in self.lines if p.channels != ("row",) and p.where is None]
+        return Group(line(s, origin) for s in some for origin in dict.fromkeys((s.middle, 0.0)))
 
     @cached_property
-    def open(self) -> Single:
-        """(n, gates) values of the gates."""
-        return values_of(self.gates) if self.gates else np.zeros((0, 0), dtype=np.float32)
+    def switches(self) -> tuple[Group, Single]:
+        """Every switch, and (n, G) their values, that is open in more than a few rows and shut in others."""
+        found = list[Block]()
+        for some in self.gates:
+            [(curve, signal)] = some.like.factors
+            sides = range(3 if len(curve.gate) > 1 else 1)
+            found += [acting(block(switching(curve, side), signal, some.numbers, some.like.kind)) for side in sides]
+        group = Group(found)
+        return group, group.values
 
-    @cached_property
-    def switches(self) -> NDArray[np.int_]:
-        """(G, 2) gates that are open in some rows and shut in others, and what each does there."""
-        every = [(k, side) for k in _open_and_shut(self.open) for side in range(len(self.gates[k].gate))]
-        return np.array(every, dtype=int).reshape(-1, 2)
+    def grown(self, pattern: Pattern) -> Iterator[tuple[Single, Group]]:
+        """(n, G) values, and patterns: one, or a factor of it, where another channel switches it on.
 
-    @cached_property
-    def switching(self) -> NDArray[np.str_]:
-        """(G,) channels of the switches."""
-        return np.array([self.gates[k].channels[0] for k in self.switches[:, 0]])
+        What is a switch itself may switch whatever grows with another channel: a clamp that gives under the payload.
+        """
+        switches, values = self.switches
+        ends = switches.ends
+        for one, other in _factors(pattern):
+            kept = [
+                k for k, b in enumerate(switches.blocks)
+                if (b.like.channels[0] == other if other else b.like.channels[0] not in pattern.channels)
+            ]  # fmt: skip
+            if kept:
+                columns = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in kept])
+                yield (
+                    values[:, columns] * one.values.astype(np.float32)[:, None],
+                    Group(_switched(one, switches.blocks[k]) for k in kept),
+                )
+        if len(pattern.factors) == 1 and pattern.factors[0][0].gate:
+            [(curve, signal)] = pattern.factors
+            some = [b for b in self.sizes.blocks if not set(pattern.channels).intersection(b.like.channels)]
+            for side in range(3 if len(curve.gate) > 1 else 1) if some else ():
+                gate = Block(replace(pattern, factors=((switching(curve, side), signal),)), np.array([pattern.numbers]))
+                group = Group(product_of(b, gate, pattern.kind, pattern.where) for b in some)
+                yield group.values, group
+
+
+def _switched(one: Pattern, switch: Block) -> Block:
+    """A pattern where each of some switches is on; its numbers may then lie elsewhere."""
+    numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
+    return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
+
+
+def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
+    """A pattern, which any channel may switch, or of a product each factor, which that of the other one may."""
+    if len(pattern.factors) == 1:
+        yield pattern, ""
+    elif len(pattern.factors) == 2:
+        for k, (curve, signal, own) in enumerate(pattern.each):
+            plain = LINE if curve.kind == "line" else curve
+            yield replace(pattern, factors=((plain, signal),), numbers=own), pattern.factors[1 - k][1].name
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
@@ -184,95 +210,131 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
     # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
     number = [signals.pop("row")] if "row" in signals else []
-    single = [p for signal in signals.values() for p in of_channel(signal)]
-    single += [p for column in said.values() for p in of_words(column)]
-    single += [replace(p, gate=()) for signal in number for p in of_signal(signal)]
-    found: list[Part] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
-    found += [sways(signal) for signal in signals.values() if comes_again(signal)]
-    for first, second in combinations(signals.values(), 2):
+    every = list(signals.values())
+    single = [b for s in every for b in of_channel(s)] + [b for column in said.values() for b in of_words(column)]
+    found = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if own_or_time(s))]
+    for first, second in combinations(every, 2):
         found += of_two(first, second)
-    angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
-    for angle in angles:
-        found.append(waves(angle, range(1, GEAR + 1)))
-        # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
-        found.append(waves(angle, range(GEAR + 1, TEETH + 1)).times(partial(replace, where="joint")))
-    slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
+    slow = [s for s in every if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
     others = [*slow, *(s for column in said.values() for s in column)]
+    found += of_angles([s for s in every if s.name[0] == "q" and s.name[1:].isdigit()], slow)
     # What flows into a tank or off a drum weighs as much as there is of it.
-    found += [replace(line(s), where="weight", gate=()) for s in slow if "channels[" in s.code]
-    # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
+    found += [_only_at("weight", line(s)) for s in slow if "channels[" in s.code]
+    if {"x", "y"} <= set(signals):
+        x, y = signals["x"], signals["y"]
+        code = f"np.hypot({x.code}, {y.code})" if place else ""
+        away = Signal(("x", "y"), np.hypot(x.values, y.values), code, "x", "the distance from joint 1")
+        found.append(block(SQUARE, away))
+    if "time" in signals or number:
+        found += memories(signals, state.session)
+    found += [*lags(signals), *pulls(state, position), *around(position, place)]
+    found += sight.blocks(others) if sight is not None else ()
+    leaning, wide = overturning(state, others)
+    wide = [*wide, *(p for s in every if "channels[" in s.code for p in each_level(s))]
+    wide += [p for column in said.values() for p in each_word(column)]
+    gates = [b for b in single if len(b) and b.like.factors[0][0].gate]
+    apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
+    return Patterns([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
+
+
+def _only_at(where: str, some: Block) -> Block:
+    return replace(some, like=replace(some.like, where=where))
+
+
+def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
+    """Waves of angles and of sums of them, and where sums break.
+
+    What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
+    """
+    for angle in angles:
+        yield waves(angle, range(1, GEAR + 1))
+        # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
+        fine = waves(angle, range(GEAR + 1, TEETH + 1))
+        yield _only_at("joint", fine)
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
     near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
         close = turn.label in near or len(turn.names) > 2
-        found += [waves(turn, LOW), *(p for p in breaks(turn) if close or p.kind == "kink")]
-        found += [p for size in (slow if close else ()) for p in swelling(turn, size, LOW)]
-    if {"x", "y"} <= set(signals):
-        form = "grows with the square of the distance from joint 1"
-        found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
-    ordered = "time" in signals or bool(number)
-    found += [
-        *(memories(signals, state.session) if ordered else ()),
-        *lags(signals),
-        *pulls(state, position),
-        *overturning(state, others),
-    ]
-    found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
-    apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
-    return Patterns([p for p in (*single, *found) if len(members(p))], [p for p in single if p.gate], apart)
+        yield waves(turn, LOW)
+        yield from (b for b in breaks(turn) if close or b.like.kind == "kink")
+        for size in slow if close else ():
+            yield from swelling(turn, size, LOW)
 
 
-def grown(pattern: Pattern, every: Patterns) -> Iterator[tuple[Single, list[tuple[Pattern, Pattern, int]]]]:
-    """(n, G) values of a pattern, or a factor of it, where another channel switches it on, and what each is made of.
+def of_two(first: Signal, second: Signal) -> Iterator[Block]:
+    """Products of lines and waves of two signals."""
+    for a, b in ((0.0, 0.0), (float(first.values.mean()), float(second.values.mean()))):
+        yield product_of(line(first, a), line(second, b), "product")
+    if first.name[0] == second.name[0] == "q":
+        yield product_of(_quarters(first, LOW), _quarters(second, LOW), "product of waves")
+    elif first.name[0] == "q" and second.name not in ("x", "y", "z"):
+        # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
+        yield from swelling(first, second, range(1, GEAR + 1))
+    for side, size in ((first, second), (second, first)):
+        if own_or_time(side) and size.name.rstrip("123456") in SWAYED:
+            yield from swelling(side, size, periods(side))
+        if side.name.startswith(("dir", "v")) and size.name.startswith("load"):
+            yield product_of(block(SIDE, side), block(SIZE, size), "product")
 
-    In blocks: all at once are the largest array of a search.
 
-    What is a switch itself may switch whatever grows with another channel: a clamp that gives under the payload.
+def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Block]:
+    """Waves of an angle, of a sum of some or of what comes again otherwise, whose size is another channel.
+
+    Low ones anywhere, a gear's at its own joint.
     """
-    for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
-        names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
-        use, there = np.flatnonzero(np.isin(every.switching, list(names))), factor.values.astype(np.float32)
-        for gate, side in (every.switches[use[rows]].T for rows in blocks(len(use), CHUNK)):
-            shut, opened = (np.array([of(x) for of in SIDES], dtype=np.float32)[side] for x in (0, 1))
-            values = (shut + (opened - shut) * every.open[:, gate]) * there[:, None]
-            yield values, [(factor, every.gates[k], s) for k, s in zip(gate.tolist(), side.tolist(), strict=True)]
-    growing = [p for p in every.sizes if not set(pattern.channels).intersection(p.channels)]
-    for side in range(len(pattern.gate) if growing else 0):
-        there = SIDES[side](pattern.values.astype(np.float32))
-        yield values_of(growing) * there[:, None], [(p, pattern, side) for p in growing]
+    middle, every = float(size.values.mean()), list(orders)
+    kind = "swelling wave" if turns(angle) else "swelling sway"
+    low = [order for order in every if order <= max(LOW) or not turns(angle)]
+    # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
+    for origin in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
+        for where, some in ((None, low), (f"joint {angle.name[1:]}", every[len(low) :])):
+            yield product_of(line(size, origin), _quarters(angle, some), kind, where)
 
 
-def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
-    """A pattern that acts only where a gate is open."""
-
-    def through(gate: Pattern) -> Pattern:
-        def law(*signals: Any) -> Any:
-            return pattern.law(*signals[:-1]) * SIDES[side](gate.law(signals[-1]))
-
-        return Pattern(
-            (*pattern.signals, *gate.signals), f"{pattern.named} {gate.gate[side]}", law, at=gate.at, finer=finer(gate)
-        )
-
-    def finer(gate: Pattern) -> Callable[[], Family] | None:
-        return None if gate.finer is None else lambda: together(map(every_through, sharper(gate).parts))
-
-    def every_through(gates: Sequence[Pattern]) -> Family:
-        """The same for all of some gates, which are said alike."""
-        use = _open_and_shut(values_of(gates)) if len(gates[0].gate) > side else np.zeros(0, dtype=int)
-
-        def raw() -> Array:
-            return np.asarray(raw_of([pattern]) * SIDES[side](raw_of(gates)))
-
-        return Family(len(gates), lambda k: through(gates[k]), raw).among(use)
-
-    return through(gate)
+def _quarters(signal: Signal, orders: Iterable[float]) -> Block:
+    return block(WAVE, signal, [(k, p) for k in told_apart(signal, orders) for p in (0.0, np.pi / 2)])
 
 
-def _first(part: Part) -> Pattern:
-    return members(part)[0]
+def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
+    """The columns that hold words: for each word where it stands, as the table is read (``shift=night``).
+
+    Cells that are empty are a word, too.
+    """
+    found: dict[str, list[Signal]] = {}
+    for name, signal in signals.items():
+        column, sign, word = name.partition("=")
+        if sign and set(signal.distinct) <= {0.0, 1.0}:
+            found.setdefault(column, []).append(replace(signal, names=(column,), unit="", label=word))
+    for some in found.values():
+        if (nothing := 1 - np.sum([s.values for s in some], axis=0)).any():
+            code = f"(1 - {' - '.join(s.code for s in some)})"
+            some.append(replace(some[0], values=nothing, code=code, label="empty"))
+    return found
 
 
-def _open_and_shut(values: Single) -> NDArray[np.intp]:
-    """Gates (n, G) that more than a few rows have open, and more than a few have shut: chance makes one of any few."""
-    few = max(FEW, FEW_SHARE * len(values))
-    return np.flatnonzero(np.minimum((values > 0.5).sum(axis=0), (values < 0.5).sum(axis=0)) >= few)
+def of_words(column: Sequence[Signal]) -> Iterator[Block]:
+    """Each word, of two the first."""
+    for signal in column[:1] if len(column) == 2 else column:
+        yield block(_word(signal), replace(signal, label=signal.name))
+
+
+def _word(signal: Signal) -> Curve:
+    said = f"where {signal.name} is {signal.label}"
+    return fixed(lambda x: x, said, "level", said, signal.label)
+
+
+def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
+    """A shift for every word of a column."""
+    if len(column) > 2:
+        form = f"another value at each of {joined([s.label for s in column])}"
+        yield side_by_side((block(LINE, s)[0] for s in column[1:]), form, "levels")
+
+
+def each_level(signal: Signal) -> Iterator[Pattern]:
+    """A shift for each of a few numbers that a column holds, all of them more than once."""
+    distinct, count = np.unique(signal.values, return_counts=True)
+    if 2 < len(distinct) <= MOST and count.min() > 1:
+        form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
+        near = 0.5 * float(np.diff(distinct).min())
+        some = (block(level(signal, [float(v)], near), signal)[0] for v in distinct[1:])
+        yield side_by_side(some, form, "levels")

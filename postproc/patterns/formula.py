@@ -1,69 +1,135 @@
-"""A pattern: a formula of signals, with its sentence, its values and its text over a state."""
+"""A pattern: a product of curves of signals, with its sentence, its values and its text over a state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from itertools import groupby
-from typing import Any, overload
+from functools import cached_property, reduce
+from operator import mul
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.fit.channels import within
-from postproc.fit.words.wording import joined
-from postproc.patterns.signals import Draft, Signal, text_of, unit, written
+from postproc.fit.channels import shown, within
+from postproc.patterns.signals import Draft, Movable, Signal, text_of, unit, written
 
-Edge = tuple[float, float]
-"""Between which values an edge lies."""
 Law = Callable[..., Any]
-"""A formula that takes signals, as values or as text."""
+"""A formula of a signal, as values or as text, and of numbers."""
 Single = NDArray[np.float32]
+Edge = tuple[float, float]
+"""Between which values a number of a curve lies."""
+MOVED = {"knot": "knot", "width": "width", "reach": "width", "order": "order", "phase": "phase"}
+"""Kinds of numbers that the fit of a draft may move, and as what."""
 
 
-@dataclass(frozen=True)
-class Pattern:
-    """A function of signals without physical unit: its sentence, its values and its text over a state.
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A function of one signal that a few numbers form.
 
     Args:
-        signals: what it is a function of; form: what it looks like, such as ``step near {}``, with a place for each of
-            its edges; law: the formula.
-        kind: patterns of one kind are as likely as those of any other, however many there are.
-        at: its edges, knots, .., of the last signal.
-        where: the only place at which it makes sense, None for all.
-        finer: makes the same with its edge, knot, period or phase at many finer places.
-        gate: how it is said of something else that acts only there, only elsewhere, and there the other way round.
-        factors: makes what it is a product of, each with the channel that may switch it.
-        tries: how many times as many as of its kind were tried.
-        label: what it is called as part of a longer sentence.
-        rounder: makes the same with sizes of its own for sine and cosine.
-        wide: whether the law gives a list of functions, each with a size of its own: a shift for each level.
+        law: of the signal and of the numbers; said: what it looks like, a template (`Curve.words`). kind: patterns of
+            one kind are as likely as those of any other, however many there are.
+        numbers: the kind of each number: edge, knot, width (half of it), reach, order, phase, start or duty.
+        noun: what it is called as a factor; gate: how it is said of something else that it acts only there, and
+            only elsewhere: what a switch of that curve does. switch: the curve and the side of a switch.
     """
 
-    signals: tuple[Signal, ...]
-    form: str
-    law: Law = field(repr=False, compare=False)
-    kind: str = ""
-    at: tuple[Edge, ...] = ()
-    where: str | None = None
-    finer: Callable[[], Sequence[Pattern]] | None = field(default=None, repr=False, compare=False)
+    law: Law = field(repr=False)
+    said: str
+    kind: str
+    numbers: tuple[str, ...] = ()
+    noun: str = ""
     gate: tuple[str, ...] = ()
-    factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
-    rounder: Callable[[], Pattern] | None = field(default=None, repr=False, compare=False)
+    switch: tuple[Curve, int] | None = None
+
+    def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
+        """A template filled: numbers by their place, ``of`` and ``label`` of the signal, and what comes again."""
+        words = {f"n{k}": within(signal.unit, *span) for k, span in enumerate(spans)}
+        if "order" in self.numbers:
+            order, share = numbers[0], numbers[1] / (2 * np.pi if self.numbers[1] == "phase" else 1.0)
+            words["each"], words["verb"] = each(signal, order), "swaying" if signal.name == "time" else "wave"
+            words["at"] = shown(signal.unit, again(signal, order, share))
+            if len(numbers) > 2:
+                words["end"] = shown(signal.unit, again(signal, order, share) + numbers[2] * 2 * np.pi / order)
+        return template.format(of=signal.of, label=signal.label, name=signal.name, **words)
+
+
+def turns(signal: Signal) -> bool:
+    return signal.unit.rstrip("123456") == "q"
+
+
+def each(signal: Signal, order: float) -> str:
+    """How often a wave comes."""
+    return f"{order:.3g} times a turn" if turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
+
+
+def again(signal: Signal, order: float, share: float) -> float:
+    """The place next to the middle of the values at which a share of a period is over."""
+    period = 2 * np.pi / order
+    return (share + round(signal.middle / period - share)) * period
+
+
+def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
+    """Between which values a number lies: an edge between neighbouring measured values."""
+    low, high = min(numbers := list(numbers)), max(numbers)
+    if kind == "edge":
+        at = np.searchsorted(signal.distinct, (low, high)).clip(1, len(signal.distinct) - 1)
+        return float(signal.distinct[at[0] - 1]), float(signal.distinct[at[1]])
+    return (2 * low, 2 * high) if kind == "width" else (low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A product of curves without physical unit.
+
+    Args:
+        factors: curves, each of a signal; numbers: of all of them, one after another. kind: for its odds.
+        where: the only place at which it makes sense, None for all; tries: how many times as many as of its kind were
+            tried. level: how closely its numbers were found.
+        parts: patterns side by side, each with a size of its own, instead of factors: a shift for each level;
+            form: what these are called.
+    """
+
+    factors: tuple[tuple[Curve, Signal], ...]
+    numbers: tuple[float, ...] = ()
+    kind: str = ""
+    where: str | None = None
     tries: float = 1.0
-    label: str = ""
-    wide: bool = False
+    level: int = 0
+    parts: tuple[Pattern, ...] = ()
+    form: str = ""
+
+    @property
+    def wide(self) -> bool:
+        return bool(self.parts)
+
+    @cached_property
+    def signals(self) -> tuple[Signal, ...]:
+        own = dict.fromkeys(s for p in self.parts for s in p.signals)
+        return tuple(own) if self.parts else tuple(s for _, s in self.factors)
+
+    @cached_property
+    def each(self) -> list[tuple[Curve, Signal, tuple[float, ...]]]:
+        """Its factors with the numbers of each."""
+        left, found = list(self.numbers), []
+        for curve, signal in self.factors:
+            own, left = tuple(left[: len(curve.numbers)]), left[len(curve.numbers) :]
+            found.append((curve, signal, own))
+        return found
+
+    @cached_property
+    def raw(self) -> Array:
+        """(n,), or (n, k) of several side by side."""
+        if self.parts:
+            return np.stack([p.raw for p in self.parts], axis=1)
+        return np.asarray(reduce(mul, (c.law(s.values, *own) for c, s, own in self.each)), dtype=float)
 
     @cached_property
     def values(self) -> Array:
-        """(n,), or (n, k) of a wide one, by their largest size."""
-        return unit(self._raw())
-
-    def _raw(self) -> Array:
-        found = self.law(*(s.values for s in self.signals))
-        return np.stack(found, axis=1).astype(float) if self.wide else np.asarray(found, dtype=float)
+        """The same by their largest size."""
+        return unit(self.raw)
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -72,148 +138,152 @@ class Pattern:
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
     @property
-    def numbers(self) -> int:
+    def cost(self) -> int:
         """How many numbers were searched for it: of what says the same, what needs fewest is the plainest."""
-        own = len(self.at) + (2 if self.kind.endswith(("wave", "sway")) else 4 if self.kind.endswith("waves") else 0)
-        return own + len(self.signals) - 1
-
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """What gives its values, as expressions of a state; none where a state does not tell them."""
-        return tuple(map(text_of, self.drafts))
+        return len(self.numbers) + len(self.factors or self.parts) - 1
 
     @property
     def drafts(self) -> tuple[Draft, ...]:
-        """The same, with what the numbers need that a fit may move."""
-        found, largest = written(self.law, self.signals), float(np.abs(self._raw()).max())
-        every = () if found is None else found if self.wide else [found]
-        return tuple((part if abs(largest - 1) < 1e-3 else part / largest).draft for part in every)
+        """What gives its values, as expressions of a state with what a fit may move; none where no state tells them."""
+        largest, every = float(np.abs(self.raw).max()), [p._text() for p in self.parts or (self,)]
+        if any(text is None for text in every):
+            return ()
+        return tuple((text if abs(largest - 1) < 1e-3 else text / largest).draft for text in every)
+
+    def _text(self) -> Any:
+        """Its formula as text."""
+        some = [written(c.law, s, _movable(c, s, own)) for c, s, own in self.each]
+        return None if any(text is None for text in some) else reduce(mul, some)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The same with all numbers as they are."""
+        return tuple(map(text_of, self.drafts))
 
     @property
     def text(self) -> str:
         return self.told()
 
-    @property
-    def named(self) -> str:
-        """As part of a longer sentence."""
-        return self.label or (self.text if len(self.channels) > 1 else f"{self.text} of {self.signals[0].name}")
-
     def told(self, alike: Sequence[Pattern] = ()) -> str:
         """What it looks like, its edges no closer than patterns that do the same have theirs."""
-        if not self.at:
+        if self.form:
             return self.form
-        every = np.array([p.at for p in (self, *alike) if p.form == self.form]).reshape(-1, len(self.at), 2)
-        channel = self.signals[-1].unit
-        spans = (within(channel, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
-        return self.form.format(*spans)
+        same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
+        said, first = "", 0
+        for curve, signal, own in self.each:
+            every = ([x, *(p.numbers[first + k] for p in same)] for k, x in enumerate(own))
+            spans = [span_of(signal, kind, some) for kind, some in zip(curve.numbers, every, strict=True)]
+            first += len(own)
+            noun = curve.noun or (curve.said if signal.of else curve.said + " of {label}")
+            word = curve.words(curve.said if len(self.factors) == 1 else noun, signal, own, spans)
+            said += (" " if curve.switch else " times ") * bool(said) + word
+        return said
+
+
+def _movable(curve: Curve, signal: Signal, numbers: Sequence[float]) -> list[float]:
+    """Numbers as a fit may move them; what turns a whole number of times does so."""
+
+    def still(kind: str, x: float) -> bool:
+        return kind not in MOVED or (kind == "order" and turns(signal) and x.is_integer())
+
+    every = zip(curve.numbers, numbers, strict=True)
+    return [x if still(kind, x) else Movable(x, MOVED[kind], signal) for kind, x in every]
+
+
+SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
+"""What a switch g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
+
+
+def switching(curve: Curve, side: int) -> Curve:
+    """The switch that a curve is: 1 where a pattern acts."""
+    only, other = "only where {label} is ", "the other way where {label} is "
+    said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
+    law = curve.law
+    return replace(curve, law=lambda x, *own: SIDES[side](law(x, *own)), said=said, noun=said, switch=(curve, side))
+
+
+FEW, FEW_SHARE = 6, 0.05
+"""Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
 
 
 @dataclass(frozen=True, eq=False)
-class Family(Sequence[Pattern]):
-    """Patterns of one kind whose values are worked out at once; each of them is made where it is asked for.
+class Block:
+    """Patterns that differ in numbers alone, (P, K); their values are worked out at once."""
 
-    Args:
-        many: how many; make: the k-th; raw: (P, n) values of all.
-        joined: what it was put together from, each of one form.
-    """
-
-    many: int
-    make: Callable[[int], Pattern]
-    raw: Callable[[], Array]
-    joined: tuple[Sequence[Pattern], ...] = ()
-    made: dict[int, Pattern] = field(default_factory=dict, repr=False)
-
-    @property
-    def parts(self) -> tuple[Sequence[Pattern], ...]:
-        return self.joined or (self,)
+    like: Pattern
+    numbers: Array
 
     def __len__(self) -> int:
-        return self.many
+        return len(self.numbers)
 
-    @overload
-    def __getitem__(self, at: int) -> Pattern: ...
+    def __getitem__(self, at: int) -> Pattern:
+        return replace(self.like, numbers=tuple(self.numbers[at].tolist()))
 
-    @overload
-    def __getitem__(self, at: slice) -> list[Pattern]: ...
+    def __iter__(self) -> Iterator[Pattern]:
+        return map(self.__getitem__, range(len(self)))
 
-    def __getitem__(self, at: int | slice) -> Pattern | list[Pattern]:
-        if isinstance(at, slice):
-            return [self[k] for k in range(*at.indices(self.many))]
-        if not 0 <= at < self.many:
-            raise IndexError(at)
-        if at not in self.made:
-            self.made[at] = self.make(at)
-        return self.made[at]
-
-    def times(self, change: Callable[[Pattern], Pattern], values: Array | None = None) -> Family:
-        """The same after a change of each, their values as many times as large."""
-        return Family(self.many, lambda k: change(self[k]), self.raw if values is None else lambda: self.raw() * values)
-
-    def among(self, use: NDArray[np.intp]) -> Family:
-        """Some of them."""
-        return Family(len(use), lambda k: self[int(use[k])], lambda: self.raw()[use])
-
-    def settled(self) -> Family:
-        """The same, which nothing brings closer."""
-        return self.times(lambda p: replace(p, finer=None))
+    @property
+    def raw(self) -> Array:
+        """(P, n)."""
+        found: Any = np.float32(1.0)
+        left = self.numbers.T[:, :, None]
+        for curve, signal in self.like.factors:
+            found = found * curve.law(signal.values, *left[: len(curve.numbers)])
+            left = left[len(curve.numbers) :]
+        return np.broadcast_to(found, (len(self), len(signal.values)))
 
 
-def family(
-    signals: Sequence[Signal], law: Law, make: Callable[..., Pattern], numbers: Iterable[Sequence[float]]
-) -> Family:
-    """Patterns that differ in numbers alone: a law of signals and of the numbers, and a pattern by its numbers."""
-    every = [tuple(map(float, some)) for some in numbers]
-
-    def raw() -> Array:
-        return np.asarray(law(*(s.values for s in signals), *np.array(every).T[:, :, None]), dtype=np.float32)
-
-    return Family(len(every), lambda k: make(*every[k]), raw)
+def block(
+    curve: Curve, signal: Signal, numbers: Iterable[Sequence[float]] = ((),), kind: str = "", where: str | None = None
+) -> Block:
+    """Patterns of one curve of one signal."""
+    every = [tuple(some) for some in numbers]
+    like = Pattern(((curve, signal),), kind=kind or curve.kind, where=where)
+    return Block(like, np.array(every, dtype=float).reshape(len(every), len(curve.numbers)))
 
 
-Part = Pattern | Sequence[Pattern]
-"""A pattern, or some of one kind."""
+def product_of(first: Block, second: Block, kind: str, where: str | None = None) -> Block:
+    """Every one of some patterns times every one of others."""
+    i, j = (index.ravel() for index in np.indices((len(first), len(second))))
+    like = replace(first.like, factors=first.like.factors + second.like.factors, kind=kind, where=where)
+    return Block(like, np.hstack([first.numbers[i], second.numbers[j]]))
 
 
-def members(part: Part) -> Sequence[Pattern]:
-    """The patterns of a part, one alone as well."""
-    return [part] if isinstance(part, Pattern) else part
+class Group:
+    """Blocks one after another."""
+
+    def __init__(self, blocks: Iterable[Block]) -> None:
+        self.blocks = [b for b in blocks if len(b)]
+        self.ends = np.cumsum([0, *map(len, self.blocks)])
+
+    def __len__(self) -> int:
+        return int(self.ends[-1])
+
+    def __getitem__(self, at: int) -> Pattern:
+        which = int(np.searchsorted(self.ends, at, side="right")) - 1
+        return self.blocks[which][at - int(self.ends[which])]
+
+    def __iter__(self) -> Iterator[Pattern]:
+        return (pattern for some in self.blocks for pattern in some)
+
+    @cached_property
+    def values(self) -> Single:
+        """(n, P) by their largest size; in single precision, which is twice as fast."""
+        rows = len(self.blocks[0].like.factors[0][1].values) if self.blocks else 0
+        raw = np.empty((len(self), rows), dtype=np.float32)
+        for some, first in zip(self.blocks, self.ends, strict=False):
+            raw[first : first + len(some)] = some.raw
+        most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True)) if len(self) else raw
+        return np.divide(raw, np.maximum(most, 1e-30), out=raw).T
+
+    def of_blocks(self, told: Callable[[Block], float]) -> Array:
+        """(P,) a number of each one's block."""
+        return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
-def together(parts: Iterable[Part]) -> Family:
-    """Patterns and families of them one after another."""
-    groups = list[Sequence[Pattern]]()
-    for alone, some in groupby(parts, lambda part: isinstance(part, Pattern)):
-        every = [members(part) for part in some]
-        groups += [[group[0] for group in every]] if alone else filter(len, every)
-    ends = np.cumsum([0, *map(len, groups)])
-
-    def make(k: int) -> Pattern:
-        at = int(np.searchsorted(ends, k, side="right")) - 1
-        return groups[at][k - int(ends[at])]
-
-    def raw() -> Any:
-        # One after another into one array: side by side they would take twice the memory.
-        rows = len(groups[0][0].signals[0].values)
-        every = np.empty((int(ends[-1]), rows), dtype=np.float32)
-        for group, first in zip(groups, ends, strict=False):
-            every[first : first + len(group)] = raw_of(group)
-        return every
-
-    return Family(int(ends[-1]), make, raw, tuple(groups))
-
-
-def raw_of(some: Sequence[Pattern]) -> Array:
-    """(P, n) values of patterns with one function each."""
-    if isinstance(some, Family):
-        return some.raw()
-    return np.array([p.law(*(s.values for s in p.signals)) for p in some], dtype=np.float32)
-
-
-def values_of(some: Sequence[Pattern]) -> Single:
-    """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
-    raw = raw_of(some)
-    most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True))
-    return np.divide(raw, np.maximum(most, 1e-30), out=raw if raw.dtype == np.float32 else None, dtype=np.float32).T
+def side_by_side(some: Iterable[Pattern], form: str, kind: str, where: str | None = None) -> Pattern:
+    """Patterns each with a size of its own."""
+    return Pattern((), kind=kind, where=where, parts=tuple(some), form=form)
 
 
 def spread(moves: Array, values: Array) -> Array:
@@ -221,24 +291,12 @@ def spread(moves: Array, values: Array) -> Array:
     return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
-def sharper(pattern: Pattern) -> Family:
-    """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
-    near = () if pattern.finer is None else pattern.finer()
-    return near if isinstance(near, Family) else together(near)
-
-
-def only_at(where: str, pattern: Pattern) -> Pattern:
-    """A pattern that makes sense at one place."""
-    finer = None if pattern.finer is None else lambda: sharper(pattern).times(partial(only_at, where))
-    return replace(pattern, where=where, gate=(), finer=finer)
-
-
-def side_by_side(some: Sequence[Pattern], tries: float) -> Pattern:
-    """Patterns of one signal, each with a size of its own."""
-    some = sorted(some, key=lambda p: p.at)
-
-    def law(x: Any) -> list[Any]:
-        return [p.law(x) for p in some]
-
-    form, at = joined([p.form for p in some]), tuple(edge for p in some for edge in p.at)
-    return Pattern(some[0].signals, form, law, "line", at, tries=tries, wide=True)
+def acting(some: Block) -> Block:
+    """Patterns whose switch, if they have one, is on in more than a few rows, and off in others: any few have one."""
+    [*_, (curve, signal)] = some.like.factors
+    if curve.switch is None or not len(some):
+        return some
+    plain = curve.switch[0]
+    on = Group([block(plain, signal, some.numbers[:, some.numbers.shape[1] - len(plain.numbers) :])]).values > 0.5
+    few = max(FEW, FEW_SHARE * len(on))
+    return replace(some, numbers=some.numbers[np.minimum(on.sum(axis=0), (~on).sum(axis=0)) >= few])

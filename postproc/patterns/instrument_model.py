@@ -10,9 +10,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.channels import varies
 from postproc.model.equilibrium import Equilibrium
-from postproc.patterns.formula import Pattern, only_at
-from postproc.patterns.harmonics import GEAR, LOW, sways, waves
-from postproc.patterns.shapes import of_signal
+from postproc.patterns.curves import GEAR, LOW, fixed, line, of_signal, sways, waves
+from postproc.patterns.formula import Block, block, product_of
 from postproc.patterns.signals import TOOL, Signal, place_code
 from postproc.robot.pose import displace
 
@@ -73,39 +72,36 @@ class Sight:
             "scale": self.point,
         }
 
-    def patterns(self, slow: Iterable[Signal] = ()) -> Iterator[Pattern]:
-        """Shapes of what it reads, and an error that is the same everywhere.
+    def blocks(self, slow: Iterable[Signal] = ()) -> Iterator[Block]:
+        """Patterns of what it reads, and an error that is the same everywhere.
 
         Args:
             slow: channels with which the air between it and the point may bend and stretch what it sees.
         """
+        known = SEEN if self.code else ""
         flat, whole = f"np.hypot({SEEN}[:, 0], {SEEN}[:, 1])", f"np.linalg.norm({SEEN}, axis=1)"
         x, y, z = self.point.T
         level = np.hypot(x, y)
-        known = SEEN if self.code else ""
-        elevation = Signal(
-            ("elevation",), np.arctan2(z, level), f"np.arctan2({SEEN}[:, 2], {flat})", "q", "the instrument's elevation"
-        )
-        distance = Signal(("distance",), np.hypot(level, z), whole, "x", "the instrument's distance")
+        rising, far = (f"np.arctan2({SEEN}[:, 2], {flat})", whole) if known else ("", "")
+        elevation = Signal(("elevation",), np.arctan2(z, level), rising, "q", "the instrument's elevation")
+        distance = Signal(("distance",), np.hypot(level, z), far, "x", "the instrument's distance")
         for signal in (azimuth(self.point, known, "the instrument's azimuth"), elevation, distance):
-            yield from _shapes(signal if known else replace(signal, code=""), "instrument")
+            yield from _shapes(signal, "instrument")
         for k, axis in enumerate("xyz" if known else ""):
             u, (i, j) = self.beam, ((k + 1) % 3, (k + 2) % 3)
-            to, around = (f"the beam's angle {way} axis {axis} of the tool" for way in ("to", "around"))
-            code = f"np.arctan2({self.beam_code}[{j}], {self.beam_code}[{i}])"
-            tilted = Signal(WRIST, np.arccos(u[:, k]), f"np.arccos({self.beam_code}[{k}])", "q", to)
-            turned = Signal(WRIST, np.arctan2(u[:, j], u[:, i]), code, "q", around)
-            for signal in (tilted, turned):
-                yield from _shapes(signal, "instrument", max(LOW) + 1)
+            for way, values, code in (
+                ("to", np.arccos(u[:, k]), f"np.arccos({self.beam_code}[{k}])"),
+                ("around", np.arctan2(u[:, j], u[:, i]), f"np.arctan2({self.beam_code}[{j}], {self.beam_code}[{i}])"),
+            ):
+                label = f"the beam's angle {way} axis {axis} of the tool"
+                yield from _shapes(Signal(WRIST, values, code, "q", label), "instrument", max(LOW) + 1)
         for air in slow:
-            text = f"{air.whole} times {distance.label}"
-            path = distance if known else replace(distance, code="")
-            yield Pattern((air, path), text, lambda x, y: x * y, "product", where="instrument")
+            yield product_of(line(replace(air, label=air.whole)), line(distance), "product", "instrument")
         always = Signal(("x", "y", "z"), np.ones(len(x)), "np.ones(len(state))", "", "")
-        yield Pattern((always,), "the same everywhere", lambda x: x, "field", where="instrument")
+        yield block(fixed(lambda x: x, "the same everywhere", "field"), always, where="instrument")
 
 
-def around(position: Array, code: str) -> Iterator[Pattern]:
+def around(position: Array, code: str) -> Iterator[Block]:
     """Shapes of where the tool stands around joint 1: a footing turns and tilts with it."""
     return _shapes(azimuth(position, code, "the tool's azimuth"), "base")
 
@@ -118,7 +114,7 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
     return Signal(("azimuth",), values, text, "q", f"{label} atan2(y, x)", bare=True)
 
 
-def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Pattern]:
+def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Block]:
     if varies(signal.values):
-        again = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
-        yield from (only_at(where, p) for p in (*of_signal(signal), *again))
+        some = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
+        yield from (replace(b, like=replace(b.like, where=where)) for b in (*of_signal(signal), some))

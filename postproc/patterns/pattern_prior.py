@@ -13,13 +13,17 @@ PLACES = 31
 FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
 """What stands somewhere else, or leans about a point that nobody knows."""
 LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
-"""What carries a weight that nobody modelled: a tank on the arm, a drum, a tool."""
+"""What carries a weight that nobody modelled: a tank on the arm, a drum, a tool; on which body."""
 SEATED = "tool, shifted and turned"
 """What a flange or a changer does that gives way, where orientations are measured."""
 APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
 """Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
 ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""
+
+
+CLOSER = 4.0
+"""As much less likely is a pattern for each number that was found closer by: neighbours are hardly different."""
 
 
 def off_everywhere(where: str) -> bool:
@@ -42,4 +46,5 @@ def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
     Args:
         kinds: how many patterns there are of each kind.
     """
-    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * ROOMS.get(pattern.where, 1)
+    closer = CLOSER ** len(pattern.numbers) if pattern.level else 1.0
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * ROOMS.get(pattern.where, 1)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
-
 import numpy as np
 
 from postproc.arrays import Array
@@ -60,36 +58,10 @@ class Place:
         both = linear.by_row(place, place)
         self.square = np.array([both[:, i, j] for i, j in self.pairs])
         self.squared: Single = self.square.astype(np.float32)
-        self._seen(linear, self._inside(linear, 0))
-
-    def beside(self, columns: Array) -> Place:
-        """The same with (N, k) further columns among the fitted ones."""
-        other, linear = copy(self), self.linear.extended(columns)
-        new = self._inside(linear, self.linear.nuisance.shape[1])
-        other._seen(linear, np.concatenate([self.nuisance, new], axis=1))
-        return other
-
-    def _inside(self, linear: Linear, first: int) -> Array:
-        """(m, k, n) products of the place and the basis of the fitted columns, from one of them on."""
-        return linear.by_row(linear.nuisance[:, first:], self.place).transpose(2, 1, 0)
-
-    def _seen(self, linear: Linear, inside: Array) -> None:
-        self.linear, self.nuisance = linear, np.ascontiguousarray(inside)
-        self.rest: Array = linear.by_row(linear.rest[:, None], self.place)[:, 0].T
+        inside = linear.by_row(linear.nuisance, place).transpose(2, 1, 0)  # (m, k, n) with the fitted columns
+        self.linear, self.rest = linear, linear.by_row(linear.rest[:, None], place)[:, 0].T
         # What a pattern is multiplied with, in single precision, which is twice as fast for many of them.
-        self.straight: Single = np.vstack([*self.nuisance, self.rest]).astype(np.float32)
-
-    def products(self, values: Array) -> tuple[Array, Array]:
-        """(P, m, P, m) products of the columns of P patterns, for (n, P) values, and (P, m) with the residual."""
-        b, size = values[self.pose], (values.shape[1], self.count)
-        inside = (self.nuisance @ b).transpose(1, 2, 0).reshape(-1, size[0] * size[1])
-        gram = -(inside.T @ inside).reshape(*size, *size)
-        for (i, j), square in zip(self.pairs, self.square, strict=True):
-            both = (b * square[:, None]).T @ b
-            gram[:, i, :, j] += both
-            if i < j:
-                gram[:, j, :, i] += both
-        return gram, (self.rest @ b).T
+        self.straight: Single = np.vstack([*inside, self.rest]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
         """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values.

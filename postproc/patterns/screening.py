@@ -6,38 +6,34 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.patterns.change_point_sets import chains
-from postproc.patterns.dictionary import Patterns, grown, switched
-from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
+from postproc.patterns.curves import sharper
+from postproc.patterns.dictionary import Patterns
+from postproc.patterns.formula import Group, Pattern, spread
 from postproc.patterns.pattern_prior import SEATED, odds, off_everywhere
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
-from postproc.patterns.shapes import CLOSER
-from postproc.patterns.signals import Signal
 
 MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""
 FINE = 400
 """Edges of a pattern that are told at most."""
-SHARPER, NARROWER, SWITCHED, ROUND, SIDE_BY_SIDE = 1.65, 2.5, 3.0, 2.0, 5.0
+SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
-third of the rows than the same in all, what goes round in a circle than a wave along a line, and five shapes than
-one."""
+third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 UNDECIDED = 8.0
 """Shapes of one channel at a place whose worth differs by less (odds of 50 to 1) are not told apart."""
-FEW, CHAINS = 4, 4
-"""Values of a channel that has no shapes side by side; channels at places that are asked for them."""
-ELSEWHERE = 2
-"""Further places at which the best kind of pattern is sharpened."""
+KINDS, ELSEWHERE = 8, 2
+"""Kinds of patterns of the same signals that are sharpened; further places at which the best of them is."""
+Kind = tuple[tuple[str, ...], str]
+"""Signals by their labels, and the kind of a pattern of them."""
 UNNAMED_LOG_PRIOR = 16.0
 """2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
-
-
 Made = Callable[[int], Pattern]
 
 
@@ -54,7 +50,7 @@ class Found:
 
 @dataclass
 class Tried:
-    """Patterns that were tried at places, best first; anywhere: the most that each took off at one."""
+    """Patterns that were tried at places; anywhere: (P,) the most that each took off at one."""
 
     problem: Problem
     linear: Linear
@@ -63,42 +59,36 @@ class Tried:
     moves: dict[str, Array] = field(default_factory=dict)
     prepared: dict[str, Place] = field(default_factory=dict)
     screened: list[str] = field(default_factory=list)
-    anywhere: Array = field(default_factory=lambda: np.zeros(1))
+    anywhere: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.anywhere = np.zeros(len(self.every.every))
 
     def screen(self, where: str) -> None:
         """The best patterns at a place, each with the price of all that were tried."""
         self.screened.append(where)
-        for group in self.every.groups(where):
-            if group is self.every.anywhere and (where.startswith("body") or where == SEATED):
-                # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
-                use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
-                falls = self._seen(where).falls(group.values[:, use])
-                self._ranked(where, falls, group.odds[use], group.some.among(use).__getitem__, MOST)
-                continue
-            falls = self._seen(where).falls(group.values)
-            if group is self.every.anywhere:
-                self.anywhere = np.maximum(self.anywhere, falls)
-            self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
+        group = self.every.every
+        for some, everywhere in self.every.at(where):
+            use = np.arange(some.start, some.stop)
+            values = group.values[:, some]
+            # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
+            if everywhere and (where.startswith("body") or where == SEATED):
+                use = use[np.argsort(-self.anywhere[some])[: max(MOST, len(use) // 8)]]
+                values = group.values[:, use]
+            falls = self._seen(where).falls(values)
+            self.anywhere[use] = np.maximum(self.anywhere[use], falls)
+            self._ranked(where, falls, self.every.odds[use], _among(group, use), MOST)
         for pattern in self.every.wide:
             if self.every.sensible(pattern, where):
-                self._wide(where, pattern)
+                self.add(where, pattern)
 
-    def _wide(self, where: str, pattern: Pattern) -> Found:
-        """A pattern with several sizes."""
-        linear = self._seen(where).linear
-        columns = self.problem.whiten(spread(self.moves[where], pattern.values))
+    def add(self, where: str, pattern: Pattern) -> None:
+        """A single pattern at a place."""
+        columns, linear = self._columns(where, pattern), self._seen(where).linear
         fall = float(taken_off(linear, columns)[1].sum())
         price = odds(pattern, self.every.kinds)
         worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
         self.found.append(Found(worth, fall, where, pattern))
-        return self.found[-1]
-
-    def add(self, where: str, pattern: Pattern) -> None:
-        """A single pattern at a place."""
-        if pattern.wide:
-            self._wide(where, pattern)
-        else:
-            self._best(where, values_of([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
 
     def best(self) -> list[Found]:
         """The best pattern of the same channels at each place, strongest first.
@@ -111,17 +101,17 @@ class Tried:
         found = sorted(map(_plainest, once.values()), key=lambda f: -f.worth)[:MOST]
         return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
 
+    def _columns(self, where: str, pattern: Pattern) -> Array:
+        return self.problem.whiten(spread(self.moves[where], pattern.values))
+
     def _without_a_row(self, one: Found) -> Found:
-        linear = self._seen(one.where).linear
-        columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
+        linear, columns = self._seen(one.where).linear, self._columns(one.where, one.pattern)
         _, (left, fall) = with_and_without_a_row(linear, columns)
         price = odds(one.pattern, self.every.kinds)
         return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 
-    def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
-        return self._ranked(where, self._seen(where).falls(values), price, made, top)
-
-    def _ranked(self, where: str, falls: Array, price: Array | float, made: Made, top: int) -> list[Found]:
+    def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Found]:
+        """The best of some patterns (P,), which are added to what was found; of one alone those that do as well."""
         linear, count = self._seen(where).linear, self._seen(where).count
         worth = _worth(linear.square, falls, count, linear.freedom, price)
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
@@ -139,40 +129,39 @@ class Tried:
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
-    def sharpen(self, asked: float = 0.0, most: int = 8) -> None:
+    def sharpen(self, asked: float = 0.0) -> None:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
-        Each at the place where it tells most, the best of them at two more; what turns out best is tried everywhere.
+        1. The best of each kind, at the place where it tells most. 2. The best of these at two more places: nearby
+        places answer alike, and each has its own edge, phase or period. 3. What another channel makes of them. 4. What
+        turns out best at every place.
 
         Args:
             asked: worth below which none is of interest.
         """
         ranked = sorted(self.found, key=lambda f: -f.worth)
-        best, plain = ranked[0], ranked[0].worth
-        asked = min(asked, 0.9 * self._could(best, np.inf))
-        of_best, done = _kind(best), set[tuple[tuple[str, ...], str]]()
+        plain, asked = ranked[0].worth, min(asked, 0.9 * self._could(ranked[0], np.inf))
+        closest: dict[Kind, Found] = {}
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if len(done) == most or self._could(one, NARROWER) < least:
+            if len(closest) == KINDS or self._could(one, NARROWER) < least:
                 break
-            if _kind(one) in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
-                continue
-            done.add(_kind(one))
-            closest, switched = self._sharpened(one, max(asked, best.worth))
-            plain = max(plain, closest.worth)
-            if switched.worth > best.worth:
-                best, of_best = switched, _kind(one)
-        # Nearby places answer alike, and each has its own edge, phase or period.
-        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != best.where}
+            if _kind(one) not in closest and (one.pattern.kind == "window" or self._could(one, SHARPER) >= least):
+                closest[_kind(one)] = self._closest(one)
+                plain = max(plain, closest[_kind(one)].worth)
+        of_best = max(closest, key=lambda kind: closest[kind].worth, default=None)
+        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != closest[_kind(f)].where}
+        some = list(closest.values())
         for one in sorted(near.values(), key=lambda f: -f.worth)[:ELSEWHERE]:
-            if self._could(one, NARROWER) > max(asked, best.worth):
-                best = max(best, self._sharpened(one, max(asked, best.worth))[1], key=lambda f: f.worth)
-        for one, signal in self._channels([best, *ranked[:MOST]]):
-            if self._could(one, NARROWER) > best.worth and self._could(one, SIDE_BY_SIDE) > asked:
-                best = max(best, self._several(one.where, signal), key=lambda f: f.worth)
-        for one in (f for f in [best, *ranked[:MOST]] if f.pattern.rounder is not None):
-            if self._could(one, ROUND) > max(asked, best.worth):
-                best = max([best, *self._rounded(one.pattern)], key=lambda f: f.worth)
+            if self._could(one, NARROWER) > max(asked, plain):
+                some.append(self._closest(one))
+        best = max([ranked[0], *some], key=lambda f: f.worth)
+        for one in some:
+            known, least = len(self.found), max(asked, best.worth)
+            switched = [self._closest(other) for other in self._switched(one, least)]
+            best, before = max([best, *switched], key=lambda f: f.worth), best
+            if best is before:
+                del self.found[known:]
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if where != best.where and self.every.sensible(best.pattern, where):
@@ -185,92 +174,49 @@ class Tried:
         price = tries * odds(one.pattern, self.every.kinds)
         return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
 
-    def _sharpened(self, one: Found, least: float) -> tuple[Found, Found]:
-        """A pattern closer, and the better of that and what another channel makes of it, if that may reach a worth."""
-        closest = self._closest(one)
-        known = len(self.found)
-        # Its edge may lie elsewhere once it switches something.
-        movable = replace(closest, pattern=replace(closest.pattern, finer=one.pattern.finer))
-        every = [closest, *(self._closest(other) for other in self._switched(movable, max(closest.worth, least)))]
-        best = max(every, key=lambda f: f.worth)
-        if best is closest:
-            del self.found[known:]
-        return closest, best
-
     def _closest(self, one: Found) -> Found:
         best = one
         while near := sharper(one.pattern):
-            one = self._best(one.where, values_of(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
+            price = near.of_blocks(lambda b: odds(b.like, self.every.kinds))
+            one = self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)[0]
             best = max(best, one, key=lambda f: f.worth)
         return best
-
-    def _several(self, where: str, signal: Signal) -> Found:
-        """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
-        seen = self._seen(where)
-
-        def worth(falls: Array, count: int, tries: Array) -> Array:
-            return _worth(seen.linear.square, falls, count, seen.linear.freedom, tries)
-
-        own = (where,) == tuple(f"joint {name[1:]}" for name in signal.names)
-        some = chains(self.problem, seen, self.moves[where], signal, worth, own)
-        return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
-
-    def _rounded(self, wave: Pattern) -> list[Found]:
-        """A wave that goes round, wherever there is more than one way to go."""
-        every = (w for w in self.screened if self.moves[w].shape[2] > 1 and self.every.sensible(wave, w))
-        assert wave.rounder is not None
-        ellipse = replace(wave.rounder(), kind=wave.kind, tries=wave.tries, where=wave.where)
-        known = {(f.where, f.pattern.form) for f in self.found if f.pattern.wide}
-        return [self._wide(w, ellipse) for w in every if (w, ellipse.form) not in known]
-
-    def _channels(self, ranked: Sequence[Found]) -> list[tuple[Found, Signal]]:
-        """The best patterns with their signals: angles themselves, too, of what follows their size or their sum."""
-        plain = {p.signals[0].label: p.signals[0] for p in self.every.lines}
-        some: dict[tuple[str, str], tuple[Found, Signal]] = {}
-        for one in ranked:
-            for s in one.pattern.signals:
-                label = s.label.strip("|")
-                for signal in (plain.get(label, s), *(plain[name] for name in plain if name in label.split())):
-                    known = sum(name == signal.label for _, name in some)
-                    if known < 2 and len(np.unique(signal.values)) > FEW:
-                        some.setdefault((one.where, signal.label), (one, signal))
-        return list(some.values())[:CHAINS]
-
-    def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
-        """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
-        tries = times * pattern.tries
-        price = times * odds(pattern, self.every.kinds)
-        return price, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
 
     def _switched(self, one: Found, least: float) -> list[Found]:
         """The pattern, or a factor of it, where another channel switches it on: at the price of all switches.
 
         None where that cannot be worth so much.
         """
-        count = len(self.every.switches)
-        if not count or one.pattern.kind == "field" or one.pattern.wide or self._could(one, SWITCHED, count) < least:
+        count = len(self.every.switches[0])
+        if not count or one.pattern.wide or self._could(one, SWITCHED, count) < least:
             return []
-        parts = [(self._seen(one.where).falls(values), of) for values, of in grown(one.pattern, self.every)]
-        which = [made for _, of in parts for made in of]
-        if not which:
+        parts = list(self.every.grown(one.pattern))
+        if not parts:
             return []
+        falls = np.concatenate([self._seen(one.where).falls(values) for values, _ in parts])
+        which = [(group, k) for _, group in parts for k in range(len(group))]
 
-        def switch(k: int) -> Pattern:
-            return replace(switched(*which[k]), where=one.pattern.where)
+        def made(k: int) -> Pattern:
+            group, at = which[k]
+            return replace(group[at], tries=one.pattern.tries * len(which))
 
-        made = self._made(one.pattern, len(which), switch)
-        found = self._ranked(one.where, np.concatenate([falls for falls, _ in parts]), *made, 1)
+        price = np.full(len(falls), len(which) * odds(one.pattern, self.every.kinds))
+        found = self._ranked(one.where, falls, price, made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         return [f for f in found if f.worth > one.worth - UNNAMED_LOG_PRIOR and self.every.sensible(f.pattern, f.where)]
+
+
+def _among(group: Group, use: NDArray[np.intp]) -> Made:
+    return lambda k: group[int(use[k])]
 
 
 def _plainest(some: Sequence[Found]) -> Found:
     """Of the shapes that the data does not tell from the best one that which needs the fewest numbers."""
     least = max(f.worth for f in some) - UNDECIDED
-    return min((f for f in some if f.worth >= least), key=lambda f: (f.pattern.numbers, -f.worth))
+    return min((f for f in some if f.worth >= least), key=lambda f: (f.pattern.cost, -f.worth))
 
 
-def _kind(one: Found) -> tuple[tuple[str, ...], str]:
+def _kind(one: Found) -> Kind:
     return tuple(s.label for s in one.pattern.signals), one.pattern.kind
 
 

@@ -6,7 +6,7 @@ import json
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import Any
 
@@ -32,7 +32,7 @@ FIELDS = {"dir": "approach", "load": "joint_load", "payload": "payload_mass"}
 """Fields of a state that are called otherwise as channels."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Signal:
     """A number in each pose that patterns are functions of.
 
@@ -41,6 +41,7 @@ class Signal:
         code: text of an expression of a ``state``; empty where a state alone does not tell it.
         unit: channel whose unit it has; label: what it is called, a channel by its own name.
         bare: whether its text needs brackets inside another one.
+        near: makes signals of the same sort, the closer the higher the level: a moment about an axis near by.
     """
 
     names: tuple[str, ...]
@@ -49,13 +50,13 @@ class Signal:
     unit: str
     label: str
     bare: bool = False
+    near: Callable[[int], Sequence[Signal]] | None = field(default=None, repr=False)
 
     @property
     def size(self) -> Signal:
-        code = written(np.abs, [self])
-        return replace(
-            self, values=np.abs(self.values), code=text_of(code.draft) if code else "", label=f"|{self.label}|"
-        )
+        code = written(np.abs, self)
+        text = "" if code is None else text_of(code.draft)
+        return replace(self, values=np.abs(self.values), code=text, label=f"|{self.label}|", near=None)
 
     @property
     def of(self) -> str:
@@ -74,6 +75,11 @@ class Signal:
     @cached_property
     def middle(self) -> float:
         return float(np.median(self.values))
+
+    @cached_property
+    def distinct(self) -> Array:
+        """Its values, each once, in order."""
+        return np.unique(self.values)
 
 
 def channel_signal(name: str, values: Array, place: str = "") -> Signal:
@@ -199,9 +205,9 @@ def _joined(between: str, parts: Iterable[Draft]) -> Draft:
     return reduce(lambda first, second: (*first, between, *second), parts)
 
 
-def written(law: Callable[..., Any], signals: Sequence[Signal]) -> Any:
-    """The expression of a state, or the list of them, that a law of signals is; None where no state tells them all."""
-    return law(*(Text((s.code,), s.bare) for s in signals)) if all(s.code for s in signals) else None
+def written(law: Callable[..., Any], signal: Signal, numbers: Sequence[float] = ()) -> Text | None:
+    """The expression of a state that a law of a signal is; None where no state tells that."""
+    return law(Text((signal.code,), signal.bare), *numbers) if signal.code else None
 
 
 def unit(values: Array) -> Array:

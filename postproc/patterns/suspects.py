@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 
 from postproc.arrays import Array
 from postproc.effects.library.arm_load import ArmLoad
@@ -15,21 +14,18 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.dictionary import Patterns
-from postproc.patterns.fields import Field, fields
-from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.formula import spread
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.place import taken_off
 from postproc.patterns.screening import UNNAMED_LOG_PRIOR, Tried, above
-from postproc.patterns.signals import Draft, Signal, text_of
+from postproc.patterns.signals import Draft, text_of
 from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
 
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 TOLD = 5
 """Suspects that are told at most."""
-SMOOTH = 3
-"""Order of what a law may be off by, that a pattern stands for."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +40,6 @@ class Suspect:
         channels: all that the pattern follows, this one among them.
         drafts: what gives the values, as expressions of a state, with what the numbers need that a fit may move; empty
             where a state does not tell them.
-        given: (n,) of each signal that it is a function of.
     """
 
     channel: str
@@ -57,7 +52,6 @@ class Suspect:
     values: Array
     channels: tuple[str, ...] = ()
     drafts: tuple[Draft, ...] = ()
-    given: tuple[Array, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened moves for the rows that a fit uses; fits of one search may set other rows aside."""
@@ -71,15 +65,6 @@ class Suspect:
         """
         moved = spread(self.place, self.values)
         return np.concatenate([moved, self.place], axis=2) if off_everywhere(self.where) else moved
-
-    def freely(self, problem: Problem) -> Array:
-        """(N, m) the same, and whatever is smooth in what the pattern follows, alone and times the pattern."""
-        values, smooth = self.values.reshape(len(self.values), -1), list[Array]()
-        for given in self.given:
-            low, high = given.min(), given.max()
-            smooth.append(legvander(2 * (given - low) / max(high - low, 1e-300) - 1, SMOOTH)[:, 1:])
-        every = [values, *smooth, *((values[:, :, None] * p[:, None]).reshape(len(p), -1) for p in smooth)]
-        return replace(self, values=np.hstack(every)).columns(problem)
 
     def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:
         """The same by each of its channels, with what it explains of what another fit leaves."""
@@ -143,7 +128,6 @@ class Look:
     """
 
     tried: Tried
-    smooth: Mapping[str, Field]
     told: list[Suspect] = field(default_factory=list)
     least: float = np.inf
 
@@ -175,8 +159,7 @@ class Look:
                 tried.moves[found.where],
                 one.values,
                 one.channels,
-                tuple((code,) for code in self.smooth[found.where].codes) if found.where in self.smooth else one.drafts,
-                tuple(s.values for s in one.signals),
+                one.drafts,
             )
             result += [replace(first, channel=c) for c in one.channels]
         return [*result[:1], *_together(result[:1], tried.every), *result[1:]]
@@ -188,13 +171,7 @@ def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
     for where, moves in places(problem, weighed=bool(every.own)).items():
         tried.moves[where] = moves
         tried.screen(where)
-    smooth = {one.where: one for one in fields(problem)}
-    for where, one in smooth.items():
-        tried.moves[where] = one.moves
-        # One of so many, and all together are one kind of patterns.
-        everywhere = Signal(one.channels, np.ones(len(problem.error)), "", "", one.said)
-        tried.add(where, Pattern((everywhere,), one.said, lambda x: x, "field", where=where, tries=len(smooth)))
-    return Look(tried, smooth)
+    return Look(tried)
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:

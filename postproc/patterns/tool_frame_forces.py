@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +11,8 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.fit.channels import varies
-from postproc.patterns.change_points import breaks
-from postproc.patterns.formula import Edge, Pattern, only_at, sharper
-from postproc.patterns.shapes import of_signal
+from postproc.patterns.curves import LEVELLING, ROOT, SQUARE, breaks, fixed, line, of_signal
+from postproc.patterns.formula import Block, Pattern, block, product_of, side_by_side
 from postproc.patterns.signals import TOOL, Signal, tool_poses
 
 MOMENT = ("load2", "q1", "x", "y")
@@ -25,11 +22,9 @@ LEANING, LEANS = "the overturning moment", "base, as it leans"
 """Its name, and the place that it turns and shifts."""
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
-NEAR = 0.03
-"""Share of the moment's range by which an edge may move when the axis is found more closely."""
 
 
-def pulls(state: State, position: Array) -> Iterator[Pattern]:
+def pulls(state: State, position: Array) -> Iterator[Block]:
     """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
     for what, names, felt, code in felt_by_tool(state, position):
         for k, axis in enumerate("xyz"):
@@ -38,8 +33,8 @@ def pulls(state: State, position: Array) -> Iterator[Pattern]:
                 signal = Signal(names, felt[:, k], code.replace("AXIS", str(k)), what, label)
                 for some in of_signal(signal):
                     # In proportion, it pulls on hoses and joints as well.
-                    line = some.kind == "line"
-                    yield replace(some, form=label if line else some.form, where=None if line else "tool", gate=())
+                    where = None if some.like.kind == "line" else "tool"
+                    yield replace(some, like=replace(some.like, where=where))
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
@@ -68,33 +63,43 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
     ]
 
 
-def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern]:
-    """Shapes of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
+def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block], list[Pattern]]:
+    """Curves of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
 
-    In proportion to it the base tilts on `base_compliance`.
+    In proportion to it the base tilts on `base_compliance`. About each of some horizontal axes, with one size; about
+    two of them, with a size for each; of the size of the moment, for a footing that is alike all around.
 
     Args:
         others: channels by which a footing may soften: water under it, its temperature.
     """
     lean = overturning_moment(state)
     if lean is None:
-        return
-    for way in np.pi / WAYS * np.arange(WAYS):
-        yield from _leaning(lean, float(way))
-    both = [_moment(lean, 0.0), _moment(lean, np.pi / 2)]
+        return [], []
+    axes = (_moment(lean, float(way)) for way in np.pi / WAYS * np.arange(WAYS))
+    found = [b for signal in axes if varies(signal.values) for b in _of_moment(signal, "base")]
+    both, wide = [_moment(lean, 0.0), _moment(lean, np.pi / 2)], list[Pattern]()
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
-        for text, law in (
-            ("square of the overturning moment about x and about y", lambda x, y: [x * np.abs(x), y * np.abs(y)]),
-            ("cube of the overturning moment about x and about y", lambda x, y: [x**3, y**3]),
-        ):
-            form = f"growing with the {text}, to its side"
-            yield Pattern(tuple(both), form, law, "leaning", where="base", wide=True)
+        for word, law in (("square", lambda x: x * np.abs(x)), ("cube", lambda x: x**3)):
+            form = f"growing with the {word} of the overturning moment about x and about y, to its side"
+            curve = fixed(law, form, "leaning")
+            wide.append(side_by_side((block(curve, s)[0] for s in both), form, "leaning", "base"))
         for other in others:
             form = f"the overturning moment about x and about y times {other.whole}"
-            yield Pattern((other, *both), form, lambda c, x, y: [c * x, c * y], "leaning", where="base", wide=True)
-
-    yield from _all_around(lean, others)
+            parts = (product_of(line(other), line(s), "leaning")[0] for s in both)
+            wide.append(side_by_side(parts, form, "leaning", "base"))
+    size = Signal(MOMENT, np.hypot(lean[:, 0], lean[:, 1]), f"np.hypot(*{LEAN}[:, :2].T)", "load", LEANING)
+    if varies(size.values):
+        always = fixed(lambda x: x**0.0, "to the side of {label}, however large", "curve")
+        some = [block(curve, size) for curve in (always, ROOT, SQUARE)]
+        some.append(block(LEVELLING, size, [(k,) for k in np.quantile(size.values, np.linspace(0.1, 0.9, 9))]))
+        found += [_at(b, LEANS, f"{b.like.kind} of the moment") for b in (*some, *breaks(size))]
+        for other in others:
+            found.append(product_of(line(size), line(replace(other, label=other.whole)), "leaning", LEANS))
+            if other.values.min() > 0:
+                over = fixed(lambda x: 1 / x, f"over {other.whole}", "leaning", f"one over {other.whole}")
+                found.append(product_of(line(size), block(over, other), "leaning", LEANS))
+    return found, wide
 
 
 def overturning_moment(state: State) -> Array | None:
@@ -113,72 +118,23 @@ def leaning(lean: Array) -> Array:
     return np.stack([np.stack([x, y, still], axis=1), np.stack([y, -x, still], axis=1)], axis=2)
 
 
-def _all_around(lean: Array, others: Iterable[Signal]) -> Iterator[Pattern]:
-    """Shapes of the size of the moment (n, 3), for a footing that is alike all around: cushions, springs, play."""
-    size = Signal(MOMENT, np.hypot(lean[:, 0], lean[:, 1]), f"np.hypot(*{LEAN}[:, :2].T)", "load", LEANING)
-    if not varies(size.values):
-        return
-    laws: tuple[tuple[str, Callable[[Any], Any]], ...] = (
-        (f"to the side of {LEANING}, however large", lambda x: x**0.0),
-        (f"growing with the root of {LEANING}", lambda x: np.sqrt(x)),
-        (f"growing with the square of {LEANING}", lambda x: x * x),
-    )
-    every = [Pattern((size,), form, law, "curve") for form, law in laws]
-    every += [_levelling(size, float(k)) for k in np.quantile(size.values, np.linspace(0.1, 0.9, 9))]
-    for shape in [*every, *breaks(size)]:
-        yield only_at(LEANS, replace(shape, kind=f"{shape.kind} of the moment"))
-    for other in others:
-        both, kind = (other, size), "leaning"
-        yield only_at(LEANS, Pattern(both, f"{LEANING} times {other.whole}", lambda c, x: c * x, kind))
-        if other.values.min() > 0:
-            yield only_at(LEANS, Pattern(both, f"{LEANING} over {other.whole}", lambda c, x: x / c, kind))
-
-
-def _levelling(size: Signal, over: float) -> Pattern:
-    """What grows in proportion at first and hardly at all in the end."""
-
-    def finer() -> list[Pattern]:
-        return [replace(_levelling(size, over * k), finer=None) for k in np.geomspace(0.3, 3.0, 41)]
-
-    at = ((over, over),)
-    return Pattern((size,), f"levelling off over {{}}{size.of}", lambda x: np.tanh(x / over), "rise", at, None, finer)
-
-
 def _moment(lean: Array, way: float) -> Signal:
     """The moment (n, 3) about a horizontal axis."""
     along = np.array([np.cos(way), np.sin(way), 0.0])
     code = f"({LEAN} @ {np.round(along, 4).tolist()})"
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
-    return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}")
+
+    def near(level: int) -> list[Signal]:
+        apart = np.pi / (8 * WAYS) / 4**level
+        return [_moment(lean, float(other)) for other in way + apart * np.arange(-4, 5) if other != way]
+
+    return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}", near=near)
 
 
-def _leaning(lean: Array, way: float) -> Iterator[Pattern]:
-    """Shapes of the moment (n, 3) about a horizontal axis."""
-    for shape in _shapes(_moment(lean, way)):
-        finer = partial(_turned, lean, _plain(shape), way, np.pi / (8 * WAYS))
-        yield replace(shape, kind=f"{shape.kind} of the moment", where="base", gate=(), finer=finer)
+def _of_moment(signal: Signal, where: str) -> Iterator[Block]:
+    some = (b for b in of_signal(signal) if b.like.kind not in ("line", "window"))
+    return (_at(b, where, f"{b.like.kind} of the moment") for b in some)
 
 
-def _turned(lean: Array, form: str, way: float, apart: float, at: tuple[Edge, ...] | None = None) -> list[Pattern]:
-    """A shape about axes near one, so far apart [rad]: the place of an edge moves with the axis, so both at once.
-
-    Twice, the second time with edges (``at``) near the one that was found.
-    """
-    found: list[Pattern] = []
-    for near in way + apart * np.arange(-4, 5):
-        one = next((p for p in _shapes(_moment(lean, float(near))) if _plain(p) == form), None)
-        some = [] if one is None else [one, *sharper(one)]
-        reach = NEAR * float(np.ptp(lean))
-        for p in (p for p in some if at is None or np.abs(np.subtract(p.at, at)).max(initial=0.0) < reach):
-            finer = partial(_turned, lean, form, near, apart / 5, p.at) if at is None else None
-            found.append(replace(p, where="base", gate=(), finer=finer))
-    return found
-
-
-def _shapes(signal: Signal) -> list[Pattern]:
-    return [p for p in of_signal(signal) if p.kind not in ("line", "window")] if varies(signal.values) else []
-
-
-def _plain(shape: Pattern) -> str:
-    """What a shape is called, whatever it is a shape of."""
-    return shape.form.replace(shape.signals[0].label, "")
+def _at(some: Block, where: str, kind: str) -> Block:
+    return replace(some, like=replace(some.like, where=where, kind=kind))

@@ -11,8 +11,8 @@ from postproc.effects.library.arm_load import ArmLoad
 from postproc.effects.library.backlash import Backlash
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.candidates.composition import columns_of
-from postproc.identify.contenders import contenders
 from postproc.identify.evidence import CLOSE, gain
+from postproc.identify.indistinguishable import contenders
 from tests.identify.cells import base_fit, cell
 
 

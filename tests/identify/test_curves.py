@@ -82,7 +82,7 @@ def test_of_shapes_that_the_data_does_not_tell_apart_the_plainest_is_told():
     from postproc.patterns.screening import Found, _plainest
 
     def shape(worth: float, numbers: int) -> Found:
-        return Found(worth, 1.0, "joint 1", SimpleNamespace(numbers=numbers))  # type: ignore[arg-type]
+        return Found(worth, 1.0, "joint 1", SimpleNamespace(cost=numbers))  # type: ignore[arg-type]
 
     wave, line, far = shape(100.0, 2), shape(93.0, 0), shape(91.0, 0)
     assert _plainest([wave, line, far]) is line and _plainest([wave, far]) is wave

@@ -125,11 +125,6 @@ def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
     assert set(zip(effect.joint, effect.order, strict=True)) == {(3, 23.0), (5, 39.0)}
 
 
-@pytest.mark.parametrize(("key", "taken"), [("arm_load", 3), ("backlash", 5)])
-def test_a_further_part_has_the_columns_that_it_has_alone(key, taken):
-    assert _taken_from_alone(key) >= taken
-
-
 def test_no_effect_has_columns_that_are_not_its_own():
     for key in effect_library():
         _taken_from_alone(key)
@@ -140,7 +135,7 @@ def test_a_line_beside_others_has_the_columns_that_it_has_alone():
     alone = Screen(fit.problem, {TransmissionError.key: TransmissionError}).forms(TransmissionError.key, None)
     held = TransmissionError(joint=(2, 5), order=(3.0, 8.16))
     fresh = {f.label: f for f in forms_of(fit.problem, TransmissionError, held)}
-    for line in alone[::50]:
+    for line in list(alone)[::50]:
         beside, made = line.beside(held), fresh[line.label]
         assert beside.effect.to_file() == made.effect.to_file()
         np.testing.assert_allclose(beside.columns, made.columns, atol=1e-9 * np.abs(made.columns).max())
@@ -151,8 +146,7 @@ def test_a_line_beside_others_has_the_columns_that_it_has_alone():
 def _taken_from_alone(key):
     fit, cls = base_fit(cell(seed=640132, poses=40)[0]), effect_library()[key]
     alone = Screen(fit.problem, {key: cls}).forms(key, None)
-    known, count = {f.label: f.columns for f in alone}, 0
-    for held in alone[:: max(1, len(alone) // 3)]:
+    for held in list(alone)[:: max(1, len(alone) // 3)]:
         taken, made = (forms_of(fit.problem, cls, held.effect, some) for some in (alone, ()))
         assert [f.label for f in taken] == [f.label for f in made]
         for a, b in list(zip(taken, made, strict=True))[:: max(1, len(made) // 20)]:
@@ -160,8 +154,6 @@ def _taken_from_alone(key):
             np.testing.assert_array_equal(a.screened, b.screened)
             np.testing.assert_array_equal(a.effect.vector(), b.effect.vector())
             assert (a.odds, a.forming, a.along is None) == (b.odds, b.forming, b.along is None)
-        count = max(count, sum(f.columns is known.get(f.label) for f in taken))
-    return count
 
 
 def test_a_third_line_on_a_joint_that_the_model_has_two_of_is_no_form():

@@ -14,6 +14,11 @@ from tests.independent.arm import irb4600
 G = np.array([0.0, 0.0, -9.81])
 
 
+def overturned(state, others=()):
+    blocks, wide = overturning(state, others)
+    return [*(p for some in blocks for p in some), *wide]
+
+
 def test_the_weight_that_a_moving_tool_feels_is_that_of_gravity_less_its_acceleration():
     g = np.random.default_rng(4)
     q, v, a = (g.uniform(-size, size, (6, 6)) for size in (1.0, 2.0, 8.0))
@@ -38,7 +43,7 @@ def test_the_footing_feels_the_moment_about_its_own_place():
     load[:, 0, 0] = push
     robot = SimpleNamespace(link=np.eye(4)[None].copy())
     robot.link[0, 2, 3] = 0.5
-    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot))}
+    found = {p.text: p for p in overturned(SimpleNamespace(body_load=load, robot=robot))}
     curved = found["growing with the square of the overturning moment about y, to its side"]
     assert curved.values == pytest.approx(push * np.abs(push) / 500.0**2)
     assert curved.where == "base"
@@ -51,7 +56,7 @@ def test_a_footing_may_soften_with_a_column_of_words():
     robot = SimpleNamespace(link=np.eye(4)[None].copy())
     robot.link[0, 2, 3] = 0.5
     ground = Signal(("ground",), wet, "wet", "", "wet")
-    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot), [ground])}
+    found = {p.text: p for p in overturned(SimpleNamespace(body_load=load, robot=robot), [ground])}
     tilted = found["the overturning moment about x and about y times ground wet"]
     moment = 0.5 * np.stack([-push[:, 1], push[:, 0]], axis=1) * wet[:, None]
     assert tilted.values == pytest.approx(moment / np.abs(moment).max())
@@ -72,7 +77,7 @@ def test_a_footing_on_air_softens_as_its_pressure_falls():
     load, pressure = np.random.default_rng(6).normal(0, 500.0, (40, 1, 6)), np.linspace(2.0, 6.0, 40)
     robot = SimpleNamespace(link=np.eye(4)[None].copy())
     air = Signal(("cushion_bar",), pressure, "air", "", "cushion_bar")
-    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot), [air])}
-    soft = found["the overturning moment over cushion_bar"]
+    found = {p.text: p for p in overturned(SimpleNamespace(body_load=load, robot=robot), [air])}
+    soft = found["the overturning moment times one over cushion_bar"]
     wanted = np.hypot(load[:, 0, 3], load[:, 0, 4]) / pressure
     assert soft.values == pytest.approx(wanted / wanted.max()) and soft.where == "base, as it leans"

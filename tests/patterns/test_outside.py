@@ -9,9 +9,9 @@ import pytest
 
 from postproc.fit.channels import channels
 from postproc.identify.diagnose import diagnose
+from postproc.patterns.curves import of_channel, sharper
 from postproc.patterns.dictionary import patterns
-from postproc.patterns.formula import sharper
-from postproc.patterns.shapes import of_channel
+from postproc.patterns.formula import Group
 from postproc.patterns.signals import channel_signal
 from postproc.patterns.suspects import Suspect, by_channel, look
 from tests.identify.cells import base_fit, cell
@@ -108,6 +108,27 @@ def test_a_law_is_told_at_its_own_joint_where_the_casting_beside_it_looks_better
     assert (first.where, set(first.channels)) == ("joint 3", {"q3", "load3"}) and first.share > 0.99
 
 
+def dragged_slide(g, arm) -> Hidden:
+    """Joint 2 drags a slide along that has half a radian of play to either side, from row to row."""
+
+    def joint(s, tau):
+        place, found = 0.0, [0.0]
+        for step in np.diff(s.q[:, 1]) / 0.5:
+            place = min(max(place + step, -1.0), 1.0)
+            found.append(place)
+        return column(1, 2e-4 * np.array(found))
+
+    return Hidden("dragged_slide", "unknown", channels=("q2",), joint=joint)
+
+
+def test_what_hangs_behind_from_row_to_row_is_told_of_its_joint():
+    """No function of the pose tells more than a third of it."""
+    data, _ = cell(dragged_slide, seed=2, noise=0.02, poses=100)
+    first = diagnose(base_fit(data).model, data).suspects[0]
+    assert (first.channel, first.where) == ("q2", "joint 2") and first.share > 0.95
+    assert first.pattern.startswith("dragged along by q2, and slipping after 28.")
+
+
 def test_one_bad_reading_is_no_law():
     """A row 15 standard deviations off is named as a row; nothing is said to step, bend or be loose for its sake."""
     data, _ = cell(seed=432, noise=0.03, poses=70)
@@ -186,7 +207,7 @@ def best(patterns, truth):
 def test_shapes_are_met_after_sharpening_twice(law, first):
     q = np.random.default_rng(5).uniform(-1.5, 1.6, 240)
     truth = law(q)
-    shape = best(of_channel(channel_signal("q1", q)), truth)
+    shape = best(Group(of_channel(channel_signal("q1", q))), truth)
     for _ in range(2):
         shape = best([shape, *sharper(shape)], truth)
     assert shape.text.split(" ")[0] == first
@@ -195,7 +216,7 @@ def test_shapes_are_met_after_sharpening_twice(law, first):
 
 def test_a_threshold_of_speed_is_one_of_its_size():
     v = np.random.default_rng(6).normal(0.0, 0.6, 200)
-    found = best(of_channel(channel_signal("v4", v)), (np.abs(v) > 0.5).astype(float))
+    found = best(Group(of_channel(channel_signal("v4", v))), (np.abs(v) > 0.5).astype(float))
     assert found.text.startswith("step near 2") and found.text.endswith("of |v4|")
 
 

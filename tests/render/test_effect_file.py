@@ -16,12 +16,9 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.change_points import _kink, _rise, bow
-from postproc.patterns.dictionary import patterns, switched
-from postproc.patterns.formula import Pattern, members, sharper, values_of
-from postproc.patterns.harmonics import _wave
-from postproc.patterns.levels import of_words, words
-from postproc.patterns.shapes import _bump, _settling, _slowing
+from postproc.patterns.curves import BOW, BUMP, KINK, LINE, RISE, WAVE, settling, sharper
+from postproc.patterns.dictionary import each_word, patterns, words
+from postproc.patterns.formula import Group, Pattern, block
 from postproc.patterns.signals import Movable, Way, channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
@@ -108,21 +105,20 @@ def test_every_pattern_has_the_values_of_its_text() -> None:
         name: channels[name]
         for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload", "time", *docks)
     }
-    every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every
-    finer = [p for one in every[::40] for p in sharper(one)[::9]]
-    told = [p for p in (*every, *finer) if p.codes]
+    whole = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels))
+    every = [*list(whole.every)[::7], *whole.wide]
+    finer = [p for one in every[::9] for p in list(sharper(one))[::19]]
+    told = [p for p in (*every, *finer) if p.raw.any() and p.codes]
     assert len(told) > 0.8 * len(every)
     for pattern in told:
         said = [np.asarray(eval(code, {"np": np, "state": state}), dtype=float) for code in pattern.codes]
         values = pattern.values if pattern.wide else pattern.values[:, None]
         np.testing.assert_allclose(np.stack(said, axis=1), values, rtol=0, atol=2e-3, err_msg=pattern.text)
-    gate = next(p for p in every if p.kind == "window" and p.channels == ("q2",))
-    side = next(p for p in every if p.kind == "line" and p.channels == ("dir3",))
-    there = side.values * (gate.values > 0)
-    for way, wanted in enumerate((there, side.values - there, side.values - 2 * there)):
-        gated = switched(side, gate, way)
-        assert eval(gated.codes[0], {"np": np, "state": state}) == pytest.approx(wanted)
-        assert gated.values == pytest.approx(wanted)
+    side = next(p for p in whole.every if p.kind == "line" and p.channels == ("dir3",))
+    for values, group in whole.grown(side):
+        for k in range(0, len(group), 101):
+            assert eval(group[k].codes[0], {"np": np, "state": state}) == pytest.approx(group[k].values, abs=1e-5)
+            assert group[k].values == pytest.approx(values[:, k], abs=1e-6)
     before = [p for p in every if "row before" in p.text]
     assert before and not any(p.codes for p in before)
 
@@ -269,15 +265,16 @@ def bent(channel: str, form: str) -> Pattern:
     """A pattern of a channel whose values are X."""
     signal = channel_signal(channel, X)
     every = {
-        "growing to": lambda: bow(signal, 20.2),
-        "rising": lambda: _rise(signal, 24.0, 2.0, 0),
-        "growing with": lambda: _settling(signal, 3.0, _slowing),
-        "kink": lambda: _kink(signal, 21.0),
-        "bump": lambda: _bump(signal, 22.0, 1.5),
-        "wave 2.5": lambda: _wave(signal, 2.5, 0.4),
-        "wave 2 ": lambda: _wave(signal, 2.0, 0.4),
+        "growing to": (BOW, 20.2),
+        "rising": (RISE, 24.0, 2.0),
+        "growing with": (settling(signal)[1], 3.0),
+        "kink": (KINK, 21.0),
+        "bump": (BUMP, 22.0, 1.5),
+        "wave 2.5": (WAVE, 2.5, 0.4),
+        "wave 2 ": (WAVE, 2.0, 0.4),
     }
-    return next(make() for start, make in every.items() if form.startswith(start))
+    curve, *numbers = next(made for start, made in every.items() if form.startswith(start))
+    return block(curve, signal, [numbers])[0]
 
 
 @pytest.mark.parametrize(("channel", "form", "names", "law"), MOVED, ids=[form for _, form, *_ in MOVED])
@@ -380,7 +377,7 @@ def test_where_no_pose_tells_the_first_what_tells_most_of_its_place_is_drafted()
 def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     name = 'hose 5" \\ 7'
-    own = Pattern((channel_signal(name, np.arange(9.0)),), "proportional", lambda x: x)
+    [own] = block(LINE, channel_signal(name, np.arange(9.0)))
     size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, drafts=own.drafts)
     text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a """b""".csv')[1]
     assert text is not None
@@ -393,7 +390,7 @@ def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
 def test_each_level_of_a_column_is_drafted_with_a_size_of_its_own(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     word = {f"dock={w}": (np.arange(len(found.suspects[0].values)) % 3 == k) * 1.0 for k, w in enumerate("abc")}
-    [each] = (p for p in of_words(words({n: channel_signal(n, x) for n, x in word.items()})["dock"]) if p.wide)
+    [each] = each_word(words({n: channel_signal(n, x) for n, x in word.items()})["dock"])
     docks = replace(found.suspects[0], pattern=each.text, values=each.values, drafts=each.drafts)
     text = effect_file(replace(found, suspects=(docks,), beside=()), "own", "cell.csv")[1]
     assert text is not None
@@ -415,18 +412,11 @@ def test_why_nothing_was_drafted_is_said() -> None:
     assert "`step in the row before` is nothing" in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]
 
 
-def test_a_family_has_the_values_of_its_patterns() -> None:
+def test_a_block_has_the_values_of_its_patterns() -> None:
     state, channels = drawn(4, 60)
     some = {name: channels[name] for name in ("q2", "q3", "v4", "load3", "temperature", "cable")}
-    every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels))
-    wave, side = (
-        next(p for p in every.every if p.text.startswith(s)) for s in ("wave 5 times", "growing with the root")
-    )
-    gate, way = every.switches[0]
-    switch = switched(side, every.gates[gate], way)
-    finer = [sharper(one) for one in (*(members(part)[0] for part in every.parts[::9]), sharper(wave)[3], switch)]
-    for part in (*every.parts, *filter(len, finer)):
-        made, some = members(part), slice(None, None, 3)
-        alone = [made[k] for k in range(len(made))[some]]
-        if not alone[0].wide:
-            np.testing.assert_allclose(values_of(made)[:, some], values_of(alone), atol=1e-6, err_msg=alone[0].text)
+    every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every.blocks[::5]
+    finer = [b for some in every[::7] for b in sharper(some[0]).blocks]
+    for part in (*every, *finer):
+        alone = [p.values for p in list(part)[::13]]
+        np.testing.assert_allclose(Group([part]).values.T[::13], alone, atol=2e-6, err_msg=part[0].text)

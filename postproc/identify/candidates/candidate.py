@@ -82,23 +82,15 @@ class FormCache:
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """The same with other weights; nothing of it where rows are used that were not, or numbers are mixed."""
-        old, new = self.weights, weights
-        if old is None:
-            return FormCache(new)
-        if not np.array_equal(old.used, new.used):
-            return FormCache(new)
-        ratio = new.values[new.used] / old.values[old.used]
-        if old.turn is None or new.turn is None:
-            mixed = old.turn is not new.turn
+        """The same where the weights are nearly those before, else a new one."""
+        old = self.weights
+        if old is None or not np.array_equal(old.used, weights.used):
+            return FormCache(weights)
+        if old.turn is None or weights.turn is None:
+            turned = old.turn is not weights.turn
         else:
-            mixed = not np.allclose(old.turn, new.turn, atol=LIKE)
-        if not mixed and np.abs(ratio - 1).max(initial=0.0) < LIKE:
-            return self
-        if mixed or new.turn is not None:
-            return FormCache(new)
-        forms = {key: some.times(ratio) for key, some in self.forms.items()}
-        return FormCache(new, forms)
+            turned = not np.allclose(old.turn, weights.turn, atol=LIKE)
+        return FormCache(weights) if turned or not np.allclose(old.values, weights.values, rtol=LIKE) else self
 
 
 @dataclass
@@ -131,7 +123,7 @@ class Screen:
             return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
         if key not in self.held and held is not None:
             found = forms_of(self.problem, cls, held, alone)
-            self.held[key] = Forms(g for f in found if (g := self._more(f, held)) is not None)
+            self.held[key] = Forms.of(g for f in found if (g := self._more(f, held)) is not None)
         return self.held[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidates.candidate import Candidate, Screen, kind
-from postproc.identify.candidates.forms import Form, forms_nearby, ordinary
+from postproc.identify.candidates.forms import Form, Forms, forms_nearby, ordinary
 from postproc.identify.evidence import DIM, Gain, gain, gains
 
 EACH = 2
@@ -45,14 +44,16 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     if len(thin) == len(seen) or starts[:1] == starts[1:]:
         starts = starts[:1]
     visible = float(measured.visible[seen].max(initial=0.0))
-    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], float(price[i]), w) for i, w in starts]
+    found = [
+        _grow(screen, linear, screen.beside(forms[i], None), measured.of(i), float(price[i]), w) for i, w in starts
+    ]
     if not found:
         form = screen.beside(forms[best], None)
         return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, float(price[best]), visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    some = ((forms[i], measured[i], float(price[i])) for i in _starts(forms, worth))
+    some = ((forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth))
     others = [_told(linear, f.key, f.effect, f.refit, f.label, brought, cost) for f, brought, cost in some]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
@@ -67,7 +68,7 @@ def _prices(odds: Array) -> Array:
         return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
 
 
-def _starts(forms: Sequence[Form], worth: Array) -> list[int]:
+def _starts(forms: Forms, worth: Array) -> list[int]:
     """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
     order = np.argsort(-worth, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]
@@ -150,7 +151,7 @@ def _sharpened(
         k = int(np.argmax(brought.evidence - costs))
         if brought.evidence[k] - costs[k] <= gain_.evidence:
             break
-        best, effect, gain_, paid = near[k], near[k].effect, brought[k], paid + float(costs[k])
+        best, effect, gain_, paid = near[k], near[k].effect, brought.of(k), paid + float(costs[k])
     return None if best is None else (best, gain_, paid)
 
 

@@ -36,12 +36,9 @@ RULES: dict[str, tuple[Patch, ...]] = {
             lambda terms, *others: np.ones(len(terms), dtype=bool),
         ),
     ),
-    "chains": (("patterns.screening", "Tried._channels", _nothing),),
     "switches": (("patterns.screening", "Tried._switched", _nothing),),
-    "rounded": (("patterns.screening", "Tried._rounded", _nothing),),
     "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
-    "leaning": (("patterns.dictionary", "overturning", _nothing),),
-    "fields": (("patterns.suspects", "fields", _nothing),),
+    "leaning": (("patterns.dictionary", "overturning", lambda *parts: ([], [])),),
 }
 """By the word of ``--without``, which may join several with +."""
 

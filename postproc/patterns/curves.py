@@ -1,0 +1,387 @@
+"""Curves of one signal: every law with its grid, its words, and what it may turn out to be when looked at closer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import finest
+from postproc.fit.channels import shown
+from postproc.patterns.formula import Block, Curve, Group, Pattern, acting, block, switching, turns
+from postproc.patterns.signals import Signal
+
+STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
+"""Edges and knots that are tried at first, edges closer by, knots closer by."""
+GAP, GRID = 0.08, 1.5
+"""Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well,
+unless all values are as far apart, but for so many times; a rail with nine stations has steps, too."""
+LOW, GEAR, TEETH = (1, 2, 3), 12, 128
+"""Orders of what tilts, bends or hangs; the highest of most gears; of pole pairs, teeth and marks on one turn."""
+SWAYS = 12
+"""Most periods in time over the whole measurement."""
+THIRDS, QUARTERS, EIGHTHS = (np.pi / k * np.arange(k) for k in (3, 4, 8))
+"""Phases of a wave: the other half turn is the same wave with the other sign."""
+DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
+"""Share of a period that a pulse takes; what is longer is a pulse the other way."""
+FINEST, MANY = 4, 8000
+"""How often a pattern is looked at closer; how many places of all its numbers together are asked at once."""
+
+
+def cosine(x: Any, order: Any, phase: Any) -> Any:
+    if np.ndim(order) == 0:
+        return np.cos(order * x - phase)
+    # Of many waves in single precision, which is many times as fast; within half a turn it is exact enough for that.
+    share = (order / (2 * np.pi)) * x - phase / (2 * np.pi)
+    return np.cos(2 * np.pi * (share - np.rint(share)).astype(np.float32))
+
+
+def _cycle(x: Any, order: Any, start: Any) -> Any:
+    return (order / (2 * np.pi) * x - start) % 1.0
+
+
+def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> Curve:
+    """A curve that no number forms."""
+    return Curve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
+
+
+LINE = fixed(lambda x: x, "proportional", "line", "{label}")
+LINE_OF = fixed(lambda x: x, "proportional to {label}", "line", "{label}")
+SIDE = fixed(np.sign, "side of {label}", "side", "side of {label}")
+SIZE = fixed(np.abs, "size of {label}", "side", "size of {label}")
+ROOT = fixed(lambda x: np.sqrt(np.abs(x)), "growing with the root of {label}", "curve")
+SIDED_ROOT = fixed(lambda x: np.sign(x) * np.sqrt(np.abs(x)), "growing with the root of {label}, to its side", "curve")
+SIDED_SQUARE = fixed(lambda x: x * np.abs(x), "growing with the square of {label}, to its side", "curve")
+SQUARE = fixed(lambda x: x * x, "growing with the square of {label}", "curve")
+STEP = Curve(lambda x, e: x > e, "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
+RISE = Curve(lambda x, c, w: np.tanh((x - c) / w), "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
+KINK = Curve(lambda x, k: np.abs(x - k), "kink near {n0}{of}", "kink", ("knot",))
+ABOVE = Curve(
+    lambda x, k: np.maximum(x - k, 0.0), "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",)
+)
+BELOW = Curve(
+    lambda x, k: np.maximum(k - x, 0.0), "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",)
+)
+SQUARED = {
+    c: Curve(lambda x, k, law=c.law: law(x, k) ** 2, c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
+    for c in (ABOVE, BELOW)
+}
+SIDED = {
+    c: Curve(
+        lambda x, k, law=c.law: law(np.abs(x), k) * np.sign(x),
+        c.said.replace("{of}", " of |{label}|, to the side of {label}"),
+        "ramp",
+        ("knot",),
+        "{label}" + c.said.replace("proportional", "").replace("{of}", " of |{label}|"),
+    )
+    for c in (ABOVE, BELOW)
+}
+BOW = Curve(lambda x, k: (x - k) ** 2, "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
+WINDOW = Curve(
+    lambda x, a, b: (x > a) & (x < b),
+    "only between {n0} and {n1}{of}",
+    "window",
+    ("edge", "edge"),
+    gate=("between {n0} and {n1}", "not between {n0} and {n1}"),
+)
+BUMP = Curve(
+    lambda x, c, w: np.exp(-0.5 * ((x - c) / w) ** 2),
+    "bump near {n0}, {n1} wide{of}",
+    "window",
+    ("knot", "width"),
+    gate=("near {n0}, {n1} wide",),
+)
+LEVELLING = Curve(lambda x, w: np.tanh(x / w), "levelling off over {n0}{of}", "rise", ("reach",))
+WAVE = Curve(
+    cosine,
+    "{verb} {each}{of}, with a crest near {at}",
+    "wave",
+    ("order", "phase"),
+    "a wave of {label}, {each} with a crest near {at}",
+)
+_CYCLIC = ("order", "start")
+FOLDS = tuple(
+    Curve(law, f"{word} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
+    for word, law in (
+        ("folded", lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s)))),
+        ("halved", lambda x, k, s: np.maximum(np.cos(k * x - 2 * np.pi * s), 0.0)),
+        ("triangular", lambda x, k, s: np.abs(2 * _cycle(x, k, s) - 1)),
+    )
+)
+"""Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
+TOOTH = Curve(lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
+"""What an encoder does that repeats on each of its marks."""
+PULSE = Curve(
+    lambda x, k, s, d: _cycle(x, k, s) < d, "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty")
+)
+
+
+def line(signal: Signal, origin: float = 0.0) -> Block:
+    """The signal itself, as far as it is from an origin."""
+    curve = LINE_OF if signal.of else LINE
+    if origin:
+        noun = f"{{label}}, counted from {shown(signal.unit, origin)},"
+        curve = replace(curve, law=lambda x: x - origin, noun=noun)
+    return block(curve, signal)
+
+
+def of_signal(signal: Signal) -> Iterator[Block]:
+    """Every curve of one signal but those that repeat."""
+    x = signal.values
+    if len(signal.distinct) <= 4:
+        # Approach sides, payloads, sessions: their own value, and being one of them.
+        yield line(signal)
+        yield from levels(signal)
+        return
+    centre, half = signal.middle, 0.5 * float(np.ptp(x))
+    yield line(signal, centre)
+    yield block(BOW, signal, [(centre,)])
+    yield block(fixed(lambda x: ((x - centre) / half) ** 3, "s-shaped{of}", "curve"), signal)
+    both = x.min() < 0 < x.max()
+    for curve in (SIDED_SQUARE, SIDED_ROOT) if both else (ROOT,) if x.min() >= 0 else ():
+        yield block(curve, signal)
+    yield from breaks(signal)
+    if own_or_time(signal):
+        for curve in settling(signal)[:1]:
+            yield block(curve, signal, [(2 * half * share,) for share in (0.05, 0.1, 0.2, 0.4)])
+    span = _edges_at(signal, np.quantile(x, np.linspace(0.04, 0.96, STEPS)))
+    pairs = ((span[k], span[k + w]) for k in range(1, STEPS - 2, 2) for w in (2, 4, 8, 14) if k + w < STEPS)
+    yield block(WINDOW, signal, [(a, b) for a, b in pairs if a < b])
+
+
+def of_channel(signal: Signal) -> Iterator[Block]:
+    """Curves of a channel, and of the size of one that goes both ways: angles, speeds, accelerations, loads.
+
+    What grows from a size on may do so to the same side, or each way to its own: stops, free play.
+    """
+    yield from of_signal(signal)
+    if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
+        yield block(SIDE, signal)
+        for some in of_signal(signal.size):
+            yield some
+            if (curve := some.like.factors[0][0]) in SIDED:
+                yield block(SIDED[curve], signal, some.numbers)
+
+
+def breaks(signal: Signal) -> Iterator[Block]:
+    """Steps, kinks, and what grows on one side of a knot."""
+    x = signal.values
+    across = [0.0] if x.min() < 0 < x.max() else []
+    places = _edges_at(signal, [*np.quantile(x, np.linspace(0.04, 0.96, STEPS)), *across])
+    every = set(edges(signal, len(x)))
+    yield block(STEP, signal, [(e,) for e in dict.fromkeys(places) if e in every])
+    knots = [(float(k),) for k in [*np.quantile(x, np.linspace(0.1, 0.9, KINKS)), *across]]
+    yield block(KINK, signal, knots)
+    inside = [k for k in knots if x.min() < k[0] < x.max()]
+    for curve in (ABOVE, BELOW):
+        yield block(curve, signal, inside)
+
+
+def levels(signal: Signal) -> Iterator[Block]:
+    """Every way to split three or four values in two; of four, the halves as well."""
+    distinct = signal.distinct
+    if 2 < len(distinct) <= 4:
+        pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
+        near = 0.5 * float(np.diff(distinct).min())
+        for some in [*distinct[:, None], *pairs]:
+            yield block(level(signal, some.tolist(), near), signal)
+
+
+def level(signal: Signal, some: Sequence[float], near: float) -> Curve:
+    """At one of a few values, or at two of them."""
+
+    def law(x: Any) -> Any:
+        found = np.abs(x - some[0]) < near
+        for value in some[1:]:
+            found = found | (np.abs(x - value) < near)
+        return found
+
+    said = " or ".join(shown(signal.unit, value) for value in some)
+    return fixed(law, f"at {said}{{of}}", "level", gate=f"at {said}")
+
+
+def settling(signal: Signal) -> tuple[Curve, Curve]:
+    """What settles, and what goes on ever more slowly, from the first value on; the width of either is a time."""
+    start, kind, reach = float(signal.values.min()), "settling", ("reach",)
+    said = ("settling within {n0}{of}", "growing with the logarithm, bent at {n0}{of}")
+    # A draft is asked for states before the first that was measured, too.
+    return (
+        Curve(lambda x, t: np.exp(-(x - start) / t), said[0], kind, reach),
+        Curve(lambda x, t: np.log1p(np.maximum((x - start) / t, 0.0)), said[1], kind, reach),
+    )
+
+
+def own_or_time(signal: Signal) -> bool:
+    """Whether it may settle, or come again though it is no angle: time, a rail or a turntable of the table's own."""
+    return signal.name == "time" or "channels[" in signal.code
+
+
+def waves(signal: Signal, orders: Iterable[float]) -> Block:
+    """Waves of an angle."""
+    every = [(k, p) for k in told_apart(signal, orders) for p in (QUARTERS if k <= GEAR else THIRDS)]
+    return block(WAVE, signal, every, "fine wave" if every and every[0][0] > GEAR else "wave")
+
+
+def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
+    """Orders that are no other names of lower ones at the values of an angle; those of what is no angle as they are."""
+    highest = finest(signal.values) if turns(signal) else np.inf
+    return [order for order in orders if order <= highest]
+
+
+def periods(signal: Signal) -> list[float]:
+    """Orders of what is no angle: at most so many periods over the whole, and more than two values a period."""
+    whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(signal.distinct)))
+    many = range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ()
+    return [np.pi * k / whole for k in many]
+
+
+def sways(signal: Signal) -> Block:
+    """Waves of what is no angle."""
+    return block(WAVE, signal, product(periods(signal), QUARTERS), "sway")
+
+
+def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
+    """The middle of the two neighbouring measured values between which each of some places lies."""
+    distinct = signal.distinct
+    at = np.clip(np.searchsorted(distinct, list(places)), 1, len(distinct) - 1)
+    return (0.5 * (distinct[at - 1] + distinct[at])).tolist()
+
+
+def edges(signal: Signal, most: int = FINE) -> list[float]:
+    """Middles of neighbouring measured values between which a step can be seen."""
+    distinct = signal.distinct
+    apart = np.diff(distinct)
+    seen = (apart < GAP * (distinct[-1] - distinct[0])) | (apart < GRID * np.median(apart))
+    every = slice(None, None, max(1, -(-len(apart) // most)))
+    return (0.5 * (distinct[:-1] + distinct[1:]))[every][seen[every]].tolist()
+
+
+def knots(signal: Signal, most: int = KNOTS) -> list[float]:
+    """Places of a knot: a step lies between two rows, a kink anywhere."""
+    low, high = np.quantile(signal.values, [0.02, 0.98]).tolist()
+    return np.linspace(low, high, most).tolist()
+
+
+def sharper(pattern: Pattern) -> Group:
+    """The same with its numbers at many places close by, closer at higher levels, and what it may be instead."""
+    if pattern.level == FINEST or not pattern.numbers:
+        return Group(())
+    return Group(replace(acting(b), like=replace(b.like, level=pattern.level + 1)) for b in _closer(pattern))
+
+
+def _closer(pattern: Pattern) -> Iterator[Block]:
+    for k, (curve, signal, own) in enumerate(pattern.each):
+        for new, numbers in _instead(curve, signal, own, pattern.level):
+            first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
+            rows = block(new, signal, numbers).numbers
+            before, after = pattern.numbers[:first], pattern.numbers[first + len(own) :]
+            every = np.hstack([np.tile(before, (len(rows), 1)), rows, np.tile(after, (len(rows), 1))])
+            factors = (*pattern.factors[:k], (new, signal), *pattern.factors[k + 1 :])
+            yield Block(replace(pattern, factors=factors), every)
+    near = [_nearby(c, s, own, pattern.level) for c, s, own in pattern.each]
+    whole = [places for some in near for places in some]
+    if whole and np.prod([len(places) for places in whole]) < MANY:
+        yield Block(pattern, np.array(list(product(*whole))))
+    else:
+        held = [[[x] for x in own] for *_, own in pattern.each]
+        for k, some in enumerate(near):
+            parts = [*held[:k], some, *held[k + 1 :]]
+            yield Block(pattern, np.array(list(product(*(p for part in parts for p in part)))))
+    # Where an edge lies goes with the axis of a moment.
+    for (curve, signal), *others in [pattern.factors]:
+        for other in signal.near(pattern.level) if signal.near is not None and not others else ():
+            turned = replace(pattern, factors=((curve, other),))
+            yield Block(turned, np.array(list(product(*whole))))
+
+
+def _instead(
+    curve: Curve, signal: Signal, numbers: Sequence[float], level: int
+) -> Iterator[tuple[Curve, Iterable[Sequence[float]]]]:
+    """Curves that one may turn out to be, all over the signal; of waves, at its order once that is known."""
+    if curve.switch is not None:
+        plain, side = curve.switch
+        inside = _instead(plain, signal, numbers, level)
+        yield from ((switching(c, side), every) for c, every in inside if len(c.gate) > side % 2)
+        return
+    whole, alone = float(np.ptp(signal.values)), [(k,) for k in knots(signal)]
+    if curve is WAVE and level == 1:
+        phases = np.linspace(0.0, 1.0, 36, endpoint=False)
+        yield WAVE, product(numbers[:1], np.pi * phases)
+        for fold in FOLDS:
+            yield fold, product(numbers[:1], phases)
+        if numbers[0] * whole > 4 * np.pi:
+            # What does not come twice is a step, or acts in a window.
+            yield TOOTH, product(numbers[:1], phases)
+            yield PULSE, product(numbers[:1], phases, DUTIES)
+    elif curve is WINDOW and level == 1:
+        low, high = numbers
+        yield BUMP, product([0.5 * (low + high)], 0.5 * (high - low) * np.geomspace(0.3, 1.0, 7))
+    elif curve is BUMP and level == 1:
+        starts, ends = (_next_edges(signal, numbers[0] + side * numbers[1]) for side in (-1, 1))
+        yield WINDOW, [(a, b) for a in starts for b in ends if a < b]
+    elif level > 0:
+        return
+    elif curve is STEP:
+        yield STEP, [(e,) for e in edges(signal)]
+        yield RISE, product(knots(signal, 40), whole * np.geomspace(0.02, 0.3, 6))
+    elif curve is WINDOW:
+        some = edges(signal, 36)
+        yield WINDOW, [(a, b) for k, a in enumerate(some) for b in some[k + 1 :]]
+        yield BUMP, product(knots(signal, 60), whole * np.geomspace(0.01, 0.2, 7))
+    elif curve in SQUARED:
+        for new in (curve, SQUARED[curve], BOW):
+            yield new, alone
+    elif curve.kind == "settling":
+        for new in settling(signal):
+            yield new, [(whole * share,) for share in np.geomspace(0.01, 3.0, 60)]
+    elif curve in SIDED.values():
+        yield curve, [(k,) for k in knots(signal.size)]
+    elif curve.numbers == ("knot",):
+        yield curve, alone
+    elif curve is LEVELLING:
+        yield curve, [(numbers[0] * k,) for k in np.geomspace(0.3, 3.0, 41)]
+
+
+def _nearby(curve: Curve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
+    """Values close to each number of a curve."""
+    x, closer, found = signal.values, 3.0**-level, list[list[float]]()
+    low, high = np.quantile(x, [0.02, 0.98])
+    for kind, number in zip(curve.numbers, numbers, strict=True):
+        if kind == "edge":
+            found.append(_next_edges(signal, number))
+        elif kind == "knot":
+            found.append((number + (high - low) / 20 * closer * np.linspace(-1.0, 1.0, 7)).tolist())
+        elif kind in ("width", "reach"):
+            found.append((number * 1.7 ** (closer * np.linspace(-1.0, 1.0, 7))).tolist())
+        elif kind == "order" and curve is WAVE and level and turns(signal) and number.is_integer():
+            found.append([number])
+        elif kind == "order":
+            near = _orders(signal, number, 4.0**-level if curve is WAVE else 0.25)
+            whole = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if turns(signal) and level else []
+            found.append([*near, *whole])
+        elif kind == "phase":
+            found.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
+        else:
+            found.append((number + (0.05 if kind == "start" else 0.03) * np.linspace(-1.0, 1.0, 15)).tolist())
+    return found
+
+
+def _orders(signal: Signal, order: float, closer: float) -> list[float]:
+    """Orders beside one that a range of values tells apart, 2 pi / range.
+
+    What turns comes again, however little of a turn was seen; what does not is no wave before it has come once.
+    """
+    apart = 2 * np.pi / max(float(np.ptp(signal.values)), 1e-300)
+    near = order + apart * closer * np.linspace(-0.5, 0.5, 11)
+    least = (0.4 if turns(signal) else 0.999) * apart
+    return near[near > least].tolist() or [order]
+
+
+def _next_edges(signal: Signal, edge: float) -> list[float]:
+    """The edges next to one, as far as the neighbouring one of 36 and ten at most."""
+    places = edges(signal, len(signal.values))
+    at, reach = int(np.searchsorted(places, edge)), min(max(2, len(places) // 18), 10)
+    return places[max(0, at - reach) : at + reach] or [edge]
