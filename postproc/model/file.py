@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
-from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts

@@ -11,7 +11,7 @@ from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium

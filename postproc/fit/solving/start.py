@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.effects.library.session import Session, names_of_rows
+from postproc.effects.library.frames.session import Session, names_of_rows
 from postproc.fit.problem import Problem
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M
