@@ -223,6 +223,11 @@ class Effect:
         return tuple(result)
 
     @property
+    def external_axes(self) -> tuple[str, ...]:
+        """Letters of the external axes of which it speaks."""
+        return ()
+
+    @property
     def label(self) -> str:
         """What a diagnosis calls its form where a fit has chosen it; empty where the search has."""
         return ""

@@ -15,6 +15,9 @@ from types import ModuleType
 from postproc.diagnostics import Diagnostic, PostprocError, did_you_mean
 from postproc.effects.base import Effect
 from postproc.effects.findings import describe, finding, origin
+from postproc.effects.library.cell.external_axis_compliance import ExternalAxisCompliance
+from postproc.effects.library.cell.external_axis_error import ExternalAxisError
+from postproc.effects.library.cell.external_axis_frame import ExternalAxisFrame
 from postproc.effects.library.frames.frame_drift import FrameDrift
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.outlier import Outlier
@@ -65,6 +68,9 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ServoLag,
     WristCoupling,
     FrameDrift,
+    ExternalAxisFrame,
+    ExternalAxisError,
+    ExternalAxisCompliance,
     Session,
     Outlier,
 )

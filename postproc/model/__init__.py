@@ -4,5 +4,5 @@
 `loads` on the `chain` of bodies (weights by pinocchio, `multibody`) and the `deflection` of all effects in turn.
 Derivatives: `places` where effects act, `sensitivity` of the pose to them and to parameters, `tangent` (how loads and
 displacements answer to each other), `stiffness` and natural frequencies; `uncertainty` of a prediction,
-`scatter` of arms about an estimated stiffness.
+`scatter` of arms about an estimated stiffness. `reference`: where external axes put the arm.
 """

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -22,9 +22,11 @@ from postproc.robot.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.mechanical_units import GRAVITY, read_cell
 from postproc.robot.pose import rpy, transform
-from postproc.robot.station import ROBOT
+from postproc.robot.station import ROBOT, Station
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
+LINEAR, ROTARY = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+"""Along which axis of its frame a linear axis slides, and about which a rotary one turns."""
 Letter = Literal["a", "b", "c", "d", "e", "f"]
 Vec3 = tuple[float, float, float]
 
@@ -114,7 +116,9 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
         if key in units:
             units[key] = replace(units[key], joints=(*units[key].joints, replace(joint, T_before=T)))
         else:
-            units[key] = Unit(axis.name, (joint,), owner, T)
+            units[key] = Unit(axis.name, (joint,), owner, T, idle=True)
+        if axis.carries != "nothing":
+            units[key] = replace(units[key], idle=False)
     carrier = _carrier(axes, below, source)
     R = rpy(np.radians(mounting.rpy_deg))
     unit, T_unit_base = None, np.eye(4)
@@ -122,6 +126,37 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
         unit, T_unit_base = carrier.name, invert(frames[carrier.axis][None])[0]
     arm = CellArm(ROBOT, "", unit, T_unit_base, R.T @ np.array([0.0, 0.0, -GRAVITY]))
     return Cell(units, {ROBOT: arm})
+
+
+def stated_axes(station: Station) -> list[dict[str, Any]]:
+    """The entries of ``[[external_axes]]`` that say what a cell does, in the axes of the base at zero.
+
+    An axis that follows another one has none.
+    """
+    zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
+    arm, found = set(station.cell.below(station.cell.arms[station.arm.lower()].unit)), list[dict[str, Any]]()
+    for name in sorted(station.units, key=lambda unit: len(station.cell.below(unit))):
+        unit, frames = station.cell.unit(name), station.axis_frames(zero)
+        on = next(
+            (j.axis for below in station.cell.below(unit.parent) for j in station.cell.unit(below).joints[::-1]), None
+        )
+        own = [joint for joint in unit.joints if joint.axis is not None and joint.leader is None]
+        for k, joint in enumerate(own):
+            T = frames[str(joint.axis)][0][0]
+            along = T[:3, :3] @ joint.direction
+            way = LINEAR if joint.kind == "linear" else ROTARY
+            same = np.allclose(joint.direction, way)
+            turn = Rotation.from_matrix(T[:3, :3]) if same else Rotation.align_vectors([along], [way])[0]
+            scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
+            entry: dict[str, Any] = {"axis": joint.axis, "kind": joint.kind}
+            entry["carries"] = "robot" if name.lower() in arm else "work" if name.lower() in work else "nothing"
+            entry |= {"unit": unit.name} | ({"parent": on} if on is not None and k == 0 else {})
+            entry |= {"xyz_mm": [round(1e3 * float(x), 6) + 0.0 for x in T[:3, 3]]}
+            entry |= {"quat": [round(float(x), 12) + 0.0 for x in turn.as_quat(scalar_first=True)]}
+            if joint.lower is not None and joint.upper is not None:
+                entry["limits"] = [round(float(x) / scale, 6) for x in (joint.lower, joint.upper)]
+            found.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
+    return found
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
@@ -158,7 +193,7 @@ def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source:
 def _joint(axis: ExternalAxis) -> Joint:
     scale = 1e-3 if axis.kind == "linear" else np.pi / 180.0
     lower, upper = (None, None) if axis.limits is None else (scale * x for x in axis.limits)
-    direction = np.array([1.0, 0.0, 0.0] if axis.kind == "linear" else [0.0, 0.0, 1.0])
+    direction = LINEAR if axis.kind == "linear" else ROTARY
     speed = None if axis.speed is None else scale * axis.speed
     return Joint(f"eax_{axis.axis}", axis.axis, axis.kind, direction, lower=lower, upper=upper, speed=speed)
 

@@ -13,7 +13,16 @@ import numpy as np
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
-from postproc.robot.cell import Cell, CellArm, Joint, axis_positions, base_frames, gravity_at, unit_frames
+from postproc.robot.cell import (
+    Cell,
+    CellArm,
+    Joint,
+    axis_positions,
+    base_frames,
+    gravity_at,
+    joint_frames,
+    unit_frames,
+)
 
 ROBOT = "robot"
 """What an arm is called in a cell where there is no other."""
@@ -60,6 +69,37 @@ class Station:
         """Whether the arm's base stands where the world does, for good."""
         arm = self.cell.arms[self.arm.lower()]
         return arm.unit is None and bool((arm.T_unit_base == np.eye(4)).all())
+
+    @property
+    def work(self) -> str | None:
+        """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
+        arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
+        own = {name.lower() for name in self.units if name.lower() not in arm and not self.cell.unit(name).idle}
+        ends = own - {below for name in own for below in self.cell.below(name)[1:]}
+        return ends.pop() if len(ends) == 1 else None
+
+    def sides(self, unit: str | None) -> dict[str, int]:
+        """By axis, 1 where it moves the arm, -1 where it moves work at the end of a unit.
+
+        Axes that move both or none do not stand there.
+        """
+        arm, work = (set(self.cell.below(name)) for name in (self.cell.arms[self.arm.lower()].unit, unit))
+        found: dict[str, int] = {}
+        for name in self.units:
+            side = (name.lower() in arm) - (name.lower() in work)
+            found |= {joint.axis: side for joint in self.cell.unit(name).joints if joint.axis and side}
+        return found
+
+    def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
+        """By axis, T_base_joint (n, 4, 4) right before and right after its motion."""
+        T_base_world = invert(self.base(positions))
+        found = {}
+        for name in self.units:
+            frames = joint_frames(self.cell, name, positions)
+            for joint, (before, after) in zip(self.cell.unit(name).joints, frames, strict=True):
+                if joint.axis is not None:
+                    found[joint.axis] = T_base_world @ before, T_base_world @ after
+        return found
 
     def positions(self, extax: Array) -> Array:
         """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""

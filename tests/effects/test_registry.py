@@ -38,6 +38,9 @@ KEYS = [
     "servo_lag",
     "wrist_coupling",
     "frame_drift",
+    "external_axis_frame",
+    "external_axis_error",
+    "external_axis_compliance",
     "session",
     "outlier",
 ]

@@ -39,7 +39,7 @@ def run(
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
     check_outputs((model, *data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    measured = table.read(data, arm.robot, at=arm.station)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )

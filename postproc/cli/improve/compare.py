@@ -39,7 +39,7 @@ def run(
 
     check_outputs((model, *data, *table.inputs, *effects), report, certificate)
     arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    measured = table.read(data, arm.robot, at=arm.station)
     found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:

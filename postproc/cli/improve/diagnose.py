@@ -47,7 +47,7 @@ def run(
 
     check_outputs((model, *data, *table.inputs, *effects), report, draft)
     arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    measured = table.read(data, arm.robot, at=arm.station)
     with watching() as watch:
         found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)
         if hold_out is not None:

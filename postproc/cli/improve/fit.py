@@ -32,6 +32,7 @@ def run(
     robot: str | None = None,
     effects: Annotated[str | None, Parameter(name="--effects")] = None,
     mounting: VectorText | None = None,
+    cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -44,6 +45,7 @@ def run(
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
             Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
         mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
+        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
@@ -59,10 +61,11 @@ def run(
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
+    from postproc.settings import read_station
 
     robot, stated = _stated(data[0], robot)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
-    check_outputs((*data, *table.inputs, robot), output)
+    check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
     words = [word.strip() for word in effects.split(",") if word.strip()]
@@ -72,11 +75,16 @@ def run(
     classes: list[type[Effect]] = []
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
-    measured = table.read(data, arm)
+    station = None if cell is None else read_station(cell)
+    if cell is not None and mounting is not None:
+        help_ = "write `[mounting]` into the cell's file"
+        raise PostprocError.of("CLI011", "`--cell` and `--mounting` both say how the base stands", help=help_)
+    measured = table.read(data, arm, at=station)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     R_world_base = rpy(np.radians(turned))
     model = Model(arm, R_world_base=R_world_base, robot_name=robot)
+    model = model if station is None else model.standing(station)
     with watching() as watch:
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
     for cls in dict.fromkeys(classes):

@@ -54,8 +54,8 @@ def run(
 
     check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
-    listed = None if candidates is None else table.read([candidates], arm.robot, measured=False).state.q
+    measured = table.read(data, arm.robot, at=arm.station)
+    listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)
     plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
     say(plan.text())

@@ -32,7 +32,7 @@ def run(
 
     check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, table.read([data], arm.robot, measured=False), place)
+    found = predict_rows(arm, table.read([data], arm.robot, False, arm.station), place)
     show(found.diagnostics)
     write(output, found.as_csv())
     if output is not None:

@@ -24,6 +24,7 @@ from postproc.identify.planning.room import ANYWHERE, Room
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.model.reference import as_written, with_axes
 
 CANDIDATES = 3000
 APART = 5.0
@@ -66,9 +67,13 @@ class Plan:
             if s.payload_center is not None:
                 names += [f"payload_{a}_mm" for a in "xyz"]
                 columns.append(s.payload_center * 1e3)
+        station = self.fit.model.station
+        if station is not None and s.external_axes is not None:
+            axes = as_written(station, s.external_axes)
+            names, columns = [*names, *axes], [*columns, *(column[:, None] for column in axes.values())]
         lines = [",".join(names)]
         for i, row in enumerate(np.hstack(columns)):
-            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:g}" for x in row[12:]]
+            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
             lines.append(",".join([f"N{i + 1:03d}", *cells]))
         return "\n".join(lines) + "\n"
 
@@ -176,7 +181,7 @@ def _candidates(fit: Fit, room: Room) -> State:
     if room.measured_range:
         low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
     count = CANDIDATES if room.candidates is None else len(room.candidates)
-    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
+    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates.q
     approach = g.choice([-1.0, 1.0], (count, 6))
     mass, center = None, None
     if seen.payload_mass is not None:
@@ -196,7 +201,13 @@ def _candidates(fit: Fit, room: Room) -> State:
         temperature=_median(seen.temperature, count),
         time=_median(seen.time, count),
     )
-    return state
+    station = fit.model.station
+    if station is None or seen.external_axes is None:
+        return state
+    stood = np.nan_to_num(seen.external_axes)
+    low, high = stood.min(axis=0), stood.max(axis=0)
+    axes = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates.external_axes
+    return with_axes(station, state, np.asarray(axes))
 
 
 def _median(values: Array | None, count: int) -> Array | None:

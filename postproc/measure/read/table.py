@@ -15,6 +15,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.commanded import commanded_joints, program_targets
+from postproc.measure.read.external_axes import with_external_axes
 from postproc.measure.read.join import join
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
@@ -67,6 +68,7 @@ def read_measurements(
             message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
             raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
     state, tool_known = _state(table, robot, program)
+    state = with_external_axes(state, table, terms.station, robot, position)
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
