@@ -76,7 +76,7 @@ class Station:
         arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
         own = {name.lower() for name in self.units if name.lower() not in arm and not self.cell.unit(name).idle}
         ends = own - {below for name in own for below in self.cell.below(name)[1:]}
-        return ends.pop() if len(ends) == 1 else None
+        return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
     def sides(self, unit: str | None) -> dict[str, int]:
         """By axis, 1 where it moves the arm, -1 where it moves work at the end of a unit.

@@ -8,7 +8,7 @@ import pytest
 
 from tests.bench.diagnosis import card, rules
 from tests.bench.diagnosis.judge import judge, run
-from tests.bench.diagnosis.sets import KINDS, Truth, drawn, seed_of
+from tests.bench.diagnosis.sets import KINDS, Truth, cell_set, drawn, seed_of
 
 BACKLASH = Truth((("backlash",),))
 PAIR = Truth((("backlash",), ("arm_load", "payload_error")))
@@ -26,6 +26,15 @@ def test_so_many_of_thirty_sets_are_answered_as_they_should_be(kind: str, count:
         one = drawn(kind, i, KINDS[kind][1](i), seed_of(kind, i))
         words[one.name] = run(one, true_error=0.0)["word"]
     assert sum(word in ("right", "inseparable") for word in words.values()) >= floor, words
+
+
+@pytest.mark.parametrize(("kind", "index"), [("cell", 0), ("cell", 4), ("cell", 11), ("clean cell", 6)])
+def test_the_cell_around_an_arm_is_named_alone(kind: str, index: int) -> None:
+    """A crooked track, a table that stands askew, a gantry that leans; nothing beside a track and a table that are right."""
+    one = cell_set(kind, index)
+    found = run(one, true_error=0.0)
+    assert found["word"] == "right" and len(found["named"]) == (kind == "cell"), found
+    assert one.noise is not None and found["after"] < 0.7 * one.noise
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,8 @@ def run(
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot, at=arm.station)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
-    room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)
+    q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
+    room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
     plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
     say(plan.text())
     text = plan.as_csv()

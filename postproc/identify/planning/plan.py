@@ -181,7 +181,7 @@ def _candidates(fit: Fit, room: Room) -> State:
     if room.measured_range:
         low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
     count = CANDIDATES if room.candidates is None else len(room.candidates)
-    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates.q
+    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
     approach = g.choice([-1.0, 1.0], (count, 6))
     mass, center = None, None
     if seen.payload_mass is not None:
@@ -206,8 +206,8 @@ def _candidates(fit: Fit, room: Room) -> State:
         return state
     stood = np.nan_to_num(seen.external_axes)
     low, high = stood.min(axis=0), stood.max(axis=0)
-    axes = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates.external_axes
-    return with_axes(station, state, np.asarray(axes))
+    axes = g.uniform(low, high, (count, 6)) if room.axes is None else room.axes
+    return with_axes(station, state, axes)
 
 
 def _median(values: Array | None, count: int) -> Array | None:

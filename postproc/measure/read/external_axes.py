@@ -25,19 +25,19 @@ UNIT = {"linear": "mm", "rotary": "deg", "fixed": "mm"}
 DESCRIBE = "`[[external_axes]]` of the model, or `--cell FILE` of `fit`, describes it (docs/my-cell.md)"
 
 
-def with_external_axes(
-    state: State, table: Table, station: Station | None, robot: Robot, position: Array | None
-) -> State:
+def with_external_axes(state: State, table: Table, station: Station | None, extax: Array | None) -> State:
     """The state with the positions of the external axes, and where these put the arm; as channels, too (mm, deg).
 
     Args:
-        position: (n, 3) measured points [m], NaN where there is none.
+        extax: (n, 6) those of the targets of a program, for axes that have no column; None where there is none.
 
     Raises:
-        PostprocError: DAT038, the table has an axis that the cell has not, or the points do not follow the axes.
+        PostprocError: DAT038, the table has an axis that the cell has not, or nobody can tell where the arm stands.
     """
     joints = {} if station is None else station.joints
     stated = {name: _stated(table, name, joints.get(name[-1])) for name in EXTERNAL_AXES if name in table.place}
+    told = {} if extax is None else {f"eax_{axis}": extax[:, LETTERS.index(axis)] for axis in joints}
+    stated = told | stated
     stated = {name: values for name, values in stated.items() if np.isfinite(values).any()}
     if stated or joints:
         _check(table, stated, station)
@@ -45,15 +45,13 @@ def with_external_axes(
     state = state.with_(channels={**state.channels, **whole})
     if station is None or not joints:
         return state
-    extax = np.full((len(state), 6), np.inf)
+    stood = np.full((len(state), 6), np.inf)
     for axis in joints:
-        extax[:, LETTERS.index(axis)] = whole.get(f"eax_{axis}", 0.0)
-    placed = with_axes(station, state, station.positions(extax))
+        stood[:, LETTERS.index(axis)] = whole.get(f"eax_{axis}", 0.0)
+    placed = with_axes(station, state.with_(station=station), station.positions(stood))
     if placed.T_reference_base is not None and not np.isfinite(placed.T_reference_base).all():
         why = "; ".join(found.message for found in station.findings) or "a unit of the cell cannot be read"
         raise _wrong(table, f"nobody can tell where the arm stands: {why}", DESCRIBE)
-    if station.work is not None and position is not None:
-        _check_work(table, station, robot, placed, position)
     return placed
 
 
@@ -98,12 +96,14 @@ def _check(table: Table, stated: dict[str, Array], station: Station | None) -> N
             table.say("DAT038", "warning", what, "check the column, its unit and the limits", int(beyond[0]))
 
 
-def _check_work(table: Table, station: Station, robot: Robot, state: State, position: Array) -> None:
-    """Raises DAT038 where points that should stand on the work clearly stand in the world."""
+def check_work(state: State, table: Table, robot: Robot, position: Array) -> None:
+    """Raises DAT038 where points (n, 3) [m] that should stand on the work clearly stand in the world."""
+    station = state.station
+    if station is None or station.work is None or state.external_axes is None:
+        return
     rows = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(state.q).all(axis=1))
     if len(rows) < FEW:
         return
-    assert state.external_axes is not None
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
     work, world = (
         seen(Arm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows]) for s in (state, other)
