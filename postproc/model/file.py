@@ -33,6 +33,7 @@ Span = tuple[float, float]
 Channel = Literal[
     "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
 ]
+AxisChannel = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
 
 
 class _Table(BaseModel):
@@ -95,7 +96,7 @@ class _Fit(_Table):
     covariance: list[_Row] = []
     unseen: list[_Row] = []
     unexplained_mm: float = 0.0
-    range: dict[Channel, Span] = {}
+    range: dict[Channel | AxisChannel, Span] = {}
 
     @field_validator("covariance")
     @classmethod

@@ -152,7 +152,10 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
     )
     state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
     # A cell is that of all tables, or of none.
-    state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, np.nan) for name in PLACED})
+    state = state.with_(
+        station=states[0].station,
+        **{name: _stacked([getattr(s, name) for s in states], tables, np.nan) for name in PLACED},
+    )
     if states[0].gravity.ndim == 2:
         state = state.with_(gravity=np.vstack([s.gravity for s in states]))
     if tables[0].tool_known:

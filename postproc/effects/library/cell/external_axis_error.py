@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -10,6 +11,7 @@ from numpy.polynomial.legendre import legvander
 from postproc.arrays import Array
 from postproc.effects.base import State, Variant, param, structure, variant
 from postproc.effects.contract import COLUMNS
+from postproc.effects.files import FieldProblem
 from postproc.effects.library.cell.axis_motion import AxisMotion, position_of, small_motion
 
 if TYPE_CHECKING:
@@ -69,6 +71,14 @@ class ExternalAxisError(
         B = legvander(2.0 * (along - low) / max(high - low, 1e-9) - 1.0, self.functions - 1)
         B[:-1, 1:] = (B[:-1, 1:] - B[-1, 1:]) / np.arange(1.0, self.functions)
         return np.asarray(B[:-1])
+
+    @classmethod
+    def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        found = super().problems(table)
+        many = len(table.get("axes", ("a",)))
+        short = [name for name in ("low", "high") if not found and len(table.get(name, (0,))) != many]
+        text = "`{}` of `{}` has one entry for each of `axes`: {}"
+        return found + [FieldProblem("EFF022", name, text.format(name, cls.key, many)) for name in short]
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
