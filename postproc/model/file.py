@@ -30,10 +30,9 @@ AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
-Channel = Literal[
-    "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
-]
-AxisChannel = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
+_Sides = Literal["dir1", "dir2", "dir3", "dir4", "dir5", "dir6"]
+_Axes = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
+Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", _Sides, _Axes]
 
 
 class _Table(BaseModel):
@@ -96,7 +95,7 @@ class _Fit(_Table):
     covariance: list[_Row] = []
     unseen: list[_Row] = []
     unexplained_mm: float = 0.0
-    range: dict[Channel | AxisChannel, Span] = {}
+    range: dict[Channel, Span] = {}
 
     @field_validator("covariance")
     @classmethod
