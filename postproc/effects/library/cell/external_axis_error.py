@@ -18,6 +18,14 @@ if TYPE_CHECKING:
     from postproc.robot.cell import Joint
 
 ORDERS = (1, 2, 3, 4, 5, 6, 8, 10, 13)
+WHOLE = {"": (slice(0, 2), slice(0, 3)), ", shifts": (slice(0, 1), slice(0, 3)), ", turns": (slice(1, 2), slice(0, 3))}
+ALONE = {
+    f", {what} {'xyz'[i]}": (slice(k, k + 1), slice(i, i + 1))
+    for k, what in enumerate(("shift along", "turn about"))
+    for i in range(3)
+}
+COMPONENTS = WHOLE | ALONE
+"""Which of the six error motions a form frees: shifts or turns, and along or about which axes of the frame."""
 ROUND = 1.5 * np.pi
 """Travel [rad] of a turning axis from which on its error is a function of the angle on the circle."""
 
@@ -82,7 +90,7 @@ class ExternalAxisError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each axis alone, then all; all six components, shifts or turns alone; orders that its positions can tell."""
+        """Each axis alone, then all; all six components, shifts or turns, one; orders that its positions can tell."""
         axes = cls.moving(state, current)
         if not axes:
             return ()
@@ -92,13 +100,14 @@ class ExternalAxisError(
         found: list[Variant] = []
         for order in ORDERS if current is None else (current.functions - 1,):
             effect = cls(axes=axes, functions=order + 1, low=low, high=high) if current is None else current
-            own = np.array([name.partition("[")[2].partition(",")[0] for name in effect.names()])
-            shift = np.array([name.startswith("shift") for name in effect.names()])
-            alone = [(f"eax_{axis}", own == str(k + 1), told[k]) for k, axis in enumerate(axes)]
-            every = [("all axes", np.ones(len(own), dtype=bool), min(told))] if len(axes) > 1 else []
-            for name, mine, most in [*alone, *every]:
-                for what, part in (("", True), (", shifts", shift), (", turns", ~shift)):
+            # (2, axes, functions, 3): shifts, then turns, as the vector has them.
+            none = np.zeros((2, *effect.shift_m.shape), dtype=bool)
+            every = [(f"eax_{axis}", [k], told[k]) for k, axis in enumerate(axes)]
+            every += [("all axes", list(range(len(axes))), min(told))] if len(axes) > 1 else []
+            for name, some, most in every if order <= max(told) else ():
+                for what, part in COMPONENTS.items() if len(some) == 1 else WHOLE.items():
+                    free = none.copy()
+                    free[part[0], some, :, part[1]] = True
                     if order <= most:
-                        free = mine & part
-                        found.append(variant(effect, f"{name}{what}, order {order}", free, free))
+                        found.append(variant(effect, f"{name}{what}, order {order}", free.ravel(), free.ravel()))
         return tuple(found)
