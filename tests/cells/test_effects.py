@@ -149,3 +149,14 @@ def test_a_program_goes_where_it_should_on_the_real_cell(cell: Callable[[], tupl
     # What the effect moves is no small matter: on a cell as the controller believes it the same program is wrong.
     believed = replace(case.world, real=None)
     assert W.check(case.text, result.output.decode(), believed, ARM, np.array(FORCE)).after > 3 * LIMIT
+
+
+def test_an_effect_of_an_axis_that_nobody_describes_is_left_out_and_told() -> None:
+    case = track(1500.0, 1500.0, 1500.0)
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    model = MODEL.format(mounting="", compliance=compliance, axes=frame("c") + case.axes)
+    arm = parse_model(Source("m.toml", model.encode()))
+    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(inertia=False))
+    told = [d.message for d in result.diagnostics if d.code == "CMP016"]
+    assert told and "`external_axis_frame` speaks of `eax_c`, and nobody says what carries the arm" in told[0]
+    assert result.output is not None

@@ -114,3 +114,22 @@ def test_a_table_on_its_side_sags_by_the_weight_on_its_lever(e: float) -> None:
     state = at(0.0, e, "table", body_load=np.zeros((1, 7, 6)), T_base_body=bodies, joint_load=np.zeros((1, 6)))
     # x of the work points along (cos e, 0, -sin e); its weight, along -z, turns it about +y by its lever cos e.
     assert_allclose(moved(effect, state.with_(station=station))[3:], [0, -1e-4 * cos(e), 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "code", "message"),
+    [
+        ({"axes": ["g"]}, "EFF024", "`axes` of `external_axis_error` names `g`, and external axes are called a to f"),
+        ({"axes": ["a", "b"]}, "EFF022", "`low` of `external_axis_error` has one entry for each of `axes`: 2"),
+        ({"functions": 1}, "EFF024", "`functions` of `external_axis_error` is 1"),
+    ],
+)
+def test_a_table_of_a_model_file_is_checked(table: dict[str, object], code: str, message: str) -> None:
+    first = ExternalAxisError.problems(table)[0]
+    assert (first.code, first.message) == (code, message)
+
+
+def test_an_axis_that_stood_still_is_not_looked_for() -> None:
+    still = at(0.4).rows(np.zeros(5, dtype=int))
+    for cls in (ExternalAxisError, ExternalAxisFrame, ExternalAxisCompliance):
+        assert cls.variants(still) == ()

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.fit.fitted import Fit
+    from postproc.robot.station import Station
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
@@ -61,7 +62,6 @@ def run(
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
-    from postproc.settings import read_station
 
     robot, stated = _stated(data[0], robot)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
@@ -75,10 +75,7 @@ def run(
     classes: list[type[Effect]] = []
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
-    station = None if cell is None else read_station(cell)
-    if cell is not None and mounting is not None:
-        help_ = "write `[mounting]` into the cell's file"
-        raise PostprocError.of("CLI011", "`--cell` and `--mounting` both say how the base stands", help=help_)
+    station = _station(cell, mounting)
     measured = table.read(data, arm, at=station)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
@@ -100,6 +97,16 @@ def run(
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, *data, *own)
     return 0
+
+
+def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
+    """The arm in its cell, if that is named."""
+    from postproc.settings import read_station
+
+    if cell is not None and mounting is not None:
+        help_ = "write `[mounting]` into the cell's file"
+        raise PostprocError.of("CLI011", "`--cell` and `--mounting` both say how the base stands", help=help_)
+    return None if cell is None else read_station(cell)
 
 
 def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:

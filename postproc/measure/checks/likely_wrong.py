@@ -170,6 +170,8 @@ def _check_readings(
         help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
         return found("warning", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
+    if arm.T_reference_base is not None:
+        help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
 
 

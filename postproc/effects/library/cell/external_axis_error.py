@@ -108,6 +108,8 @@ class ExternalAxisError(
                 for what, part in COMPONENTS.items() if len(some) == 1 else WHOLE.items():
                     free = none.copy()
                     free[part[0], some, :, part[1]] = True
+                    # Where the arm stands against the work at position 0 is one thing, whichever axis is blamed.
+                    free[:, some[1:], 0] = False
                     if order <= most:
                         found.append(variant(effect, f"{name}{what}, order {order}", free.ravel(), free.ravel()))
         return tuple(found)
