@@ -35,7 +35,9 @@ def test_a_track_that_stands_askew(call: Call, measured: X.Measured, tmp_path: P
     off = np.column_stack([known[name] - told[name] for name in ("x_mm", "y_mm", "z_mm")])
     assert np.sqrt(np.mean(off**2)) < 0.5 * measured.noise
     assert tomllib.loads(better.read_text())["external_axes"] == written
-    poses = call("plan", better, table, "-n", 4).out.splitlines()
+    poses = call("plan", better, table, "-n", 4, "--rapid", tmp_path / "visit.mod").out.splitlines()
+    first = f"{float(poses[1].rpartition(',')[2]):.3f}"
+    assert f"[{first},9E9,9E9,9E9,9E9,9E9]" in (tmp_path / "visit.mod").read_text()
     assert poses[0].endswith(",eax_a") and all(0 <= float(row.rpartition(",")[2]) <= 4000 for row in poses[1:])
     assert json.loads(call("compare", better, table, "--json").out)["rms_mm"] < 1.2 * measured.noise
 

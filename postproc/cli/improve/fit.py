@@ -47,6 +47,7 @@ def run(
             Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
         mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
+            Default: that of ``postproc.toml``.
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
@@ -63,7 +64,7 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 
-    robot, stated = _stated(data[0], robot)
+    robot, cell, stated = _stated(data[0], robot, cell)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
@@ -109,17 +110,19 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
     return None if cell is None else read_station(cell)
 
 
-def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:
-    """The arm, by the option or by the ``postproc.toml`` that is nearest to the table, and its table ``[fit]``."""
+def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices]:
+    """Arm and cell, by the options or by the nearest ``postproc.toml`` above the table, and its table ``[fit]``."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
     if robot is None and choices is not None and choices.robot is not None:
         robot = in_folder(path.parent, choices.robot)
+    if cell is None and choices is not None and choices.cell is not None:
+        cell = path.parent / choices.cell
     if robot is None:
         help_ = "add `--robot NAME`; `postproc robots list` has the names"
         raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
-    return robot, choices.fit if choices else FitChoices()
+    return robot, cell, choices.fit if choices else FitChoices()
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:

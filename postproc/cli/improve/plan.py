@@ -65,7 +65,8 @@ def run(
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
         name = output.name if output is not None else "the table"
         state = plan.state
-        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
+        loads = state.payload_mass
+        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
     if json:

@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
+from postproc.effects.contract import AXES, State
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
@@ -56,6 +56,15 @@ class Plan:
     never: tuple[Name, ...] = ()
     told_apart: bool = True
 
+    @property
+    def extax(self) -> Array | None:
+        """(n, 6) external axes as programs state them [mm], [deg], NaN where there is none; None without any."""
+        station, axes = self.fit.model.station, self.state.external_axes
+        if station is None or axes is None:
+            return None
+        stood = as_written(station, axes)
+        return np.column_stack([stood.get(f"eax_{axis}", np.full(len(axes), np.nan)) for axis in AXES])
+
     def as_csv(self) -> str:
         """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
         s = self.state
@@ -67,10 +76,10 @@ class Plan:
             if s.payload_center is not None:
                 names += [f"payload_{a}_mm" for a in "xyz"]
                 columns.append(s.payload_center * 1e3)
-        station = self.fit.model.station
-        if station is not None and s.external_axes is not None:
-            axes = as_written(station, s.external_axes)
-            names, columns = [*names, *axes], [*columns, *(column[:, None] for column in axes.values())]
+        if self.extax is not None:
+            there = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
+            names += [f"eax_{AXES[k]}" for k in there.tolist()]
+            columns.append(self.extax[:, there])
         lines = [",".join(names)]
         for i, row in enumerate(np.hstack(columns)):
             cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
