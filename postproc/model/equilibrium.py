@@ -56,9 +56,16 @@ class Equilibrium:
         return T if instrument is None else np.asarray(displace(instrument) @ T)
 
     @property
+    def R_instrument_reference(self) -> Array:
+        """(n, 3, 3) axes of that frame as the instrument sees them."""
+        moved = np.zeros(6) if self.deflection.instrument is None else self.deflection.instrument
+        return np.asarray(np.broadcast_to(displace(moved)[..., :3, :3], (len(self.T_base_tcp), 3, 3)))
+
+    @property
     def R_instrument_base(self) -> Array:
         """(n, 3, 3) axes of the base as the instrument sees them."""
-        return np.asarray(self.T_instrument_tcp[:, :3, :3] @ np.swapaxes(self.T_base_tcp[:, :3, :3], 1, 2))
+        reference = self.state.T_reference_base
+        return self.R_instrument_reference if reference is None else self.R_instrument_reference @ reference[:, :3, :3]
 
 
 def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equilibrium:

@@ -187,10 +187,9 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     R = rest.R_instrument_base
     J[:, :3, :INSTRUMENT] = R @ J[:, :3, :INSTRUMENT]
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
-    instrument = np.zeros(6) if rest.deflection.instrument is None else rest.deflection.instrument
-    left = _turned(instrument, n)
+    left = _turned(rest.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
-    J[:, :3, INSTRUMENT + 3 :] = -skew(rest.T_instrument_tcp[:, :3, 3] - instrument[..., :3]) @ left
+    J[:, :3, INSTRUMENT + 3 :] = -skew((rest.R_instrument_reference @ rest.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
     springs = tuple(e for e in model.effects if "load" in e.reads)
     read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, rest.bodies))
