@@ -24,7 +24,7 @@ from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
-from postproc.compensate.results.document import document, refused, summary, unmeasured_document
+from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.results.figures import Figures, figures_of
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
@@ -44,8 +44,8 @@ from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.robot.station import Station
-from postproc.runtime.program import OnTheController, corrected_before, put_on_controller, reads_back
-from postproc.runtime.reach import Reach, without_shared_values, without_unreachable, would_reach
+from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
+from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
@@ -175,7 +175,8 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
+    judged = Judged(outcomes, seams, figures, accuracy, limits)
+    report = document(model.robot.name, plan, events, judged, findings)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
@@ -315,7 +316,7 @@ def _proved(
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion, model, program, events = plan.motion, task.model, task.program, task.events
     before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
-    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, model.station)
+    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, station=model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)

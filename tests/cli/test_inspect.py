@@ -198,3 +198,9 @@ def test_what_belongs_together_is_left_to_batch(call: Call, tmp_path: Path) -> N
         outcome = call("compensate", name)
         assert outcome.code == 2
         assert f"postproc batch {name} -o FOLDER" in outcome.err
+
+
+def test_what_only_the_controller_could_correct_is_counted(call: Call) -> None:
+    worlds = Path(__file__).resolve().parent.parent / "worlds" / "programs"
+    outcome = call("inspect", worlds / "socket_fed.mod", "--robot", "irb4600_60_205")
+    assert "info[RUN007]: 3 motion statements could be corrected on the controller" in outcome.err
