@@ -30,9 +30,13 @@ def model(station: X.Station) -> Model:
     return parse_model(Source("m.toml", (text + springs).encode()))
 
 
-@pytest.mark.parametrize("name", X.STATIONS)
-def test_poses_on_the_work_are_those_of_an_independent_cell(name: str) -> None:
-    station, g = X.STATIONS[name], np.random.default_rng(3)
+TURNING = X.Axis("a", "rotary", "robot", X.framed(-0.5, 0.3, 0.2, degrees=25.0), -90.0, 90.0, "COLUMN")
+STATIONS = [*X.STATIONS.values(), X.Station("turning column", (TURNING,), (X.LEANING,))]
+
+
+@pytest.mark.parametrize("station", STATIONS, ids=lambda s: s.name)
+def test_poses_on_the_work_are_those_of_an_independent_cell(station: X.Station) -> None:
+    g = np.random.default_rng(3)
     e, q = X.positions(g, station, 6, False), g.uniform(-0.8, 0.8, (6, 6))
     arm, zero = model(station), np.zeros(6)
     positions = np.where(np.isin(np.arange(6), [ord(a) - 97 for a in arm.station.joints]), e, np.inf)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.inputs import cell_words, load_model, own_effects
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
@@ -32,6 +32,7 @@ def run(
     sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
     measured_range: Flag = False,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
@@ -47,13 +48,14 @@ def run(
         sight: half the opening angle [deg] of a reflector that looks along +z of the tool: the instrument stands in it.
         measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identify.planning.plan import plan_poses
     from postproc.identify.planning.room import Room
     from postproc.render.measuring import measuring_module
 
-    check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)
-    arm = load_model(model, effects=effects)
+    check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)
+    arm = load_model(model, effects, cell)
     measured = table.read(data, arm.robot, at=arm.station)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
@@ -73,7 +75,7 @@ def run(
         print_json(plan.as_json())
     elif output is not None:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
-        say_next(what, "diagnose", model, *data, output, *table.words(effects))
+        say_next(what, "diagnose", model, *data, output, *table.words(effects), *cell_words(cell))
     return 0
 
 

@@ -69,7 +69,9 @@ class Motion:
             return state
         axes = samples.axes[rows]
         work = np.array([unit_of(m.event) or "" for m in moves])[of]
-        state = state.with_(external_axes=axes, work=work, channels={**as_written(self.station, axes), **stated})
+        state = state.with_(
+            external_axes=axes, work=work, channels={**as_written(self.station, np.nan_to_num(axes)), **stated}
+        )
         return self._carried(state, self.station, rows, place)
 
     def _carried(self, state: State, station: Station, rows: slice | Index, place: Array) -> State:
