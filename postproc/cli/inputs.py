@@ -46,6 +46,7 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
     from postproc.effects.registry import effect_library
     from postproc.model.file import parse_model
     from postproc.rapid.program.program import ENDINGS
+    from postproc.robot.cell_file import restated
     from postproc.settings import read_station
 
     library = effect_library(effects)
@@ -58,7 +59,7 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
             "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
         )
     model = parse_model(read_source(str(path)), library)
-    return model if cell is None else model.standing(read_station(cell))
+    return model if cell is None else model.standing(restated(read_station(cell)))
 
 
 def short_names(*files: str | Path) -> str:

@@ -131,7 +131,8 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
 def stated_axes(station: Station) -> list[dict[str, Any]]:
     """The entries of ``[[external_axes]]`` that say what a cell does, in the axes of the base at zero.
 
-    An axis that follows another one has none.
+    An axis that follows another one in its unit has none, nor has a unit whose motion is not known; a unit that
+    follows another one carries nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
     arm, found = set(station.cell.below(station.cell.arms[station.arm.lower()].unit)), list[dict[str, Any]]()
@@ -140,7 +141,10 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
         on = next(
             (j.axis for below in station.cell.below(unit.parent) for j in station.cell.unit(below).joints[::-1]), None
         )
-        own = [joint for joint in unit.joints if joint.axis is not None and joint.leader is None]
+        if unit.unknown:
+            continue
+        follows = all(joint.leader is not None for joint in unit.joints)
+        own = [joint for joint in unit.joints if joint.axis is not None and (follows or joint.leader is None)]
         for k, joint in enumerate(own):
             T = frames[str(joint.axis)][0][0]
             along = T[:3, :3] @ joint.direction
@@ -157,6 +161,22 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
                 entry["limits"] = [round(float(x) / scale, 6) for x in (joint.lower, joint.upper)]
             found.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
     return found
+
+
+def restated(station: Station) -> Station:
+    """The cell as a model file keeps it: the world is the base with all axes at zero.
+
+    Raises:
+        PostprocError: KIN016, nobody can tell where the arm stands.
+    """
+    if not station.placed:
+        why = "; ".join(found.message for found in station.findings) or "a unit of it cannot be read"
+        help_ = "describe what carries it in a TOML file (docs/my-cell.md)"
+        raise PostprocError.of("KIN016", f"nobody can tell where the arm stands: {why}", help=help_)
+    axes = [ExternalAxis(**entry) for entry in stated_axes(station)]
+    cell, gravity = stated_cell(axes, Mounting(), Source("", b"")), station.gravity(np.zeros((1, 6)))
+    arm = cell.arms[ROBOT] if gravity is None else replace(cell.arms[ROBOT], gravity=gravity[0])
+    return Station(replace(cell, arms={ROBOT: arm}), ROBOT, tuple(cell.units))
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:

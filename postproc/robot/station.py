@@ -17,6 +17,7 @@ from postproc.robot.cell import (
     Cell,
     CellArm,
     Joint,
+    Unit,
     axis_positions,
     base_frames,
     gravity_at,
@@ -74,7 +75,7 @@ class Station:
     def work(self) -> str | None:
         """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
         arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
-        own = {name.lower() for name in self.units if name.lower() not in arm and not self.cell.unit(name).idle}
+        own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
         ends = own - {below for name in own for below in self.cell.below(name)[1:]}
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
@@ -158,6 +159,11 @@ def station_of(cell: Cell, task: str = "") -> Station | None:
     if known is None:
         return Station(cell, arms[0], tuple(cell.units))
     return Station(cell, arms[0], known.units, connected=True)
+
+
+def _idle(unit: Unit) -> bool:
+    """Whether a unit carries nothing, or only follows another one, as the second drive of a portal does."""
+    return unit.idle or all(joint.leader is not None for joint in unit.joints)
 
 
 def _axial(matrix: Array) -> Array:

@@ -14,6 +14,7 @@ from postproc.model.reference import with_axes
 from postproc.model.rewrite import render_model
 from postproc.model.sensitivity import grown_sensitivity
 from postproc.model.uncertainty import beyond_range, range_table
+from postproc.robot.cell_file import restated
 from postproc.robot.controller import Backup, read_entries
 from postproc.robot.mechanical_units import read_cell
 from postproc.robot.station import station_of
@@ -121,6 +122,9 @@ TRANSMISSION:
     assert again.station is not None
     e = np.full((3, 6), np.nan)
     e[:, 0] = 0.0, 1.2, -0.4
+    kept = restated(station)
+    assert kept.base(e) == pytest.approx(again.station.base(e), abs=1e-12)
+    assert kept.gravity(e) == pytest.approx(station.gravity(e), abs=1e-9)
     # The world of a model file is the base at zero.
     zero = np.linalg.inv(station.base(np.zeros((1, 6))))
     assert again.station.base(e) == pytest.approx(zero @ station.base(e), abs=1e-6)

@@ -102,12 +102,13 @@ def run(
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
     """The arm in its cell, if that is named."""
+    from postproc.robot.cell_file import restated
     from postproc.settings import read_station
 
     if cell is not None and mounting is not None:
         help_ = "write `[mounting]` into the cell's file"
         raise PostprocError.of("CLI011", "`--cell` and `--mounting` both say how the base stands", help=help_)
-    return None if cell is None else read_station(cell)
+    return None if cell is None else restated(read_station(cell))
 
 
 def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices]:
