@@ -15,12 +15,12 @@ from postproc.model.rewrite import render_model
 from postproc.model.sensitivity import grown_sensitivity
 from postproc.model.uncertainty import beyond_range, range_table
 from postproc.robot.cell_file import restated
-from postproc.robot.controller import Backup, read_entries
-from postproc.robot.mechanical_units import read_cell
 from postproc.robot.station import station_of
 from tests.independent import external_axes as X
 from tests.independent.arm import TABLE_2, irb4600
 from tests.independent.cells import Cell, States, settle
+from tests.robot.test_cell import GANTRY
+from tests.robot.test_cell import cell as controller_cell
 
 KEYS = ("instrument_frame", "tool_frame", "external_axis_frame", "external_axis_error", "external_axis_compliance")
 
@@ -83,52 +83,21 @@ def test_slopes_against_central_differences(name: str) -> None:
 
 
 def test_a_cell_of_a_backup_is_written_into_a_model_file_as_it_is() -> None:
-    """A gantry of joints about z, as controllers describe it, and the same as [[external_axes]]: base and work agree."""
-    moc = """ROBOT:
-
-      -name "ROB_1" -use_robot_type "ROB1_4600_2.05_60" -base_frame_coordinated "TRACK_1"\\
-      -base_frame_pos_x 1.5 -base_frame_pos_y 0.7 -base_frame_orient_u0 0.70710678 -base_frame_orient_u3 0.70710678
-#
-MECHANICAL_UNIT:
-
-      -name "TRACK_1" -use_single_0 "TRACK_1" -activate_at_start_up
-#
-SINGLE:
-
-      -name "TRACK_1" -use_single_type "TRACK_1" -use_joint "rail" -base_frame_pos_x 1.0\\
-      -base_frame_orient_u0 0.8660254 -base_frame_orient_u3 0.5
-#
-SINGLE_TYPE:
-
-      -name "TRACK_1" -mechanics "TRACK"
-#
-JOINT:
-
-      -name "rail" -logical_axis 7 -use_arm "rail" -use_transmission "rail"
-#
-ARM:
-
-      -name "rail" -upper_joint_bound 5.5 -lower_joint_bound -0.5
-#
-TRANSMISSION:
-
-      -name "rail" -transm_joint 100
-#
-"""
-    station = station_of(read_cell(Backup(motion=read_entries(moc))))
-    assert station is not None and not station.findings
+    """A public gantry of four axes with a drive that follows, as its controller has it, and as [[external_axes]]."""
+    station = station_of(controller_cell(GANTRY))
+    assert station is not None
     arm = parse_model(Source("m.toml", b'robot = "irb4600_60_205"\n')).standing(station)
-    again = parse_model(Source("again.toml", render_model(arm).encode()))
-    assert again.station is not None
-    e = np.full((3, 6), np.nan)
-    e[:, 0] = 0.0, 1.2, -0.4
+    again = parse_model(Source("again.toml", render_model(arm).encode())).station
+    e = np.full((4, 6), np.nan)
+    e[:, :4] = np.random.default_rng(0).uniform(-0.5, 0.5, (4, 4))
+    e[:, 5] = e[:, 0]
     kept = restated(station)
-    assert kept.base(e) == pytest.approx(again.station.base(e), abs=1e-12)
+    assert again is not None and kept.base(e) == pytest.approx(again.base(e), abs=1e-12)
     assert kept.gravity(e) == pytest.approx(station.gravity(e), abs=1e-9)
     # The world of a model file is the base at zero.
     zero = np.linalg.inv(station.base(np.zeros((1, 6))))
-    assert again.station.base(e) == pytest.approx(zero @ station.base(e), abs=1e-6)
-    assert again.station.joints["a"].upper == pytest.approx(5.5)
+    assert kept.base(e) == pytest.approx(zero @ station.base(e), abs=1e-6)
+    assert again.joints["a"].upper == pytest.approx(station.joints["a"].upper) and again.work is None
 
 
 def test_positions_beyond_the_measured_ones_are_told() -> None:
