@@ -55,6 +55,11 @@ class Joint:
     acceleration: float | None = None
     leader: str | None = None
 
+    @property
+    def way(self) -> Array:
+        """(3,) its direction in the axes of the frame that a model file states: x of a slide, z of a turn."""
+        return np.array([1.0, 0.0, 0.0] if self.kind == "linear" else [0.0, 0.0, 1.0])
+
 
 @dataclass(frozen=True, slots=True)
 class Unit:

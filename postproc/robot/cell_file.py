@@ -25,8 +25,6 @@ from postproc.robot.pose import rpy, transform
 from postproc.robot.station import ROBOT, Station
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
-LINEAR, ROTARY = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-"""Along which axis of its frame a linear axis slides, and about which a rotary one turns."""
 Letter = Literal["a", "b", "c", "d", "e", "f"]
 Vec3 = tuple[float, float, float]
 
@@ -147,16 +145,14 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
         own = [joint for joint in unit.joints if joint.axis is not None and (follows or joint.leader is None)]
         for k, joint in enumerate(own):
             T = frames[str(joint.axis)][0][0]
-            along = T[:3, :3] @ joint.direction
-            way = LINEAR if joint.kind == "linear" else ROTARY
-            same = np.allclose(joint.direction, way)
-            turn = Rotation.from_matrix(T[:3, :3]) if same else Rotation.align_vectors([along], [way])[0]
             scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
             entry: dict[str, Any] = {"axis": joint.axis, "kind": joint.kind}
             entry["carries"] = "robot" if name.lower() in arm else "work" if name.lower() in work else "nothing"
             entry |= {"unit": unit.name} | ({"parent": on} if on is not None and k == 0 else {})
             entry |= {"xyz_mm": [round(1e3 * float(x), 6) + 0.0 for x in T[:3, 3]]}
-            entry |= {"quat": [round(float(x), 12) + 0.0 for x in turn.as_quat(scalar_first=True)]}
+            entry |= {
+                "quat": [round(float(x), 12) + 0.0 for x in Rotation.from_matrix(T[:3, :3]).as_quat(scalar_first=True)]
+            }
             if joint.lower is not None and joint.upper is not None:
                 entry["limits"] = [round(float(x) / scale, 6) for x in (joint.lower, joint.upper)]
             found.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
@@ -213,9 +209,9 @@ def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source:
 def _joint(axis: ExternalAxis) -> Joint:
     scale = 1e-3 if axis.kind == "linear" else np.pi / 180.0
     lower, upper = (None, None) if axis.limits is None else (scale * x for x in axis.limits)
-    direction = LINEAR if axis.kind == "linear" else ROTARY
     speed = None if axis.speed is None else scale * axis.speed
-    return Joint(f"eax_{axis.axis}", axis.axis, axis.kind, direction, lower=lower, upper=upper, speed=speed)
+    joint = Joint(f"eax_{axis.axis}", axis.axis, axis.kind, lower=lower, upper=upper, speed=speed)
+    return replace(joint, direction=joint.way)
 
 
 def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
@@ -92,7 +93,23 @@ class Station:
         return found
 
     def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """By axis, T_base_joint (n, 4, 4) right before and right after its motion."""
+        """By axis, T_base_axis (n, 4, 4) right before and right after its motion.
+
+        In the axes that a model file states: a slide goes along x, a turn about z; a controller's own joints may go
+        another way, and are turned the shortest way in the axes of the base with all axes at zero.
+        """
+        at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
+        for axis, frames in self._joint_frames(positions).items():
+            joint, R = self.joints[axis], at_zero[axis][0][0, :3, :3]
+            own = np.eye(4)
+            if not np.allclose(joint.direction, joint.way) and np.isfinite(R).all():
+                stated, _ = Rotation.align_vectors([R @ joint.direction], [joint.way])
+                own[:3, :3] = R.T @ stated.as_matrix()
+            found[axis] = frames[0] @ own, frames[1] @ own
+        return found
+
+    def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
+        """The same in the axes of the joints."""
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:

@@ -97,6 +97,10 @@ def test_a_cell_of_a_backup_is_written_into_a_model_file_as_it_is() -> None:
     # The world of a model file is the base at zero.
     zero = np.linalg.inv(station.base(np.zeros((1, 6))))
     assert kept.base(e) == pytest.approx(zero @ station.base(e), abs=1e-6)
+    # Effects of an axis speak of the same axes, whoever describes them.
+    for axis, frames in kept.axis_frames(e).items():
+        assert np.array(frames) == pytest.approx(np.array(station.axis_frames(e)[axis]), abs=1e-6)
+        assert kept.joints[axis].direction == pytest.approx(kept.joints[axis].way)
     assert again.joints["a"].upper == pytest.approx(station.joints["a"].upper) and again.work is None
 
 

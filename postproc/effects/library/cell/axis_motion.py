@@ -90,7 +90,7 @@ def position_of(state: State, axis: str) -> Array:
 
 def across(joint: Joint) -> Mask:
     """(3,) True for the axes of a joint's frame that are no direction of its motion."""
-    return np.asarray(np.abs(joint.direction) < 0.5)
+    return np.asarray(joint.way == 0.0)
 
 
 def small_motion(shift: Array, turn: Array) -> Array:

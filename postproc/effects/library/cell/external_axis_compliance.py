@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import State, Variant, param, variant
 from postproc.effects.geometry import distal_point
-from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, side_of, small_motion
+from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, side_of, small_motion
 
 if TYPE_CHECKING:
     from postproc.robot.cell import Joint
@@ -33,7 +33,7 @@ class ExternalAxisCompliance(
     Equation: a turn about the origin of the axis' frame (``xyz_mm`` of its table, where it stands at the time), in the
     axes of that frame: c_i M_i, with M the moment of all that the arm's base carries, or, of an axis that carries the
     work, of the reaction to the process force. Under the weight of the work it turns by
-    sum over j of s_ij (R e_j x g / |g|)_i besides: e_j are the axes of the work, R turns them into the frame of the
+    sum over j of s_ij (R e_j x g / |g|)_i besides: e_j are the axes of the plate, R turns them into the frame of the
     axis, and s_ij is the compliance times the work's weight times its lever along e_j, which nobody states.
     Source: linear tilt springs. Typical size: 1e-8 to 3e-7 rad/(N m) of a column, 0.05 to 0.5 mrad of sag.
     """
@@ -66,7 +66,7 @@ class ExternalAxisCompliance(
         every = np.zeros(len(effect.vector()), dtype=bool)
         for k, axis in enumerate(axes):
             T, side = state.axis_frames[axis][0], side_of(state, axis)
-            own = np.abs(state.station.joints[axis].direction) > 0.5
+            own = ~across(state.station.joints[axis])
             sag = np.ptp(_sagging(state, T, side), axis=0)
             seen = sag > SEEN * max(1.0, float(sag.max()))
             forced = (side > 0).any() or (state.wrench is not None and np.any(np.asarray(state.wrench)[side < 0]))
@@ -112,7 +112,8 @@ def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
     gravity = np.broadcast_to(state.gravity, (len(state), 3))
     for unit in np.unique(units[side < 0]).tolist():
         rows = (units == unit) & (side < 0)
-        R = state.station.frame(unit, state.external_axes[rows])[:, :3, :3]
+        last = [joint.axis for joint in state.station.cell.unit(unit).joints if joint.axis is not None][-1]
+        R = state.axis_frames[last][1][rows, :3, :3]
         pull = gravity[rows] / np.linalg.norm(gravity[rows], axis=1, keepdims=True)
         moments = np.cross(np.swapaxes(R, 1, 2), pull[:, None])
         found[rows] = np.swapaxes(moments @ T_base_axis[rows, :3, :3], 1, 2)

@@ -66,6 +66,6 @@ class ExternalAxisFrame(
 
 def _moved(joint: Joint, position: Array) -> Array:
     """(n, 4, 4) the nominal motion of a joint."""
-    way = position[:, None] * joint.direction
+    way = position[:, None] * joint.way
     parts = (way, np.zeros_like(way))
     return np.eye(4) + small_motion(*(parts if joint.kind == "linear" else parts[::-1]))
