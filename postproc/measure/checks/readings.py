@@ -59,6 +59,7 @@ class Arm:
         return T if self.T_reference_base is None else self.T_reference_base @ T
 
     def rows(self, index: Any) -> Arm:
+        """The arm at some of the rows."""
         return self if self.T_reference_base is None else Arm(self.robot, self.T_reference_base[index])
 
 
