@@ -29,6 +29,7 @@ from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.words.text import diagnosis_text
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements as read_table
+from postproc.measure.read.terms import Reading
 from postproc.model import equilibrium
 from postproc.model import file as model_file
 from postproc.model.arm import Model
@@ -87,16 +88,19 @@ def write_model(file: File, model: Model | Fit) -> None:
     path.write_text(render_model(model, path.read_text("utf-8") if path.is_file() else ""), encoding="utf-8")
 
 
-def read_measurements(file: File, robot: str, column_map: File | None = None) -> Measurements:
+def read_measurements(file: File, robot: str | Model, column_map: File | None = None) -> Measurements:
     """A table of measured poses.
 
     Args:
-        robot: the arm that was measured, by its name or file. column_map: TOML file that says what columns are called.
+        robot: the arm that was measured, by its name or file; or its model, whose external axes count then.
+        column_map: TOML file that says what columns are called.
 
     Raises:
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
     layout = None if column_map is None else _source(column_map)
+    if isinstance(robot, Model):
+        return read_table(_source(file), robot.robot, column_map=layout, terms=Reading(station=robot.station))
     return read_table(_source(file), load_robot(robot), column_map=layout)
 
 

@@ -33,11 +33,12 @@ def read_source(name: str, lent: bool = False) -> Source:
     return source
 
 
-def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
+def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = None) -> Model:
     """The model in a file.
 
     Args:
-        effects: Python files with effects that the model may use.
+        effects: Python files with effects that the model may use. cell: what carries the arm and its work, in place of
+            what the file says of that.
 
     Raises:
         PostprocError: what is wrong with one of the files.
@@ -45,6 +46,8 @@ def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
     from postproc.effects.registry import effect_library
     from postproc.model.file import parse_model
     from postproc.rapid.program.program import ENDINGS
+    from postproc.robot.cell_file import restated
+    from postproc.settings import read_station
 
     library = effect_library(effects)
     if path.suffix.lower() == ".csv":
@@ -55,7 +58,8 @@ def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
         raise PostprocError.of(
             "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
         )
-    return parse_model(read_source(str(path)), library)
+    model = parse_model(read_source(str(path)), library)
+    return model if cell is None else model.standing(restated(read_station(cell)))
 
 
 def short_names(*files: str | Path) -> str:
@@ -73,6 +77,11 @@ def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
 def effect_words(files: Sequence[Path | str]) -> list[str]:
     """Effects of one's own, for a command that follows."""
     return [word for file in files for word in ("--effects", str(file))]
+
+
+def cell_words(cell: Path | None) -> list[str]:
+    """The cell that was named, for a command that follows."""
+    return [] if cell is None else ["--cell", str(cell)]
 
 
 def _read(name: str) -> bytes:

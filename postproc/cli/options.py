@@ -18,6 +18,7 @@ from postproc.numbers import read_number
 if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
     from postproc.robot.arm import Robot
+    from postproc.robot.station import Station
 
 
 def _positive(_: object, value: float | None) -> None:
@@ -116,12 +117,12 @@ class TableOptions:
         words = [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
         return [*words, *(["--rows-in-order"] if self.rows_in_order else []), *effect_words(effects)]
 
-    def read(self, data: Sequence[str], robot: Robot, measured: bool = True) -> Measurements:
+    def read(self, data: Sequence[str], robot: Robot, measured: bool = True, at: Station | None = None) -> Measurements:
         """The tables as one, their findings printed.
 
         Args:
             data: CSV files; ``-`` is stdin. robot: the arm that was measured.
-            measured: False where the table need not say what was measured.
+            measured: False where the table need not say what was measured. at: the arm in its cell.
 
         Raises:
             PostprocError: what is wrong with one of the files.
@@ -134,7 +135,7 @@ class TableOptions:
             help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
         joints = read_source(self.joints) if self.joints else None
-        terms = Reading(self.rows_in_order, frozenset(self.accept), joints)
+        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
         beside = [read_source(str(path), lent=True) for path in self.side_files]
         run = [read_source(self.program), *beside] if self.program else None
         layout = read_source(self.columns) if self.columns else None

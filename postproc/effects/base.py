@@ -79,6 +79,7 @@ class Effect:
         about_data: a finding about the measurements, not a property of the arm.
         drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
+        laws_of: columns of the table of which every smooth law is the effect: a pattern of them gives way to its name.
         unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
             infinite where a diagnosis does not name it at all.
 
@@ -93,6 +94,7 @@ class Effect:
     about_data: ClassVar[bool] = False
     drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
+    laws_of: ClassVar[tuple[str, ...]] = ()
     unlikely: ClassVar[float] = 0.0
     _parameters: ClassVar[dict[str, Parameter]] = {}
     _structures: ClassVar[dict[str, Structure]] = {}
@@ -107,6 +109,7 @@ class Effect:
         about_data: bool | None = None,
         drafted: bool | None = None,
         beside: str | None = None,
+        laws_of: Sequence[str] | None = None,
         unlikely: float | None = None,
     ) -> None:
         super().__init_subclass__()
@@ -119,6 +122,7 @@ class Effect:
         cls.about_data = cls.about_data if about_data is None else about_data
         cls.drafted = cls.drafted if drafted is None else drafted
         cls.beside = cls.beside if beside is None else beside
+        cls.laws_of = cls.laws_of if laws_of is None else tuple(laws_of)
         cls.unlikely = cls.unlikely if unlikely is None else unlikely
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
@@ -221,6 +225,11 @@ class Effect:
                     words[-1] = meta.labels[index[-1]]
                 result.append(f"{name}[{','.join(words)}]" if words else name)
         return tuple(result)
+
+    @property
+    def external_axes(self) -> tuple[str, ...]:
+        """Letters of the external axes of which it speaks."""
+        return ()
 
     @property
     def label(self) -> str:

@@ -9,13 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_motions
+
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
+
+AXES = "abcdef"
+"""External axes by their letters."""
 
 FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 """Fields of a state that effects declare by another name."""
@@ -29,9 +36,10 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
     "payload": ("payload_kg", "payload_x_mm", "payload_y_mm", "payload_z_mm"),
     "wrench": ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"),
     "session": ("session",),
+    "external_axes": tuple(f"eax_{letter}" for letter in AXES),
 }
 """Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
-CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange_tcp"})
+CONSTANT = frozenset({"gravity", "robot", "station", "channels", "session_names", "T_flange_tcp"})
 """Fields of a state that are not one value for each row."""
 EACH_ROW = {"T_flange_tcp": 3, "gravity": 2}
 """Dimensions of constants that may differ row by row."""
@@ -53,8 +61,13 @@ class State:
         channels: further columns of the measurement table, by name, (n,).
         gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down), or (n, 3) where it differs: of a base
             that leans with its axes, and less the acceleration of the origin of one that moves.
+        external_axes: (n, 6) positions of axes a to f [m], [rad], NaN where there is none.
+        work: (n,) name of the unit at whose end the work stands to which the pose counts, empty for the world.
+        T_reference_base: (n, 4, 4) the nominal base in the frame to which measured points count, but for the place of
+            the instrument: the world, or the end of that unit. None where that is the base.
         base_spin, base_spin_rate: (n, 3) angular velocity [rad/s] and acceleration [rad/s^2] of the base, base axes.
         robot: the nominal arm, for effects that need its lengths and axes. Filled by the model, as are:
+        station: its place in its cell, None where nobody says;
         T_base_body: (n, 7, 4, 4) poses of the body frames and joint_load (n, 6) [N m], body_load (n, 7, 6)
             (force [N], moment [N m] at the distal end of each body, in its axes): the loads that deflect the springs.
             Loads are asked for first, with T_base_body alone.
@@ -74,9 +87,13 @@ class State:
     session_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    external_axes: Array | None = None
+    work: NDArray[np.str_] | None = None
+    T_reference_base: Array | None = None
     base_spin: Array | None = None
     base_spin_rate: Array | None = None
     robot: Robot | None = None
+    station: Station | None = None
     T_base_body: Array | None = None
     joint_load: Array | None = None
     body_load: Array | None = None
@@ -112,6 +129,13 @@ class State:
         v, a = (np.zeros((len(self), 6)) if rate is None else rate for rate in (self.v, self.a))
         base = (self.base_spin, self.base_spin_rate)
         return body_motions(self.robot, np.asarray(self.T_base_body), v, a, base)
+
+    @cached_property
+    def axis_frames(self) -> dict[str, tuple[Array, Array]]:
+        """By external axis, T_base_joint (n, 4, 4) right before and right after its motion; nothing without a cell."""
+        if self.station is None or self.external_axes is None:
+            return {}
+        return self.station.axis_frames(self.external_axes)
 
     def with_(self, **changes: object) -> State:
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
+
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
 
 
 def example_arm() -> Robot:
@@ -20,6 +25,19 @@ def example_arm() -> Robot:
     inertia = mass[:, None, None] * 0.04 * np.eye(3)
     six = np.ones(6)
     return Robot("example", link, axis, -3 * six, 3 * six, 3 * six, 10 * six, 100 * six, mass, center, inertia)
+
+
+def example_station() -> Station:
+    """The arm on a track of 3 m, beside a table that turns about an axis which leans by 40 degrees."""
+    from postproc.robot.cell import Cell, CellArm, Joint, Unit
+    from postproc.robot.pose import rpy, transform
+    from postproc.robot.station import Station
+
+    track = Unit("track", (Joint("track", "a", "linear", np.array([1.0, 0.0, 0.0])),))
+    leaning = transform(np.array([1.0, 0.5, 0.6]), rpy(np.array([0.7, 0.0, 0.0])))
+    table = Unit("table", (Joint("table", "b", "rotary"),), None, leaning)
+    arm = CellArm("robot", "", "track", np.eye(4), np.array([0.0, 0.0, -9.81]))
+    return Station(Cell({"track": track, "table": table}, {"robot": arm}), "robot", ("track", "table"))
 
 
 def example_state(n: int = 240) -> State:
@@ -38,9 +56,12 @@ def example_state(n: int = 240) -> State:
         wrench=rng.normal(0.0, 150.0, (n, 6)),
         temperature=rng.uniform(5.0, 45.0, n),
         time=np.sort(rng.uniform(0.0, 28800.0, n)),
+        external_axes=np.column_stack([rng.uniform([-1.5, -1.5], 1.5, (n, 2)), np.full((n, 4), np.nan)]),
+        work=np.full(n, "table"),
         session=rng.integers(0, 3, n).astype(float),
         channels={"row": np.arange(n, dtype=float)},
         robot=robot,
+        station=example_station(),
         T_base_body=body_poses(robot, q),
         joint_load=rng.normal(0.0, 1000.0, (n, 6)),
         body_load=rng.normal(0.0, 1000.0, (n, 7, 6)),

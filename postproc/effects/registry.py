@@ -15,29 +15,32 @@ from types import ModuleType
 from postproc.diagnostics import Diagnostic, PostprocError, did_you_mean
 from postproc.effects.base import Effect
 from postproc.effects.findings import describe, finding, origin
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.base_compliance import BaseCompliance
-from postproc.effects.library.bearing_tilt import BearingTilt
-from postproc.effects.library.dress_pack import DressPack
-from postproc.effects.library.frame_drift import FrameDrift
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.joint_offset import JointOffset
-from postproc.effects.library.link_compliance import LinkCompliance
-from postproc.effects.library.link_geometry import LinkGeometry
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.library.outlier import Outlier
-from postproc.effects.library.payload_error import PayloadError
-from postproc.effects.library.servo_lag import ServoLag
-from postproc.effects.library.session import Session
-from postproc.effects.library.thermal_growth import ThermalGrowth
-from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.library.tool_frame import ToolFrame
-from postproc.effects.library.transmission_error import TransmissionError
-from postproc.effects.library.wrist_coupling import WristCoupling
+from postproc.effects.library.cell.external_axis_compliance import ExternalAxisCompliance
+from postproc.effects.library.cell.external_axis_error import ExternalAxisError
+from postproc.effects.library.cell.external_axis_frame import ExternalAxisFrame
+from postproc.effects.library.frames.frame_drift import FrameDrift
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.frames.outlier import Outlier
+from postproc.effects.library.frames.session import Session
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.servo_lag import ServoLag
+from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.joints.wrist_coupling import WristCoupling
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.loads.dress_pack import DressPack
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
+from postproc.effects.library.loads.payload_error import PayloadError
+from postproc.effects.library.structure.base_compliance import BaseCompliance
+from postproc.effects.library.structure.bearing_tilt import BearingTilt
+from postproc.effects.library.structure.link_compliance import LinkCompliance
+from postproc.effects.library.structure.link_geometry import LinkGeometry
+from postproc.effects.library.structure.thermal_growth import ThermalGrowth
 from postproc.effects.loading import effects_of, load_effect_file, problems_of
 
 Library = Mapping[str, type[Effect]]
@@ -65,6 +68,9 @@ BUILT_IN: tuple[type[Effect], ...] = (
     ServoLag,
     WristCoupling,
     FrameDrift,
+    ExternalAxisFrame,
+    ExternalAxisError,
+    ExternalAxisCompliance,
     Session,
     Outlier,
 )

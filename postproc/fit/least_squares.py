@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
 from postproc.fit.solving.determined import slope

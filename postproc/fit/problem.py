@@ -17,7 +17,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.places import PLACES
 from postproc.model.sensitivity import Sensitivity, sensitivity
-from postproc.robot.pose import displace, rotation_vectors
+from postproc.robot.pose import rotation_vectors
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,7 @@ class Problem:
     @cached_property
     def T_instrument_tcp(self) -> Array:
         """(n, 4, 4) where the model says that the instrument sees the TCP."""
-        T = self.rest.T_base_tcp
-        moved = self.rest.deflection.instrument
-        return T if moved is None else np.asarray(displace(moved) @ T)
+        return self.rest.T_instrument_tcp
 
     @cached_property
     def error(self) -> Array:

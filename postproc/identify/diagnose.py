@@ -64,7 +64,8 @@ def _diagnosed(
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
-    library = {k: c for k, c in library.items() if c.unlikely < np.inf}
+    carried = model.station is not None and bool(model.station.joints)
+    library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base, noise)

@@ -23,8 +23,10 @@ from postproc.identify.acceptance import (
 )
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.candidates.composition import compose
+from postproc.identify.evidence import NEAR
 from postproc.identify.indistinguishable import indistinguishable
 from postproc.identify.state import SearchState, SelectedEffect
+from postproc.patterns.suspects import Suspect
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -50,7 +52,7 @@ def forward(state: SearchState) -> SearchState:
             (c for c in state.ranked if c.key not in refused and convincing(c, state.fit, len(state.classes))), None
         )
         pattern = next(iter(state.patterns_left(name.evidence if name else 0.0)), None)
-        if pattern is not None and (name is None or pattern.evidence > name.evidence):
+        if pattern is not None and (name is None or pattern.evidence > _beside(name, pattern)):
             if len(state.outside) == PATTERNS:
                 break
             state, refused = state.beside((*state.outside, pattern)), set()
@@ -60,6 +62,12 @@ def forward(state: SearchState) -> SearchState:
         else:
             break
     return state
+
+
+def _beside(name: Candidate, pattern: Suspect) -> float:
+    """What a name is worth beside a pattern, which may be the effect's own law in fewer numbers."""
+    same = set(pattern.channels) <= set(type(name.effect).laws_of)
+    return name.evidence / NEAR if same else name.evidence
 
 
 def accepted(state: SearchState, best: Candidate) -> SearchState | None:

@@ -184,11 +184,11 @@ class Measurements:
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats each row belongs to.
 
-        The same label, commanded joints, payload and approach.
+        The same label, commanded joints, payload, approach and external axes.
         """
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
-        for channel in (self.state.approach, self.state.payload_mass, self.state.v):
+        for channel in (self.state.approach, self.state.payload_mass, self.state.v, self.state.external_axes):
             if channel is not None:
                 parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)

@@ -5,5 +5,5 @@
 Derivatives: `places` where effects act, `sensitivity` of the pose to them and to parameters, `tangent` (how loads and
 displacements answer to each other), `stiffness` and natural frequencies; `uncertainty` of a prediction,
 `scatter` of arms about an estimated stiffness; `controller_part` is what a controller corrects by itself,
-`from_controller` the model that its configuration gives.
+`from_controller` the model that its configuration gives. `reference`: where external axes put the arm.
 """

@@ -61,7 +61,8 @@ class Model:
 
     def felt(self, state: State) -> State:
         """A state of this arm, under its gravity where the state has none for each row."""
-        return state.with_(robot=self.robot, gravity=state.gravity if state.gravity.ndim == 2 else self.gravity)
+        gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
+        return state.with_(robot=self.robot, station=self.station, gravity=gravity)
 
     def multibody(self, bodies: tuple[int, ...] = (), carried: bool = False) -> Multibody:
         """The six joints with virtual springs at the far ends of some bodies; built once for each choice.

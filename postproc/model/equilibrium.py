@@ -42,6 +42,31 @@ class Equilibrium:
     T_base_tcp: Array
     bodies: tuple[int, ...] = ()
 
+    @property
+    def T_reference_tcp(self) -> Array:
+        """(n, 4, 4) real TCP in the frame to which measured points count, but for the place of the instrument."""
+        reference = self.state.T_reference_base
+        return self.T_base_tcp if reference is None else reference @ self.T_base_tcp
+
+    @property
+    def T_instrument_tcp(self) -> Array:
+        """(n, 4, 4) real TCP as the instrument sees it."""
+        instrument = self.deflection.instrument
+        T = self.T_reference_tcp
+        return T if instrument is None else np.asarray(displace(instrument) @ T)
+
+    @property
+    def R_instrument_reference(self) -> Array:
+        """(n, 3, 3) axes of that frame as the instrument sees them."""
+        moved = np.zeros(6) if self.deflection.instrument is None else self.deflection.instrument
+        return np.asarray(np.broadcast_to(displace(moved)[..., :3, :3], (len(self.T_base_tcp), 3, 3)))
+
+    @property
+    def R_instrument_base(self) -> Array:
+        """(n, 3, 3) axes of the base as the instrument sees them."""
+        reference = self.state.T_reference_base
+        return self.R_instrument_reference if reference is None else self.R_instrument_reference @ reference[:, :3, :3]
+
 
 def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equilibrium:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
@@ -105,9 +130,7 @@ def predict(model: Model, state: State) -> Array:
     result = np.empty((len(state), 4, 4))
     # Batches that stay in the processor's cache are faster.
     for rows in blocks(len(state), BATCH):
-        rest = equilibrium(model, state.rows(rows))
-        instrument = rest.deflection.instrument
-        result[rows] = rest.T_base_tcp if instrument is None else displace(instrument) @ rest.T_base_tcp
+        result[rows] = equilibrium(model, state.rows(rows)).T_instrument_tcp
     return result
 
 

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
-from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
@@ -30,9 +30,9 @@ AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
-Channel = Literal[
-    "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
-]
+_Sides = Literal["dir1", "dir2", "dir3", "dir4", "dir5", "dir6"]
+_Axes = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
+Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", _Sides, _Axes]
 
 
 class _Table(BaseModel):

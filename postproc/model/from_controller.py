@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.diagnostics import PostprocError
-from postproc.effects.library.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration

@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.model.arm import Model
+from postproc.robot.cell_file import stated_axes
 from postproc.robot.pose import rpy
 
 TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)
@@ -30,6 +31,8 @@ def render_model(model: Model, before: str = "") -> str:
     if source := _stiffness_source(model):
         content["stiffness_source"] = source
     content |= _frames(model, document)
+    if model.station is not None and model.station.joints and "external_axes" not in document:
+        content["external_axes"] = stated_axes(model.station)
     content["effects"] = {e.key: e.to_file() for e in model.effects}
     if model.fit:
         content["fit"] = dict(model.fit)

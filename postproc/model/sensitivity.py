@@ -24,7 +24,7 @@ from postproc.model.loads import borne
 from postproc.model.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
-from postproc.robot.pose import displace, left_jacobian
+from postproc.robot.pose import left_jacobian
 
 MANY = 1000
 """States from which on loads are worked out only where they are read."""
@@ -184,13 +184,12 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     R_tool = rest.chain.T_base_flange[:, :3, :3] @ rest.state.T_flange_tcp[..., :3, :3]
     J[:, :3, TOOL : TOOL + 3] = R_tool
     J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turned(rest.deflection.tool, n)
-    T = _instrument(rest, n)
-    R = T[:, :3, :3]
+    R = rest.R_instrument_base
     J[:, :3, :INSTRUMENT] = R @ J[:, :3, :INSTRUMENT]
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
     left = _turned(rest.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
-    J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
+    J[:, :3, INSTRUMENT + 3 :] = -skew((rest.R_instrument_reference @ rest.T_reference_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
     springs = tuple(e for e in model.effects if "load" in e.reads)
     read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, rest.bodies))
@@ -210,11 +209,6 @@ def grown_sensitivity(model: Model, state: State) -> Sensitivity:
 def nudged(model: Model) -> Model:
     """A model with nothing null: what its effects read then shows."""
     return model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
-
-
-def _instrument(rest: Equilibrium, n: int) -> Array:
-    T = np.eye(4) if rest.deflection.instrument is None else displace(rest.deflection.instrument)
-    return np.asarray(np.broadcast_to(T, (n, 4, 4)))
 
 
 def _turned(displacement: Array | None, n: int) -> Array:

@@ -14,6 +14,7 @@ from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.places import PLACES, flat, placed
+from postproc.model.reference import as_written
 from postproc.model.sensitivity import grown_sensitivity
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
@@ -145,7 +146,8 @@ class Beyond:
     """A channel that leaves the measured range.
 
     Args:
-        channel: ``q1`` .. ``q6`` [rad], ``payload`` [kg], ``temperature`` [degC], ``dir1`` .. ``dir6`` (+1 or -1).
+        channel: ``q1`` .. ``q6`` [rad], ``payload`` [kg], ``temperature`` [degC], ``dir1`` .. ``dir6`` (+1 or -1),
+            ``eax_a`` .. ``eax_f`` [mm or deg].
         low, high: measured; reached: the value farthest outside; rows: (n,) which states are outside.
     """
 
@@ -183,7 +185,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
     """Channels in which some states leave the range that the model was measured in; none where no range is known."""
     table: Mapping[str, Any] = model.fit.get("range", {})
     found = []
-    for name, values in _channels(state).items():
+    for name, values in _channels(state.with_(station=model.station)).items():
         if name not in table or name == "time":  # what follows the time is a session's own
             continue
         low, high = (float(x) for x in table[name])
@@ -199,6 +201,9 @@ def _channels(state: State) -> dict[str, Array]:
     for name, values in (("payload", state.payload_mass), ("temperature", state.temperature), ("time", state.time)):
         if values is not None and np.isfinite(values).any():
             channels[name] = np.broadcast_to(np.asarray(values, dtype=float), (len(state),))
+    if state.station is not None and state.external_axes is not None:
+        stood = as_written(state.station, state.external_axes)
+        channels |= {name: values for name, values in stood.items() if np.isfinite(values).any()}
     # What no row comes from is a gap of a model that may lack lost motion; 0 is a side that nobody knows.
     for j, side in enumerate(() if state.approach is None else np.where(state.approach == 0, np.nan, state.approach).T):
         if np.isfinite(side).any():

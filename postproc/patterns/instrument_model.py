@@ -53,10 +53,12 @@ class Sight:
         frame = rest.deflection.instrument
         # Where it drifts, by millimetres: on average.
         T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
-        place = place_code(rest.state, rest.T_base_tcp[:, :3, 3])
+        seen = rest.T_reference_tcp
+        # Text of a state tells where the arm is on its base alone.
+        place = place_code(rest.state, rest.T_base_tcp[:, :3, 3]) if rest.state.T_reference_base is None else ""
         code = f"{place} @ {np.round(T[:3].T, 6).tolist()}" if place else ""
-        point = rest.T_base_tcp[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
-        beam = np.einsum("nji,nj->ni", rest.T_base_tcp[:, :3, :3], point @ T[:3, :3])
+        point = seen[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
+        beam = np.einsum("nji,nj->ni", seen[:, :3, :3], point @ T[:3, :3])
         text = f"np.einsum('nji,nj->in', ({TOOL})[:, :3, :3], {SEEN} @ {np.round(T[:3, :3], 6).tolist()})"
         text = f"({text} / np.linalg.norm({SEEN}, axis=1))" if code else ""
         return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)

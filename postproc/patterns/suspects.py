@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL

@@ -21,6 +21,8 @@ def measuring_module(
     labels: Sequence[str],
     table: str,
     payload_kg: Array | None = None,
+    *,
+    extax: Array | None = None,
 ) -> bytes:
     """The program as text.
 
@@ -29,15 +31,28 @@ def measuring_module(
         approach: (n, 6) direction of each joint's last travel, -1, 0 or +1; None for no matter.
         labels: (n) name of each pose in the table; table: name of the table.
         payload_kg: (n,) what hangs on the flange; poses with the same payload are visited together.
+        extax: (n, 6) external axes [mm], [deg], NaN for axes that are not there.
     """
     side = np.zeros_like(q) if approach is None else np.sign(approach)
     start = np.clip(q - RUN_UP * side, robot.lower, robot.upper)
     load: list[float | None] = [None] * len(q) if payload_kg is None else [float(x) for x in payload_kg]
     order = sorted(range(len(q)), key=lambda i: load[i] or 0.0)
+    stood = [["9E9"] * 6] * len(q) if extax is None else [[_axis(x) for x in row] for row in extax]
     poses = [
-        {"name": f"j{i + 1:03d}", "label": labels[i], "joints": q[i], "approach": start[i], "payload_kg": load[i]}
+        {
+            "extax": stood[i],
+            "name": f"j{i + 1:03d}",
+            "label": labels[i],
+            "joints": q[i],
+            "approach": start[i],
+            "payload_kg": load[i],
+        }
         for i in order
     ]
     template = load_template(environment(), "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}
     return (fill(template, values) + "\n").encode("latin-1", "replace")
+
+
+def _axis(value: float) -> str:
+    return f"{value:.3f}" if np.isfinite(value) else "9E9"

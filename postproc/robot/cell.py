@@ -56,6 +56,11 @@ class Joint:
     acceleration: float | None = None
     leader: str | None = None
 
+    @property
+    def way(self) -> Array:
+        """(3,) its direction in the axes of the frame that a model file states: x of a slide, z of a turn."""
+        return np.array([1.0, 0.0, 0.0] if self.kind == "linear" else [0.0, 0.0, 1.0])
+
 
 @dataclass(frozen=True, slots=True)
 class Unit:
@@ -66,6 +71,7 @@ class Unit:
         T_parent_base: (4, 4) its base frame there.
         active: whether it is active after start.
         unknown: why its motion is not known; empty where it is.
+        idle: it carries neither an arm nor work.
     """
 
     name: str
@@ -74,6 +80,7 @@ class Unit:
     T_parent_base: Array = field(default_factory=_identity)
     active: bool = True
     unknown: str = ""
+    idle: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +127,10 @@ class Cell:
         """The unit of a name, in any case; KeyError where there is none."""
         return self.units[name.lower()]
 
+    def below(self, name: str | None) -> tuple[str, ...]:
+        """A unit and those on which it stands, in lower case; nothing of the world."""
+        return () if name is None else (name.lower(), *self.below(self.unit(name).parent))
+
     def joints(self, units: tuple[str, ...]) -> dict[str, Joint]:
         """The joints of some units by the letter of their axis."""
         return {j.axis: j for name in units for j in self.unit(name).joints if j.axis is not None}
@@ -153,18 +164,39 @@ def unit_frames(cell: Cell, name: str, positions: Array, elsewhere: Elsewhere = 
     Raises:
         KeyError: there is no such unit.
     """
+    frames = joint_frames(cell, name, positions, elsewhere)
+    return frames[-1][1] if frames else _unit_base(cell, name, positions, elsewhere)
+
+
+def joint_frames(
+    cell: Cell, name: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE
+) -> list[tuple[Array, Array]]:
+    """T_world_joint (n, 4, 4) right before and right after the motion of each joint of a unit, in their order.
+
+    Raises:
+        KeyError: there is no such unit.
+    """
+    found: list[tuple[Array, Array]] = []
+    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
+    T = _unit_base(cell, name, positions, elsewhere)
+    own = np.broadcast_to(elsewhere.get(name.lower(), positions), positions.shape)
+    for joint in cell.unit(name).joints:
+        before = T @ joint.T_before
+        T = before @ _moved(joint, own)
+        found.append((before, T))
+    return found
+
+
+def _unit_base(cell: Cell, name: str, positions: Array, elsewhere: Elsewhere) -> Array:
+    """T_world_base (n, 4, 4) of a unit."""
     unit = cell.unit(name)
     positions = np.asarray(positions, dtype=float).reshape(-1, 6)
+    if unit.unknown:
+        return np.full((len(positions), 4, 4), np.nan)
     T = np.tile(np.eye(4), (len(positions), 1, 1))
     if unit.parent is not None:
         T = unit_frames(cell, unit.parent, positions, elsewhere)
-    T = T @ unit.T_parent_base
-    positions = np.broadcast_to(elsewhere.get(name.lower(), positions), positions.shape)
-    if unit.unknown:
-        return np.full_like(T, np.nan)
-    for joint in unit.joints:
-        T = T @ joint.T_before @ _moved(joint, positions)
-    return T
+    return T @ unit.T_parent_base
 
 
 def base_frames(cell: Cell, arm: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -22,7 +22,7 @@ from postproc.robot.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.mechanical_units import GRAVITY, read_cell
 from postproc.robot.pose import rpy, transform
-from postproc.robot.station import ROBOT
+from postproc.robot.station import ROBOT, Station
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Letter = Literal["a", "b", "c", "d", "e", "f"]
@@ -114,7 +114,9 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
         if key in units:
             units[key] = replace(units[key], joints=(*units[key].joints, replace(joint, T_before=T)))
         else:
-            units[key] = Unit(axis.name, (joint,), owner, T)
+            units[key] = Unit(axis.name, (joint,), owner, T, idle=True)
+        if axis.carries != "nothing":
+            units[key] = replace(units[key], idle=False)
     carrier = _carrier(axes, below, source)
     R = rpy(np.radians(mounting.rpy_deg))
     unit, T_unit_base = None, np.eye(4)
@@ -122,6 +124,55 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
         unit, T_unit_base = carrier.name, invert(frames[carrier.axis][None])[0]
     arm = CellArm(ROBOT, "", unit, T_unit_base, R.T @ np.array([0.0, 0.0, -GRAVITY]))
     return Cell(units, {ROBOT: arm})
+
+
+def stated_axes(station: Station) -> list[dict[str, Any]]:
+    """The entries of ``[[external_axes]]`` that say what a cell does, in the axes of the base at zero.
+
+    An axis that follows another one in its unit has none, nor has a unit whose motion is not known; a unit that
+    follows another one carries nothing.
+    """
+    zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
+    arm, found = set(station.cell.below(station.cell.arms[station.arm.lower()].unit)), list[dict[str, Any]]()
+    for name in sorted(station.units, key=lambda unit: len(station.cell.below(unit))):
+        unit, frames = station.cell.unit(name), station.axis_frames(zero)
+        on = next(
+            (j.axis for below in station.cell.below(unit.parent) for j in station.cell.unit(below).joints[::-1]), None
+        )
+        if unit.unknown:
+            continue
+        follows = all(joint.leader is not None for joint in unit.joints)
+        own = [joint for joint in unit.joints if joint.axis is not None and (follows or joint.leader is None)]
+        for k, joint in enumerate(own):
+            T = frames[str(joint.axis)][0][0]
+            scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
+            entry: dict[str, Any] = {"axis": joint.axis, "kind": joint.kind}
+            entry["carries"] = "robot" if name.lower() in arm else "work" if name.lower() in work else "nothing"
+            entry |= {"unit": unit.name} | ({"parent": on} if on is not None and k == 0 else {})
+            entry |= {"xyz_mm": [round(1e3 * float(x), 6) + 0.0 for x in T[:3, 3]]}
+            entry |= {
+                "quat": [round(float(x), 12) + 0.0 for x in Rotation.from_matrix(T[:3, :3]).as_quat(scalar_first=True)]
+            }
+            if joint.lower is not None and joint.upper is not None:
+                entry["limits"] = [round(float(x) / scale, 6) for x in (joint.lower, joint.upper)]
+            found.append(entry | ({"speed": round(float(joint.speed) / scale, 6)} if joint.speed else {}))
+    return found
+
+
+def restated(station: Station) -> Station:
+    """The cell as a model file keeps it: the world is the base with all axes at zero.
+
+    Raises:
+        PostprocError: KIN016, nobody can tell where the arm stands.
+    """
+    if not station.placed:
+        why = "; ".join(found.message for found in station.findings) or "a unit of it cannot be read"
+        help_ = "describe what carries it in a TOML file (docs/my-cell.md)"
+        raise PostprocError.of("KIN016", f"nobody can tell where the arm stands: {why}", help=help_)
+    axes = [ExternalAxis(**entry) for entry in stated_axes(station)]
+    cell, gravity = stated_cell(axes, Mounting(), Source("", b"")), station.gravity(np.zeros((1, 6)))
+    arm = cell.arms[ROBOT] if gravity is None else replace(cell.arms[ROBOT], gravity=gravity[0])
+    return Station(replace(cell, arms={ROBOT: arm}), ROBOT, tuple(cell.units))
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
@@ -158,9 +209,9 @@ def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source:
 def _joint(axis: ExternalAxis) -> Joint:
     scale = 1e-3 if axis.kind == "linear" else np.pi / 180.0
     lower, upper = (None, None) if axis.limits is None else (scale * x for x in axis.limits)
-    direction = np.array([1.0, 0.0, 0.0] if axis.kind == "linear" else [0.0, 0.0, 1.0])
     speed = None if axis.speed is None else scale * axis.speed
-    return Joint(f"eax_{axis.axis}", axis.axis, axis.kind, direction, lower=lower, upper=upper, speed=speed)
+    joint = Joint(f"eax_{axis.axis}", axis.axis, axis.kind, lower=lower, upper=upper, speed=speed)
+    return replace(joint, direction=joint.way)
 
 
 def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:

@@ -11,11 +11,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS, Ax6
-from postproc.robot.cell import Cell, CellArm, Joint, axis_positions, base_frames, gravity_at, unit_frames
+from postproc.robot.cell import (
+    Cell,
+    CellArm,
+    Joint,
+    Unit,
+    axis_positions,
+    base_frames,
+    gravity_at,
+    joint_frames,
+    unit_frames,
+)
 
 ROBOT = "robot"
 """What an arm is called in a cell where there is no other."""
@@ -76,6 +87,53 @@ class Station:
         arm = self.cell.arms[self.arm.lower()]
         return arm.unit is None and bool((arm.T_unit_base == np.eye(4)).all())
 
+    @property
+    def work(self) -> str | None:
+        """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
+        arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
+        own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
+        ends = own - {below for name in own for below in self.cell.below(name)[1:]}
+        return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
+
+    def sides(self, unit: str | None) -> dict[str, int]:
+        """By axis, 1 where it moves the arm, -1 where it moves work at the end of a unit.
+
+        Axes that move both or none do not stand there.
+        """
+        arm, work = (set(self.cell.below(name)) for name in (self.cell.arms[self.arm.lower()].unit, unit))
+        found: dict[str, int] = {}
+        for name in self.units:
+            side = (name.lower() in arm) - (name.lower() in work)
+            found |= {joint.axis: side for joint in self.cell.unit(name).joints if joint.axis and side}
+        return found
+
+    def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
+        """By axis, T_base_axis (n, 4, 4) right before and right after its motion.
+
+        In the axes that a model file states: a slide goes along x, a turn about z; a controller's own joints may go
+        another way, and are turned the shortest way in the axes of the base with all axes at zero.
+        """
+        at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
+        for axis, frames in self._joint_frames(positions).items():
+            joint, R = self.joints[axis], at_zero[axis][0][0, :3, :3]
+            own = np.eye(4)
+            if not np.allclose(joint.direction, joint.way) and np.isfinite(R).all():
+                stated, _ = Rotation.align_vectors([R @ joint.direction], [joint.way])
+                own[:3, :3] = R.T @ stated.as_matrix()
+            found[axis] = frames[0] @ own, frames[1] @ own
+        return found
+
+    def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
+        """The same in the axes of the joints."""
+        T_base_world = invert(self.base(positions))
+        found = {}
+        for name in self.units:
+            frames = joint_frames(self.cell, name, positions, self.elsewhere())
+            for joint, (before, after) in zip(self.cell.unit(name).joints, frames, strict=True):
+                if joint.axis is not None:
+                    found[joint.axis] = T_base_world @ before, T_base_world @ after
+        return found
+
     def positions(self, extax: Array) -> Array:
         """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""
         return axis_positions(self.cell, self.units, extax)
@@ -135,6 +193,11 @@ def station_of(cell: Cell, task: str = "") -> Station | None:
     if known is None:
         return Station(cell, arms[0], tuple(cell.units))
     return Station(cell, arms[0], known.units, connected=True)
+
+
+def _idle(unit: Unit) -> bool:
+    """Whether a unit carries nothing, or only follows another one, as the second drive of a portal does."""
+    return unit.idle or all(joint.leader is not None for joint in unit.joints)
 
 
 def _axial(matrix: Array) -> Array:

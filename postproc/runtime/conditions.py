@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.robot.kinematics import body_poses
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from postproc.compensate.correction.inverse import command
-from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.model.file import default_model

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from tests.bench.diagnosis import card, rules
 from tests.bench.diagnosis.judge import judge, run
-from tests.bench.diagnosis.sets import KINDS, Truth, drawn, seed_of
+from tests.bench.diagnosis.sets import KINDS, Truth, cell_set, drawn, seed_of
 
 BACKLASH = Truth((("backlash",),))
+SEEN = {"x", "y", "z", "distance", "elevation", "azimuth"}
 PAIR = Truth((("backlash",), ("arm_load", "payload_error")))
 LAW = Truth((), True, frozenset({"q2"}), frozenset({"joint_error_map"}))
 
@@ -26,6 +28,22 @@ def test_so_many_of_thirty_sets_are_answered_as_they_should_be(kind: str, count:
         one = drawn(kind, i, KINDS[kind][1](i), seed_of(kind, i))
         words[one.name] = run(one, true_error=0.0)["word"]
     assert sum(word in ("right", "inseparable") for word in words.values()) >= floor, words
+
+
+@pytest.mark.parametrize(("kind", "index"), [("cell", 0), ("cell", 4), ("cell", 11), ("clean cell", 6)])
+def test_the_cell_around_an_arm_is_named_alone(kind: str, index: int) -> None:
+    """A crooked track, a table that stands askew, a gantry that leans; nothing beside a track and a table that are right."""
+    one = cell_set(kind, index)
+    found = run(one, true_error=0.0)
+    assert found["word"] == "right" and len(found["named"]) == (kind == "cell"), found
+    assert one.noise is not None and found["after"] < 0.7 * one.noise
+
+
+def test_the_scale_of_a_tracker_is_none_of_the_track() -> None:
+    """Distances of 4 m and more along a track, 60 parts in a million too long: the points say so, not the axis."""
+    one = cell_set("clean cell", 0)
+    found = run(replace(one, data=replace(one.data, position=one.data.position * (1 + 6e-5))), true_error=0.0)
+    assert found["said"] == "unknown" and not found["named"] and set(found["suspects"][:3]) <= SEEN
 
 
 @pytest.mark.parametrize(

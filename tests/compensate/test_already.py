@@ -14,7 +14,7 @@ import pytest
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import PostprocError, Source
-from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from tests.independent import arm as A

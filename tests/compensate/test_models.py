@@ -10,8 +10,8 @@ import pytest
 
 from postproc.convert import Conversion
 from postproc.diagnostics import PostprocError, Source
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult

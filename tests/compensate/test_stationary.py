@@ -13,7 +13,7 @@ import pytest
 
 from postproc.convert import Conversion
 from postproc.diagnostics import Source
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.report.inspection import inspect_program
 from tests.compensate.build import DATA, arm, codes, convert, events, independent, places, timed, written
 from tests.independent import arm as A

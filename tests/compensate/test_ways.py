@@ -9,7 +9,7 @@ import pytest
 
 from postproc.compensate.results.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.compensate.text.assignment import ELSEWHERE, WAYS
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
 from tests.compensate.build import (
     AXES,
     FORCE,

@@ -17,7 +17,7 @@ from postproc.effects.base import (
     structure,
 )
 from postproc.effects.example import example_state
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.registry import BUILT_IN
 
 

@@ -12,7 +12,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects import registry
 from postproc.effects.base import Effect, param
 from postproc.effects.findings import origin
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN, effect_library, find_effect
 
@@ -38,6 +38,9 @@ KEYS = [
     "servo_lag",
     "wrist_coupling",
     "frame_drift",
+    "external_axis_frame",
+    "external_axis_error",
+    "external_axis_compliance",
     "session",
     "outlier",
 ]
@@ -92,7 +95,7 @@ def test_the_same_file_gives_the_same_classes_and_an_edited_one_new_classes(step
 
 def test_imported_effects_are_not_taken_for_the_files_own(step_file):
     step_file.write_text(
-        STEP.replace("import numpy", "from postproc.effects.library.backlash import Backlash\nimport numpy")
+        STEP.replace("import numpy", "from postproc.effects.library.joints.backlash import Backlash\nimport numpy")
     )
     assert [c.key for c in load_effect_file(step_file)] == ["gear_step"]
 

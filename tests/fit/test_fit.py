@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.base import Displacement, Effect, param
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.dress_pack import DressPack
-from postproc.effects.library.joint_offset import JointOffset
-from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.effects.library.loads.dress_pack import DressPack
+from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.errors import rms

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.solving import smooth

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.fit.least_squares import fit_model
 from postproc.identify.acceptance import convincing
 from postproc.identify.forward import accepted

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.candidates.composition import columns_of
 from postproc.identify.evidence import CLOSE, gain

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
 from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.solve import Terms

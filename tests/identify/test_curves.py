@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.servo_lag import ServoLag
-from postproc.effects.library.wrist_coupling import WristCoupling
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.servo_lag import ServoLag
+from postproc.effects.library.joints.wrist_coupling import WristCoupling
 from postproc.identify.add import grown
 from postproc.identify.curves import curves
 from postproc.identify.diagnose import diagnose

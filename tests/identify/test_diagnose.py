@@ -12,7 +12,7 @@ import pytest
 
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.contract import State
-from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
 from postproc.fit.least_squares import fit_model
 from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.solve import Terms

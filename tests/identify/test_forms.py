@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.identify.candidates.forms import forms_nearby, forms_of, ordinary
 from postproc.identify.evidence import gain, gains
 from tests.identify.cells import base_fit, cell

@@ -10,18 +10,18 @@ import pytest
 
 from postproc.effects.base import Effect, param
 from postproc.effects.contract import State
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.bearing_tilt import BearingTilt
-from postproc.effects.library.dress_pack import DressPack
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.link_geometry import LinkGeometry
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.library.payload_error import PayloadError
-from postproc.effects.library.thermal_growth import ThermalGrowth
-from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.loads.dress_pack import DressPack
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
+from postproc.effects.library.loads.payload_error import PayloadError
+from postproc.effects.library.structure.bearing_tilt import BearingTilt
+from postproc.effects.library.structure.link_geometry import LinkGeometry
+from postproc.effects.library.structure.thermal_growth import ThermalGrowth
 from postproc.fit.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear

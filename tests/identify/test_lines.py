@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.identify.candidates.candidate import Candidate, Screen

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from postproc.effects.asking import load_of, loads_of
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.dress_pack import DressPack
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.loads.dress_pack import DressPack
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.identify.add import add_effects

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.link_compliance import LinkCompliance
-from postproc.effects.library.link_geometry import LinkGeometry
-from postproc.effects.library.session import Session
-from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.frames.session import Session
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.structure.link_compliance import LinkCompliance
+from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solving.solve import Terms
 from postproc.fit.words.record import fit_json, parameters_json

@@ -7,16 +7,16 @@ import pytest
 
 from postproc.compensate.correction.inverse import DAMPING, _newton, command
 from postproc.effects.base import Effect
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.joint_offset import JointOffset
-from postproc.effects.library.link_compliance import LinkCompliance
-from postproc.effects.library.link_geometry import LinkGeometry
-from postproc.effects.library.servo_lag import ServoLag
-from postproc.effects.library.tool_frame import ToolFrame
-from postproc.effects.library.transmission_error import TransmissionError
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.effects.library.joints.servo_lag import ServoLag
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
+from postproc.effects.library.structure.link_compliance import LinkCompliance
+from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model

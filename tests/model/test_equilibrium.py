@@ -9,10 +9,10 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Displacement, Effect, State, param
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.link_compliance import LinkCompliance
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection, moved_by, moves
 from postproc.model.equilibrium import equilibrium, predict

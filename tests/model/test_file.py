@@ -10,7 +10,7 @@ import pytest
 
 from postproc.cli.output import write_model
 from postproc.diagnostics import PostprocError, Source
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
 from postproc.model.file import default_model, parse_model, read_model
 from postproc.model.rewrite import render_model
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import Effect
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
+from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from postproc.cli.output import write_model
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.joint_offset import JointOffset
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose

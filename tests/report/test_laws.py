@@ -9,7 +9,7 @@ import pytest
 
 from postproc.effects.base import Effect, Load, param
 from postproc.effects.contract import State
-from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.joints.backlash import Backlash
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.report.drawing.laws import Law, law_charts, laws_of

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.effects.library.base_compliance import BaseCompliance
-from postproc.effects.library.bearing_tilt import BearingTilt
-from postproc.effects.library.joint_compliance import JointCompliance
-from postproc.effects.library.joint_error_map import JointErrorMap
-from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.structure.base_compliance import BaseCompliance
+from postproc.effects.library.structure.bearing_tilt import BearingTilt
+from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.robot.catalogue import load_robot

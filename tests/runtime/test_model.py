@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import Effect
-from postproc.effects.library.arm_load import ArmLoad
-from postproc.effects.library.backlash import Backlash
-from postproc.effects.library.dress_pack import DressPack
-from postproc.effects.library.gravity_compensator import GravityCompensator
-from postproc.effects.library.instrument_frame import InstrumentFrame
-from postproc.effects.library.joint_offset import JointOffset
-from postproc.effects.library.link_geometry import LinkGeometry
-from postproc.effects.library.nonlinear_compliance import NonlinearCompliance
-from postproc.effects.library.payload_error import PayloadError
-from postproc.effects.library.thermal_joint_drift import ThermalJointDrift
-from postproc.effects.library.tool_frame import ToolFrame
-from postproc.effects.library.transmission_error import TransmissionError
-from postproc.effects.library.wrist_coupling import WristCoupling
+from postproc.effects.library.frames.instrument_frame import InstrumentFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.library.joints.backlash import Backlash
+from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.effects.library.joints.nonlinear_compliance import NonlinearCompliance
+from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.joints.wrist_coupling import WristCoupling
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.loads.dress_pack import DressPack
+from postproc.effects.library.loads.gravity_compensator import GravityCompensator
+from postproc.effects.library.loads.payload_error import PayloadError
+from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.written import RunTimeModule, write_module
 from tests.runtime.arms import CENTER, FORCE, TOOL, springs

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from pathlib import Path
+
+from postproc.cli.inputs import cell_words, effect_words, load_model, own_effects, short_names
 from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.progress import watching
@@ -16,6 +18,7 @@ def run(
     *effect: str,
     data: DataFiles,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
@@ -29,6 +32,7 @@ def run(
         data: table of measured poses (CSV); - reads stdin. May be repeated.
         output: model file to write; comments of the model survive. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identify.add import add_effects
     from postproc.report.addition import addition_page
@@ -37,9 +41,9 @@ def run(
     if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
-    check_outputs((model, *data, *table.inputs, *effects), output, report)
-    arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    check_outputs((model, *data, *table.inputs, *effects, cell), output, report)
+    arm = load_model(model, effects, cell)
+    measured = table.read(data, arm.robot, at=arm.station)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
@@ -53,7 +57,9 @@ def run(
     else:
         (say if output is None else put)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
-            say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects))
+            say_next(
+                "says whether more is missing", "diagnose", output, *data, *table.words(effects), *cell_words(cell)
+            )
             words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")
             say_next("corrects a program with it", *words, lead="or")
     return 0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from postproc.cli.inputs import load_model, short_names
+from pathlib import Path
+
+from postproc.cli.inputs import cell_words, load_model, short_names
 from postproc.cli.options import (
     ArmFile,
     CertificateFile,
@@ -22,6 +24,7 @@ def run(
     /,
     *data: Tables,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
@@ -32,14 +35,15 @@ def run(
 
     Args:
         json: print the postproc/compare/1 document.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identify.compare import compare
     from postproc.report.certificate import arm_certificate
     from postproc.report.comparison import comparison_page
 
-    check_outputs((model, *data, *table.inputs, *effects), report, certificate)
-    arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    check_outputs((model, *data, *table.inputs, *effects, cell), report, certificate)
+    arm = load_model(model, effects, cell)
+    measured = table.read(data, arm.robot, at=arm.station)
     found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:
@@ -48,5 +52,7 @@ def run(
         write(certificate, arm_certificate(short_names(model, *data), found))
     print_result(found.as_json(), found.text(), json, text)
     if not json:
-        say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))
+        say_next(
+            "says whether an effect is missing", "diagnose", model, *data, *table.words(effects), *cell_words(cell)
+        )
     return 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from postproc.cli.inputs import cell_words, effect_words, load_model, own_effects, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -22,6 +22,7 @@ def run(
     /,
     *data: Tables,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     draft: Path | None = None,
@@ -37,6 +38,7 @@ def run(
         draft: Python file to write where something remains without a name: it as an effect of your own.
         hold_out: fit without each level of this channel, predict it, and mark names that do not carry over.
         json: print the postproc/diagnose/1 document.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identify.diagnose import diagnose
     from postproc.identify.interventions import hold_out_levels
@@ -45,9 +47,9 @@ def run(
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
-    check_outputs((model, *data, *table.inputs, *effects), report, draft)
-    arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
+    check_outputs((model, *data, *table.inputs, *effects, cell), report, draft)
+    arm = load_model(model, effects, cell)
+    measured = table.read(data, arm.robot, at=arm.station)
     with watching() as watch:
         found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)
         if hold_out is not None:
@@ -65,22 +67,23 @@ def run(
     if not json:
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
-        _say_named(found, keys, model, data, table.words(effects))
+        given = [*table.words(effects), *cell_words(cell)]
+        _say_named(found, keys, model, data, given)
         if found.verdict == "complete" and too_few(found.base):
-            say_next("chooses them", "plan", model, *data, *table.words(effects), "-o", "POSES.csv")
+            say_next("chooses them", "plan", model, *data, *table.words(effects), *cell_words(cell), "-o", "POSES.csv")
         elif found.verdict == "complete":
             words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
             say_next("corrects a program with this model", *words)
         told = code is not None and not found.misleading
         if told and draft is not None:
-            own = table.words([*effects, draft])
+            own = [*table.words([*effects, draft]), *cell_words(cell)]
             words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
             what = "adds what remains, too" if keys else "adds it"
             if not found.suspects[0].codes:
                 what = "adds what a single pose tells of it, which is not all"
             say_next(what, *words, lead="or" if keys else "next")
         elif told:
-            words = ("diagnose", model, *data, *table.words(effects), "--draft", "OWN.py")
+            words = ("diagnose", model, *data, *table.words(effects), *cell_words(cell), "--draft", "OWN.py")
             say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
         elif found.suspects and draft is None:
             say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")

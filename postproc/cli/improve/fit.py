@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.fit.fitted import Fit
+    from postproc.robot.station import Station
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
@@ -32,6 +33,7 @@ def run(
     robot: str | None = None,
     effects: Annotated[str | None, Parameter(name="--effects")] = None,
     mounting: VectorText | None = None,
+    cell: Path | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -44,6 +46,8 @@ def run(
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
             Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
         mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
+        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
+            Default: that of ``postproc.toml``.
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
@@ -60,9 +64,9 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 
-    robot, stated = _stated(data[0], robot)
+    robot, cell, stated = _stated(data[0], robot, cell)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
-    check_outputs((*data, *table.inputs, robot), output)
+    check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
     words = [word.strip() for word in effects.split(",") if word.strip()]
@@ -72,11 +76,13 @@ def run(
     classes: list[type[Effect]] = []
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
-    measured = table.read(data, arm)
+    station = _station(cell, mounting)
+    measured = table.read(data, arm, at=station)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     R_world_base = rpy(np.radians(turned))
     model = Model(arm, R_world_base=R_world_base, robot_name=robot)
+    model = model if station is None else model.standing(station)
     with watching() as watch:
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
     for cls in dict.fromkeys(classes):
@@ -94,17 +100,30 @@ def run(
     return 0
 
 
-def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:
-    """The arm, by the option or by the ``postproc.toml`` that is nearest to the table, and its table ``[fit]``."""
+def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
+    """The arm in its cell, if that is named."""
+    from postproc.robot.cell_file import restated
+    from postproc.settings import read_station
+
+    if cell is not None and mounting is not None:
+        help_ = "write `[mounting]` into the cell's file"
+        raise PostprocError.of("CLI011", "`--cell` and `--mounting` both say how the base stands", help=help_)
+    return None if cell is None else restated(read_station(cell))
+
+
+def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices]:
+    """Arm and cell, by the options or by the nearest ``postproc.toml`` above the table, and its table ``[fit]``."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
     if robot is None and choices is not None and choices.robot is not None:
         robot = in_folder(path.parent, choices.robot)
+    if cell is None and choices is not None and choices.cell is not None:
+        cell = path.parent / choices.cell
     if robot is None:
         help_ = "add `--robot NAME`; `postproc robots list` has the names"
         raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
-    return robot, choices.fit if choices else FitChoices()
+    return robot, cell, choices.fit if choices else FitChoices()
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.inputs import cell_words, load_model, own_effects
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
@@ -32,6 +32,7 @@ def run(
     sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
     measured_range: Flag = False,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
@@ -47,16 +48,18 @@ def run(
         sight: half the opening angle [deg] of a reflector that looks along +z of the tool: the instrument stands in it.
         measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identify.planning.plan import plan_poses
     from postproc.identify.planning.room import Room
     from postproc.render.measuring import measuring_module
 
-    check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)
-    arm = load_model(model, effects=effects)
-    measured = table.read(data, arm.robot)
-    listed = None if candidates is None else table.read([candidates], arm.robot, measured=False).state.q
-    room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)
+    check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)
+    arm = load_model(model, effects, cell)
+    measured = table.read(data, arm.robot, at=arm.station)
+    listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
+    q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
+    room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
     plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
     say(plan.text())
     text = plan.as_csv()
@@ -64,14 +67,15 @@ def run(
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
         name = output.name if output is not None else "the table"
         state = plan.state
-        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
+        loads = state.payload_mass
+        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
     if json:
         print_json(plan.as_json())
     elif output is not None:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
-        say_next(what, "diagnose", model, *data, output, *table.words(effects))
+        say_next(what, "diagnose", model, *data, output, *table.words(effects), *cell_words(cell))
     return 0
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from postproc.cli.inputs import load_model
 from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
 from postproc.cli.output import check_outputs, write
@@ -14,6 +16,7 @@ def run(
     /,
     *,
     effects: EffectFiles = (),
+    cell: Path | None = None,
     output: Output = None,
     place: Flag = False,
     table: TableOptions = TableOptions(),
@@ -25,14 +28,15 @@ def run(
         output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm, one row per input row, same
             order; sigma_mm is of the pose, sigma_measured_mm of a measurement of it. Default: stdout.
         place: the instrument was set up anew: the rows of the table that hold a measured position place it.
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     import numpy as np
 
     from postproc.identify.predict import predict_rows
 
-    check_outputs((model, data, *table.inputs, *effects), output)
-    arm = load_model(model, effects=effects)
-    found = predict_rows(arm, table.read([data], arm.robot, measured=False), place)
+    check_outputs((model, data, *table.inputs, *effects, cell), output)
+    arm = load_model(model, effects, cell)
+    found = predict_rows(arm, table.read([data], arm.robot, False, arm.station), place)
     show(found.diagnostics)
     write(output, found.as_csv())
     if output is not None:

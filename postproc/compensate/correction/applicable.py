@@ -11,7 +11,7 @@ from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.library.tool_frame import ToolFrame
+from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.controller_part import corrected_by_controller
 from postproc.model.doubts import doubts
@@ -44,16 +44,22 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     """
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
+    joints = {} if model.station is None else model.station.joints
+    told = TOLD | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
     source = events[0].statement.source
     findings = [d for _, _, d in doubts(model)]
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
-    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
+    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in told}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
     for effect in model.effects:
         if effect.about_data or _moves_instrument(model, effect):
             continue
-        if untold := [name for name in effect.reads if name not in TOLD and name not in stated]:
+        if unknown := [axis for axis in effect.external_axes if axis not in joints]:
+            findings.append(_no_such_axis(effect, unknown, source))
+            if len(unknown) == len(effect.external_axes):
+                continue
+        if untold := [name for name in effect.reads if name not in told and name not in stated]:
             findings.append(_left_out(effect, untold, source))
             continue
         if isinstance(effect, ToolFrame):
@@ -64,6 +70,13 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
             effect = carried
         kept.append(effect)
     return corrected_by_controller(model.with_effects(*kept), options.already), findings
+
+
+def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Diagnostic:
+    names = " and ".join(f"`eax_{axis}`" for axis in unknown)
+    text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
+    help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
+    return Diagnostic("CMP016", "warning", text, source, None, help_)
 
 
 def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:

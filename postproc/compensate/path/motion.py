@@ -13,6 +13,8 @@ from postproc.compensate.path.samples import Samples
 from postproc.compensate.path.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.reference import as_written
+from postproc.motion.path.places import unit_of
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.station import Station
 
@@ -63,7 +65,14 @@ class Motion:
             channels=stated,
             T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
         )
-        return state if self.station is None else self._carried(state, self.station, rows, place)
+        if self.station is None:
+            return state
+        axes = samples.axes[rows]
+        work = np.array([unit_of(m.event) or "" for m in moves])[of]
+        state = state.with_(
+            external_axes=axes, work=work, channels={**as_written(self.station, np.nan_to_num(axes)), **stated}
+        )
+        return self._carried(state, self.station, rows, place)
 
     def _carried(self, state: State, station: Station, rows: slice | Index, place: Array) -> State:
         """The state on a base that moves or leans with the external axes."""

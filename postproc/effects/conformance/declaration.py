@@ -15,9 +15,15 @@ from postproc.effects.findings import finding
 from postproc.effects.parameters import Parameter, unit_suffix
 
 CHANNELS = tuple(COLUMNS)
-HELD = {column for columns in COLUMNS.values() for name in columns for column in (name.lower(), name.split("_")[0])}
+HELD = {
+    column
+    for key, columns in COLUMNS.items()
+    if key != "external_axes"
+    for name in columns
+    for column in (name.lower(), name.split("_")[0])
+}
 KNOWN = HELD.union(CHANNELS, FILLED_BY_MODEL, ("channels", "state", "joint_load", "body_load"))
-"""Columns of a table, and their beginnings (`q1`), that a state holds under other names."""
+"""Columns of a table, and their beginnings (`q1`), that a state holds under other names alone."""
 
 SI = ("rad", "m", "kg", "s", "K", "N", "J", "W", "Pa", "Hz", "V", "A")
 INSTEAD = {

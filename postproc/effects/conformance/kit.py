@@ -51,6 +51,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),
         "pose": ("T_base_body",),
+        "external_axes": ("external_axes", "work", "station"),
     }
     wanted = {"q", "T_flange_tcp", "gravity", "channels", *(f for n in cls.reads for f in keep.get(n, (n,)))}
     if {"load", "pose", "robot"} & set(cls.reads):

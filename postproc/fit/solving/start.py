@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.effects.library.session import Session, names_of_rows
+from postproc.effects.library.frames.session import Session, names_of_rows
 from postproc.fit.problem import Problem
 from postproc.measure.alignment import Alignment, align
-from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M
-from postproc.robot.kinematics import forward
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, Arm
 
 FEWEST = 4
 """Points that place an instrument."""
@@ -61,7 +60,7 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
     error = np.linalg.norm(begun.error[rows, :3], axis=1)
     if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
         return None
-    place = align(begun.rest.T_base_tcp[rows], begun.data.position[rows], tool=False)
+    place = align(begun.rest.T_reference_tcp[rows], begun.data.position[rows], tool=False)
     return place if place.typical < np.median(error) / CLEARER else None
 
 
@@ -78,7 +77,7 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
     if not fresh or rows.sum() < FEWEST or frame is None or not frame.is_null:
         return problem
-    T = forward(model.robot, data.state.q)
+    T = Arm(model.robot, data.state.T_reference_base).flange(data.state.q)
     nominal = data.state.T_flange_tcp if data.tool_known else model.T_flange_tcp
     free_tool = tool is not None and tool.is_null
     aligned = align((T @ nominal)[rows], data.position[rows], tool=free_tool)

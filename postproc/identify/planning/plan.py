@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.contract import State
+from postproc.effects.contract import AXES, State
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
@@ -24,6 +24,7 @@ from postproc.identify.planning.room import ANYWHERE, Room
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.model.reference import as_written, with_axes
 
 CANDIDATES = 3000
 APART = 5.0
@@ -55,6 +56,15 @@ class Plan:
     never: tuple[Name, ...] = ()
     told_apart: bool = True
 
+    @property
+    def extax(self) -> Array | None:
+        """(n, 6) external axes as programs state them [mm], [deg], NaN where there is none; None without any."""
+        station, axes = self.fit.model.station, self.state.external_axes
+        if station is None or axes is None:
+            return None
+        stood = as_written(station, axes)
+        return np.column_stack([stood.get(f"eax_{axis}", np.full(len(axes), np.nan)) for axis in AXES])
+
     def as_csv(self) -> str:
         """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
         s = self.state
@@ -66,9 +76,13 @@ class Plan:
             if s.payload_center is not None:
                 names += [f"payload_{a}_mm" for a in "xyz"]
                 columns.append(s.payload_center * 1e3)
+        if self.extax is not None:
+            there = np.flatnonzero(np.isfinite(self.extax).all(axis=0))
+            names += [f"eax_{AXES[k]}" for k in there.tolist()]
+            columns.append(self.extax[:, there])
         lines = [",".join(names)]
         for i, row in enumerate(np.hstack(columns)):
-            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:g}" for x in row[12:]]
+            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
             lines.append(",".join([f"N{i + 1:03d}", *cells]))
         return "\n".join(lines) + "\n"
 
@@ -196,7 +210,13 @@ def _candidates(fit: Fit, room: Room) -> State:
         temperature=_median(seen.temperature, count),
         time=_median(seen.time, count),
     )
-    return state
+    station = fit.model.station
+    if station is None or seen.external_axes is None:
+        return state
+    stood = np.nan_to_num(seen.external_axes)
+    low, high = stood.min(axis=0), stood.max(axis=0)
+    axes = g.uniform(low, high, (count, 6)) if room.axes is None else room.axes
+    return with_axes(station, state, axes)
 
 
 def _median(values: Array | None, count: int) -> Array | None:

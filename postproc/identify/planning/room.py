@@ -17,7 +17,8 @@ class Room:
 
     Args:
         region: (2, 3) lowest and highest x, y, z of the TCP in the base frame [m].
-        candidates: (c, 6) joint angles [rad] of the only poses that may be chosen.
+        candidates: (c, 6) joint angles [rad] of the only poses that may be chosen; axes: (c, 6) where the external axes
+            stand at them [m], [rad].
         sight: half the opening angle [rad] of the reflector on the tool, whose axis is +z of the tool: the instrument
             must stand inside that cone.
         measured_range: joints stay inside the range of the data so far.
@@ -27,6 +28,7 @@ class Room:
     candidates: Array | None = None
     sight: float | None = None
     measured_range: bool = False
+    axes: Array | None = None
 
     def holds(self, problem: Problem) -> NDArray[np.bool_]:
         """(n,) which poses of a problem are inside the region and in sight of the instrument."""

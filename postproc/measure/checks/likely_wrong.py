@@ -15,6 +15,7 @@ from postproc.measure.checks.readings import (
     RADIANS,
     RADIANS_BELOW,
     SUSPICIOUS_M,
+    Arm,
     fits,
     other_arms,
     other_lengths,
@@ -28,7 +29,6 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.turns import FOLLOWS, Turns
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward
 
 SHOWN = 5
 FEW = 8
@@ -65,13 +65,14 @@ def check_measurements(
         return (
             found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
         )
-    readings = _check_readings(data, robot, rows, cells, unit, turns)
+    arm = Arm(robot, data.state.T_reference_base)
+    readings = _check_readings(data, arm, rows, cells, unit, turns)
     if has_errors(readings):
         return found + readings
     turned = _check_orientations(data, robot, rows, cells, turns)
     if readings:
         return found + readings + turned
-    return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells, unit)
+    return found + turned + _check_limits(data, robot, cells) + _check_points(data, arm, rows, cells, unit)
 
 
 def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
@@ -126,15 +127,16 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 
 
 def _check_readings(
-    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str, turns: Turns | None
+    data: Measurements, arm: Arm, rows: NDArray[np.int_], cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
     """Where the points are not where the arm is: what makes them fit, or that nothing does.
 
     Joint angles under which measured orientations do not follow the flange are no other reading.
     """
     some = rows[:: max(1, len(rows) // 120)]
-    q, y = data.state.q[some], data.position[some]
-    as_read = seen(robot, q, y)
+    q, y, whole = data.state.q[some], data.position[some], arm
+    robot, arm = arm.robot, arm.rows(some)
+    as_read = seen(arm, q, y)
     own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
     far = np.linalg.norm(as_read.residual, axis=1) > HOPELESS_M
     if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
@@ -146,13 +148,13 @@ def _check_readings(
     if own:
         message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
         return found("warning", message, "are they the controller's, and the instrument's in other columns?")
-    slip = slipped(robot, data.state.q[rows], data.position[rows])
+    slip = slipped(whole.rows(rows), data.state.q[rows], data.position[rows])
     if slip is not None:
         return [_slip(*slip, rows, cells)]
     if fits(as_read):
         return []
     oriented = None if turns is None else replace(turns, numbers=turns.numbers[some])
-    other = other_reading(robot, q, y, as_read, unit, lambda angles: _agree(robot, angles, q, oriented))
+    other = other_reading(arm, q, y, as_read, unit, lambda angles: _agree(arm, angles, q, oriented))
     if other is not None:
         return found("error", *other)
     if as_read.typical < SUSPICIOUS_M:
@@ -160,24 +162,26 @@ def _check_readings(
         return []
     size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
-    if names := other_arms(robot, q, y):
+    if names := other_arms(arm, q, y):
         return found("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
-    offset, left = zero_errors(robot, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
+    offset, left = zero_errors(arm, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
     if left < SUSPICIOUS_M:
         j = int(np.argmax(np.abs(offset)))
         help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
         return found("warning", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
+    if arm.T_reference_base is not None:
+        help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
 
 
-def _agree(robot: Robot, angles: Array, as_read: Array, turns: Turns | None) -> bool:
+def _agree(arm: Arm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
     """Whether orientations allow other joint angles than those that were read (n, 6): they follow no worse."""
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
     if turns is None or good.sum() < FEW:
         return True
     shown = replace(turns, numbers=turns.numbers[good])
-    off, before = (shown.off(forward(robot, q[good])[:, :3, :3], None) for q in (angles, as_read))
+    off, before = (shown.off(arm.rows(good).flange(q[good])[:, :3, :3], None) for q in (angles, as_read))
     return off is None or before is None or off < max(FOLLOWS, before)
 
 
@@ -202,10 +206,11 @@ def _check_orientations(
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
     if len(some) < FEW:
         return []
-    flange = forward(robot, data.state.q[some])[:, :3, :3]
+    arm = Arm(robot, data.state.T_reference_base)
+    flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
     placed = None
     if len(rows) >= FEW:
-        placed = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
+        placed = seen(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
     shown = replace(turns, numbers=turns.numbers[some])
     off = shown.off(flange, placed)
     if off is None or off < FOLLOWS:
@@ -239,11 +244,9 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
     return found
 
 
-def _check_points(
-    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str
-) -> list[Diagnostic]:
+def _check_points(data: Measurements, arm: Arm, rows: NDArray[np.int_], cells: Cells, unit: str) -> list[Diagnostic]:
     """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
-    aligned = seen(robot, data.state.q[rows], data.position[rows])
+    aligned = seen(arm.rows(rows), data.state.q[rows], data.position[rows])
     error = np.linalg.norm(aligned.residual, axis=1)
     limit = max(0.005, 8 * aligned.typical)
     mixed = _check_mixed(aligned, data.position[rows], limit, unit)

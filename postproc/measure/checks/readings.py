@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 
@@ -39,14 +41,36 @@ DEGREES = (
 )
 
 
-def seen(robot: Robot, q: Array, position: Array) -> Alignment:
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A nominal arm where it stands.
+
+    Args:
+        T_reference_base: (n, 4, 4) its base at each row, in the frame to which points count; None where that is the
+            base.
+    """
+
+    robot: Robot
+    T_reference_base: Array | None = None
+
+    def flange(self, q: Array) -> Array:
+        """(n, 4, 4) nominal flange poses of joint angles (n, 6) in that frame."""
+        T = forward(self.robot, q)
+        return T if self.T_reference_base is None else self.T_reference_base @ T
+
+    def rows(self, index: Any) -> Arm:
+        """The arm at some of the rows."""
+        return self if self.T_reference_base is None else Arm(self.robot, self.T_reference_base[index])
+
+
+def seen(arm: Arm, q: Array, position: Array) -> Alignment:
     """The nominal arm as the instrument sees it; points of another world (lost beams, 1e9) do not count.
 
     Residuals are of all points.
     """
     away = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     near = away <= STRAY * np.median(away)
-    return align(forward(robot, q), position, fitted=near)
+    return align(arm.flange(q), position, fitted=near)
 
 
 def fits(found: Alignment) -> bool:
@@ -63,7 +87,7 @@ def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
 
 
 def other_reading(
-    robot: Robot,
+    arm: Arm,
     q: Array,
     position: Array,
     as_read: Alignment,
@@ -77,14 +101,14 @@ def other_reading(
     """
     best, found = as_read.typical / CLEARER, None
     mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
-    mirrored = seen(robot, q, position[:, [1, 0, 2]])
+    mirrored = seen(arm, q, position[:, [1, 0, 2]])
     in_mirror = fits(mirrored) and mirrored.typical < best
     for q_other, text, help_ in _joints(q):
-        other = seen(robot, q_other, position)
+        other = seen(arm, q_other, position)
         for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
             if abs(other.scale / factor - 1) > SAME:
                 continue
-            fit = other if factor == 1.0 else seen(robot, q_other, position / factor)
+            fit = other if factor == 1.0 else seen(arm, q_other, position / factor)
             if fits(fit) and fit.typical < best and allowed(q_other):
                 best = fit.typical / 2
                 length = f"the positions {look}" if look else ""
@@ -98,15 +122,15 @@ def other_reading(
     return found
 
 
-def slipped(robot: Robot, q: Array, position: Array) -> tuple[int, int, int] | None:
+def slipped(arm: Arm, q: Array, position: Array) -> tuple[int, int, int] | None:
     """Rows k at which points begin to stand beside the joint angles of other rows: (steps before k, steps after, k).
 
     One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
     twice, moves all that follow. The first third of the rows, or the last, tells where the instrument stands. None
     where this does not bring nine rows of ten to the arm, and half of those that are not there as they stand.
     """
-    n, flange = len(q), forward(robot, q)
-    right = np.linalg.norm(seen(robot, q, position).residual, axis=1) < HOPELESS_M
+    n, flange = len(q), arm.flange(q)
+    right = np.linalg.norm(seen(arm, q, position).residual, axis=1) < HOPELESS_M
     most, found = max(0.9 * n, 0.5 * (n + right.sum())), None
     for first, (mine, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
         fitted = np.zeros(2 * n, dtype=bool)
@@ -124,28 +148,28 @@ def slipped(robot: Robot, q: Array, position: Array) -> tuple[int, int, int] | N
     return found
 
 
-def other_arms(robot: Robot, q: Array, position: Array) -> list[str]:
+def other_arms(arm: Arm, q: Array, position: Array) -> list[str]:
     """The arms of the library that the points fit best in place of this one: several where their lengths are equal."""
     found: dict[str, float] = {}
     for name in list_robots():
         try:
-            other = seen(load_robot(name), q, position)
+            other = seen(replace(arm, robot=load_robot(name)), q, position)
         except PostprocError:
             continue
-        if fits(other) and name != robot.name:
+        if fits(other) and name != arm.robot.name:
             found[name] = other.typical
     return [name for name, typical in found.items() if typical <= min(found.values()) + SAME_LENGTHS_M]
 
 
-def zero_errors(robot: Robot, q: Array, position: Array) -> tuple[Array, float]:
+def zero_errors(arm: Arm, q: Array, position: Array) -> tuple[Array, float]:
     """(6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] that is left."""
     from scipy.optimize import least_squares
 
     def error(offset: Array) -> Array:
-        return seen(robot, q + offset, position).residual.ravel()
+        return seen(arm, q + offset, position).residual.ravel()
 
     best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
-    return np.asarray(best.x), seen(robot, q + best.x, position).typical
+    return np.asarray(best.x), seen(arm, q + best.x, position).typical
 
 
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:

@@ -24,10 +24,12 @@ WRENCH = COLUMNS["wrench"]
 APPROACH = COLUMNS["approach"]
 SPEED = COLUMNS["v"]
 ACCELERATION = COLUMNS["a"]
+EXTERNAL_AXES = COLUMNS["external_axes"]
 TEXT = ("pose_id", "session", "target")
 STANDARD = (
     *(*TEXT, *JOINTS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION, *COMMAND_ORIENTATION),
     *(*CONFIGURATION, *PAYLOAD, *WRENCH, *APPROACH, *SPEED, *ACCELERATION, "temperature_C", "time_s", "sigma_mm"),
+    *EXTERNAL_AXES,
 )
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.read.cells import Cells
+from postproc.measure.read.lookup import Table
+from postproc.motion.path.places import NOWHERE, place_events, unit_of
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk
@@ -18,6 +20,7 @@ from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
+from postproc.robot.station import Station
 
 MANY = 0.2
 """Share of poses that cannot be reached beyond which the table does not mean what it says."""
@@ -60,10 +63,22 @@ def commanded_joints(
     return solution.q
 
 
-def program_targets(
-    program: Source | Sequence[Source], robot: Robot, target: Sequence[str], cells: Cells, diagnostics: list[Diagnostic]
-) -> tuple[Array, Array]:
-    """Joint angles [rad] (n, 6) and tools (n, 4, 4) of the targets that a program visits, by name.
+@dataclass(frozen=True)
+class Commanded:
+    """What was commanded, row by row.
+
+    Args:
+        q: (n, 6) joint angles [rad]; T_flange_tcp: (n, 4, 4) tools, None where nobody tells them.
+        extax: (n, 6) external axes as the program states them, mm and deg; None where no program does.
+    """
+
+    q: Array
+    T_flange_tcp: Array | None = None
+    extax: Array | None = None
+
+
+def program_targets(table: Table, program: Source | Sequence[Source], robot: Robot, station: Station) -> Commanded:
+    """Joint angles, tools and external axes of the targets that a program visits, by their names in the table.
 
     Pose, work object, displacement, tool and configuration are those in force where the program moves to the target.
 
@@ -71,7 +86,8 @@ def program_targets(
         PostprocError: DAT012 where a target is not in the program; RAP020 and its like where a tool or a work object of
             a visit is declared in no file.
     """
-    events = _visited(program)
+    target, cells, diagnostics = table.text("target"), table.cells, table.diagnostics
+    events = _visited(program, station)
     missing = [i for i, name in enumerate(target) if name.lower() not in events]
     if missing:
         names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
@@ -84,13 +100,15 @@ def program_targets(
         help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
         raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
     T_flange_tcp = np.array([tool_matrix(event.tool) for event in visited])
-    q = np.full((len(visited), 6), np.nan)
+    q, extax = np.full((len(visited), 6), np.nan), np.array([event.axes or NOWHERE for event in visited])
     free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]
     for i, event in enumerate(visited):
         if isinstance(event.target, JointTarget):
             q[i] = np.radians(event.target.robax)
     if free:
-        T = np.array([flange_matrix(visited[i]) for i in free])
+        # What holds the work stands in the base where the axes have it.
+        positions = station.positions(extax)
+        T = np.array([station.frame(unit_of(visited[i]), positions[i])[0] @ flange_matrix(visited[i]) for i in free])
         conf = np.array([visited[i].target.robconf for i in free])  # type: ignore[union-attr]
         solution = joint_solution(robot, T, conf)
         q[free] = solution.q
@@ -99,13 +117,13 @@ def program_targets(
             message = f"row {row + 1}, `{target[row]}`: {failure.message}"
             found = Diagnostic("DAT012", "warning", message, cells.source, cells.span(row), failure.help)
             diagnostics.append(found)
-    return q, T_flange_tcp
+    return Commanded(q, T_flange_tcp, extax)
 
 
-def _visited(program: Source | Sequence[Source]) -> dict[str, MotionEvent]:
+def _visited(program: Source | Sequence[Source], station: Station) -> dict[str, MotionEvent]:
     """The first motion to every named target, by its name in lower case."""
     events: dict[str, MotionEvent] = {}
-    for event in walk(read_program(program)):
+    for event in place_events(walk(read_program(program)), station):
         argument = event.statement.argument("to")
         if argument is not None and event.target is not None:
             events.setdefault(argument.text.strip().lower(), event)

@@ -14,7 +14,8 @@ from postproc.measure.checks.likely_wrong import check_measurements
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import read_cells
-from postproc.measure.read.commanded import commanded_joints, program_targets
+from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
+from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.join import join
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.lookup import Table, missing_help
@@ -22,6 +23,7 @@ from postproc.measure.read.own import own_channels, row_order
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
+from postproc.robot.station import Station
 
 ANGLES = (
     "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "
@@ -66,7 +68,10 @@ def read_measurements(
         if measured and turns is None and measured_joints is None:
             message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
             raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
-    state, tool_known = _state(table, robot, program)
+    commanded = _commanded(table, robot, program, terms.station or Station())
+    tool_known = commanded.T_flange_tcp is not None
+    state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
+    check_work(state, table, robot, position)
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
@@ -94,13 +99,12 @@ def read_measurements(
     return replace(data, diagnostics=tuple(diagnostics))
 
 
-def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[State, bool]:
-    """What was commanded, with the channels, and whether a program tells the tool of every row."""
-    q, T_flange_tcp = _commanded(table, robot, program)
+def _state(table: Table, commanded: Commanded) -> State:
+    """What was commanded, with the channels."""
     sessions = table.text("session")
     session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
     state = State(
-        q=q,
+        q=commanded.q,
         v=table.vector(names.SPEED, fill=0.0),
         a=table.vector(names.ACCELERATION, fill=0.0),
         approach=_sides(table),
@@ -120,7 +124,7 @@ def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None
         )
     if state.payload_mass is None and state.payload_center is not None:
         table.say("DAT015", "warning", "there is a centre of the payload and no mass", "give `payload_kg`, or map it")
-    return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
+    return state if commanded.T_flange_tcp is None else state.with_(T_flange_tcp=commanded.T_flange_tcp)
 
 
 def _labels(q: Array) -> list[str]:
@@ -184,16 +188,16 @@ def _sides(table: Table) -> Array | None:
     return np.sign(sides)
 
 
-def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[Array, Array | None]:
+def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | None, station: Station) -> Commanded:
     q = table.vector(names.JOINTS)
     if q is not None:
         if "target" in table.place and program is not None:
             message = "the table has joint angles and targets of the program: the angles are taken"
             table.say("DAT015", "warning", message, "leave out `q1_deg` .. `q6_deg` if the program is to tell them")
-        return q, None
+        return Commanded(q)
     cells = table.cells
     if "target" in table.place and program is not None:
-        return program_targets(program, robot, table.text("target"), cells, table.diagnostics)
+        return program_targets(table, program, robot, station)
     position = table.vector(names.COMMAND_POSITION)
     turns = table.turns(names.COMMAND_ORIENTATION, table.layout.cmd_orientation)
     if position is None or turns is None:
@@ -202,4 +206,4 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
             message = "column `target` names robtargets, and the program that was run is not given"
         raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINTS, ANGLES))
     configuration = table.vector(names.CONFIGURATION, fill=0.0)
-    return commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics), None
+    return Commanded(commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics))

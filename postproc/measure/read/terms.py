@@ -6,6 +6,7 @@ from collections.abc import Iterable, Set
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.robot.station import Station
 
 ACCEPTABLE = ("DAT009", "DAT031", "DAT034")
 """Findings that are judgements by the nominal arm or by other data, which the user may know better."""
@@ -18,12 +19,14 @@ class Reading:
     Args:
         rows_in_order: the rows stand in the order of measuring; else their order counts for nothing without `time_s`.
         accept: codes of findings that stop nothing.
+        station: the arm in its cell, where external axes carry it or its work.
         joints: a table of commanded joint angles that stands beside the one that is read.
     """
 
     rows_in_order: bool = False
     accept: frozenset[str] = frozenset()
     joints: Source | None = None
+    station: Station | None = None
 
 
 AS_IT_IS = Reading()

@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.alignment import align
-from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, seen
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, Arm, seen
 from postproc.measure.clock import going_on
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import read_cells
@@ -21,9 +21,9 @@ from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward
 
 NOTHING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
+PLACED = ("external_axes", "work", "T_reference_base")
 """What a table leaves out where there was none of it (or nobody knows the side); others were not recorded."""
 FEW = 8
 
@@ -151,6 +151,13 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
         channels=channels,
     )
     state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
+    # A cell is that of all tables, or of none.
+    state = state.with_(
+        station=states[0].station,
+        **{name: _stacked([getattr(s, name) for s in states], tables, np.nan) for name in PLACED},
+    )
+    if states[0].gravity.ndim == 2:
+        state = state.with_(gravity=np.vstack([s.gravity for s in states]))
     if tables[0].tool_known:
         state = state.with_(T_flange_tcp=np.concatenate([s.T_flange_tcp for s in states]))
     return state
@@ -172,8 +179,9 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
-    first, own = seen(robot, q, y), seen(robot, q_other, y_other)
-    T = forward(robot, q_other)
+    here, there = (Arm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
+    first, own = seen(here, q, y), seen(there, q_other, y_other)
+    T = there.flange(q_other)
     T[:, :3, 3] += T[:, :3, :3] @ first.tool
     same = align(T, y_other, tool=False)
     paths = f"`{one.sources[0].path}` and `{other.sources[0].path}`"

@@ -108,10 +108,7 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
     """Measured minus predicted (k, 3) [m], and the predicted TCP (k, 3) [m], both in base axes."""
     error = np.nan_to_num(fit.position_error[rows])
     rest = fit.problem.rest
-    moved = rest.deflection.instrument
-    if moved is not None:
-        R = np.broadcast_to(displace(moved)[..., :3, :3], (len(fit.data), 3, 3))[rows]
-        error = np.einsum("nji,nj->ni", R, error)
+    error = np.einsum("nji,nj->ni", rest.R_instrument_base[rows], error)
     return error, rest.T_base_tcp[rows, :3, 3]
 
 

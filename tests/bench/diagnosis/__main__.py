@@ -32,7 +32,7 @@ def jobs(a: argparse.Namespace) -> list[Job]:
 
     every = {kind: number for kind, (number, _) in sets.KINDS.items()}
     if a.method == "postproc":
-        every |= {"real": 5 * len(sets.REAL), "size": len(ROWS), "stability": 9}
+        every |= sets.CELLS | {"real": 5 * len(sets.REAL), "size": len(ROWS), "stability": 9}
     else:
         every.pop("encoder")
     found: list[tuple[float, Job]] = []

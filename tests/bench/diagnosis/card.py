@@ -21,6 +21,8 @@ WHAT = {
     "beside": "an effect of the library beside a law that it does not have",
     "outside": "a law that the library does not have",
     "clean": "nothing, at rest and moving",
+    "cell": "a track, gantry, column or positioner that is askew, crooked or leans",
+    "clean cell": "nothing, of arms on tracks and gantries and beside positioners",
     "few": "one effect, 22 poses",
     "moving": "moving arms",
     "orientation": "positions and orientations",

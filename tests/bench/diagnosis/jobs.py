@@ -63,6 +63,8 @@ def _figures(job: Job) -> dict[str, Any]:
         assert one.noise is not None
         strong = base.rms > (3.0**2 + 1) ** 0.5 * one.noise
         return {"set": f"{kind}: {one.name}", "names": names, "strong": bool(strong)}
+    elif job.kind in sets.CELLS:
+        one = sets.cell_set(job.kind, job.index)
     else:
         one = sets.drawn(job.kind, job.index, sets.KINDS[job.kind][1](job.index), sets.seed_of(job.kind, job.index))
     found = judge.run(one, job.true_error) if job.method == "postproc" else baselines.run(job.method, one)

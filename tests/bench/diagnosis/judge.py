@@ -21,7 +21,6 @@ from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
-from postproc.robot.catalogue import load_robot
 from tests.bench.diagnosis.sets import Set, Truth
 
 HARMLESS = 1.2
@@ -33,8 +32,7 @@ ABOUT_DATA = {"outlier"}
 
 def base_fit(one: Set, data: Measurements | None = None) -> Fit:
     library = effect_library()
-    start = Model(load_robot(one.robot), robot_name=one.robot)
-    return fit_model(start, one.data if data is None else data, [library[key].null() for key in one.base])
+    return fit_model(one.start, one.data if data is None else data, [library[key].null() for key in one.base])
 
 
 def error(model: Model, true: Measurements) -> float:

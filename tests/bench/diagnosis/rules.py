@@ -20,7 +20,7 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 
 RULES: dict[str, tuple[Patch, ...]] = {
     "backward": (("identify.forward", "backward", lambda state: state),),
-    "maps": (("effects.library.transmission_error", "TransmissionError.generalised", _nothing),),
+    "maps": (("effects.library.joints.transmission_error", "TransmissionError.generalised", _nothing),),
     "nonlinear": (("identify.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
     "further": (("identify.forward", "reaches_further", lambda after, before: True),),
     "held_out": (
@@ -31,7 +31,7 @@ RULES: dict[str, tuple[Patch, ...]] = {
     "nested": (("identify.candidates.ranking", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (
-            "effects.library.transmission_error",
+            "effects.library.joints.transmission_error",
             "TransmissionError.rooms",
             lambda terms, *others: np.ones(len(terms), dtype=bool),
         ),

@@ -13,8 +13,13 @@ from scipy.spatial.transform import Rotation
 from postproc.diagnostics import Source
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
+from postproc.measure.read.terms import Reading
+from postproc.model.arm import Model
+from postproc.model.file import parse_model
 from postproc.robot.catalogue import load_robot
+from postproc.robot.station import Station
 from tests.independent import arm as A
+from tests.independent import external_axes as X
 from tests.independent import library_effects as K
 from tests.independent import unknown_effects as U
 from tests.independent.cells import DEG, Hidden, States, column, draw_cell, draw_states, seen_by_instrument, settle
@@ -62,7 +67,7 @@ class Set:
     Args:
         kind, name: ``library``, ``backlash x2``; robot: of the catalogue; data: measured rows; true: other poses with
             their true places, or rows held out; noise: standard deviation per axis [m], or [rad] of encoders.
-        base: keys of the effects that are fitted before anything is asked.
+        base: keys of the effects that are fitted before anything is asked; station: its cell, where it has one.
     """
 
     kind: str
@@ -73,6 +78,12 @@ class Set:
     truth: Truth | None
     noise: float | None
     base: tuple[str, ...] = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+    station: Station | None = None
+
+    @property
+    def start(self) -> Model:
+        """The nominal arm in its cell."""
+        return Model(load_robot(self.robot), robot_name=self.robot, station=self.station)
 
 
 @dataclass(frozen=True)
@@ -250,6 +261,26 @@ KINDS: dict[str, tuple[int, Callable[[int], Recipe]]] = {
 """How many different sets there are of each kind before they come again with other numbers, and the recipe of each."""
 REAL = {"ur10_iso_b": "ur10", "ur5_grid": "ur5"}
 """Real tables by name, with their arm."""
+
+
+CELLS = {"cell": len(X.HIDDEN), "clean cell": 2 * len(X.STATIONS)}
+"""Sets of arms on tracks and gantries and beside positioners, with a fault of one external axis, and with none."""
+
+
+def cell_set(kind: str, index: int) -> Set:
+    """An arm in a cell; seeds are far from those of other kinds."""
+    clean = [(None, name, "") for name in X.STATIONS]
+    what, name, letter = X.HIDDEN[index % len(X.HIDDEN)] if kind == "cell" else clean[index % len(clean)]
+    found = X.measured(what, name, letter, 60_000_000 + 100_000 * (kind != "cell") + index)
+    text = f'robot = "{MAIN}"\n{found.station.text}'
+    station = parse_model(Source("cell.toml", text.encode())).station
+    tables = [
+        read_measurements(Source("rows.csv", rows.encode()), load_robot(MAIN), terms=Reading(station=station))
+        for rows in (found.fit_csv, found.true_csv)
+    ]
+    truth = Truth(((found.key,),)) if found.key else Truth()
+    label = f"{found.key or 'nothing'} of {name} #{index}"
+    return Set(kind, label, MAIN, *tables, truth, 1e-3 * found.noise, station=station)
 
 
 def recipes(kind: str, count: int) -> Iterator[tuple[int, Recipe]]:

@@ -1,0 +1,4 @@
+"""Where the instrument and the tool are, how that creeps, and what is said about the data.
+
+`instrument_frame`, `tool_frame`, `frame_drift`; findings about rows: `session`, `outlier`.
+"""
