@@ -134,11 +134,10 @@ class TableOptions:
         if unknown:
             help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
-        joints = read_source(self.joints) if self.joints else None
+        joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
         terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
         beside = [read_source(str(path), lent=True) for path in self.side_files]
         run = [read_source(self.program), *beside] if self.program else None
-        layout = read_source(self.columns) if self.columns else None
         table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
         show(table.diagnostics)
         return table.in_order if measured else table
