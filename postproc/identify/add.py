@@ -18,7 +18,7 @@ from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.rounding import rounded
 from postproc.fit.solving.solve import Terms
 from postproc.fit.solving.step import FRAMES
-from postproc.fit.solving.watch import Watch, unwatched
+from postproc.watch import Watch, unwatched
 from postproc.fit.words.record import figures_json, fit_json
 from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidates.candidate import Screen

@@ -15,7 +15,7 @@ from postproc.fit.channels import channels
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solving.rounding import rounded
-from postproc.fit.solving.watch import Watch, unwatched
+from postproc.watch import Watch, unwatched
 from postproc.fit.words.findings import MANY, data_findings, larger_noise, standing_out
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from postproc.cli.conversion import ProgramOptions
 from postproc.cli.options import Flag, Format
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
-from postproc.cli.progress import working
+from postproc.cli.progress import watching
 from postproc.cli.report import print_document, put, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import has_errors
@@ -45,10 +45,10 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     own = read_program_file(program)
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
-    with working(f"reading `{own.path}`"):
+    with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(found.diagnostics):
-            found = found.decided(compensate_program(sources, arm, options).outcomes)
+            found = found.decided(compensate_program(sources, arm, options, watch).outcomes)
     show(named_files(found.diagnostics))
     if (form := "json" if json else format) is not None:
         findings = [d.as_json() for d in found.diagnostics]

@@ -43,7 +43,7 @@ def run(
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
-    with watching() as watch:
+    with watching("adding") as watch:
         found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:

@@ -14,6 +14,7 @@ from postproc.cli.options import (
     TextFlag,
 )
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import print_result, say_next, show
 
 
@@ -40,7 +41,8 @@ def run(
     check_outputs((model, *data, *table.inputs, *effects), report, certificate)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = compare(arm, measured, noise=table.sigma)
+    with watching(f"comparing {len(measured)} rows"):
+        found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found))

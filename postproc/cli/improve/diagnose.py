@@ -48,7 +48,7 @@ def run(
     check_outputs((model, *data, *table.inputs, *effects), report, draft)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    with watching() as watch:
+    with watching("diagnosing") as watch:
         found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)
         if hold_out is not None:
             watch(f"without each level of {hold_out}", 0.9)

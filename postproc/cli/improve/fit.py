@@ -77,7 +77,7 @@ def run(
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     R_world_base = rpy(np.radians(turned))
     model = Model(arm, R_world_base=R_world_base, robot_name=robot)
-    with watching() as watch:
+    with watching("fitting") as watch:
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
     for cls in dict.fromkeys(classes):
         if cls.structures():

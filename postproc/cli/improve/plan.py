@@ -12,6 +12,7 @@ from cyclopts.validators import Number
 from postproc.cli.inputs import load_model, own_effects
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import PostprocError
 
@@ -57,7 +58,9 @@ def run(
     measured = table.read(data, arm.robot)
     listed = None if candidates is None else table.read([candidates], arm.robot, measured=False).state.q
     room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)
-    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
+    own = own_effects(effects)
+    with watching(f"choosing {count} poses"):
+        plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
     say(plan.text())
     text = plan.as_csv()
     if rapid is not None:

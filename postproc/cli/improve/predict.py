@@ -5,6 +5,7 @@ from __future__ import annotations
 from postproc.cli.inputs import load_model
 from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import say, show
 
 
@@ -32,7 +33,9 @@ def run(
 
     check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, table.read([data], arm.robot, measured=False), place)
+    rows = table.read([data], arm.robot, measured=False)
+    with watching(f"predicting {len(rows)} rows"):
+        found = predict_rows(arm, rows, place)
     show(found.diagnostics)
     write(output, found.as_csv())
     if output is not None:

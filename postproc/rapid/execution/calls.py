@@ -23,6 +23,7 @@ from postproc.rapid.program.instructions import READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
+from postproc.rapid.program.spelling import if_not, meant_name, meant_routine
 from postproc.rapid.program.write_effects import BY_NAME, LATE, STATE, WriteEffects, argument_name, paired
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
@@ -113,9 +114,9 @@ class Execution(ABC):
             name = source.data[statement.span[0] : start].decode("latin-1")
             forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{name}`")
             self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
-            meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
-            give = "give the file that defines it too if it moves the arm or sets a load"
-            help = f"did you mean `{meant}`? If not, {give}" if meant else give
+            instruction = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
+            meant = f"did you mean `{instruction}`?" if instruction else meant_routine(self.program, name)
+            help = if_not(meant, "give the file that defines it too if it moves the arm or sets a load")
             self.report_once(Diagnostic(
                 "RAP031", "warning" if meant else "info",
                 f"`{name}` is not in these files and is taken not to move the arm",
@@ -125,7 +126,8 @@ class Execution(ABC):
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
-            self.diagnostics.append(undeclared("data", data.missing, source, data.span))
+            meant = meant_name(data.missing, (d.name for d in self.program.declarations))
+            self.diagnostics.append(undeclared("data", data.missing, source, data.span, meant))
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
         """The routine that is called by a text; None if it is not known, or in none of the files."""

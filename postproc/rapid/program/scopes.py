@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Severity, did_you_mean
 from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Routine
 
 Typed = TypeVar("Typed", Declaration, Parameter, Routine)
@@ -89,7 +89,8 @@ def with_constants(
     """The same with some data as constants, whatever their storage."""
     for name in sorted(constants - {d.name.lower() for d in names.values()}):
         text = f"`{name}`, which is to be constant, is declared in none of the files"
-        diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
+        help_ = did_you_mean(name, (d.name for d in names.values())) or "check its spelling, or leave it out"
+        diagnostics.append(Diagnostic("RAP034", "warning", text, help=help_))
     return {key: replace(d, storage="CONST") if d.name.lower() in constants else d for key, d in names.items()}
 
 

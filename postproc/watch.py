@@ -1,4 +1,4 @@
-"""Who wants to know how far a long fit, search or addition is."""
+"""Who wants to know how far a long conversion, fit or search is."""
 
 from __future__ import annotations
 
