@@ -130,10 +130,10 @@ class Diagnostic:
             number, column = self.source.position(self.span[0])
             text = self.source.line(number)
             length = len(self.source.data[slice(*self.span)].decode(self.source.encoding, "replace"))
-            parts = text[: column - 1], text[column - 1 :][:length], text[column - 1 :][length:]
+            before, rest = text[: column - 1], text[column - 1 :]
             margin = " " * len(str(number))
             room = None if width is None else max(20, width - len(margin) - 3)
-            shown, carets = underlined(*map(visible, parts), room)
+            shown, carets = underlined(visible(before), visible(rest[:length]), visible(rest[length:]), room)
             lines += [f"{margin} |", f"{number} | {shown}", f"{margin} | {carets}"]
         if self.help:
             # A proposal has lines of its own; what a file name puts there cannot be taken for another finding.

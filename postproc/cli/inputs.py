@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN
+from postproc.cli.report import STDIN, say
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
@@ -56,6 +56,23 @@ def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
             "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
         )
     return parse_model(read_source(str(path)), library)
+
+
+def open_model(path: Path, effects: Sequence[Path] = (), sigma: float | None = None) -> Model:
+    """As `load_model`; the first line for people says which arm it is, with which effects, and what noise is taken.
+
+    Args:
+        sigma: stated standard deviation of the instrument [m].
+    """
+    model = load_model(path, effects)
+    say(f"{assumed(model.robot.name, [effect.key for effect in model.effects], sigma)}; model `{path}`")
+    return model
+
+
+def assumed(robot: str, effects: Iterable[str], sigma: float | None) -> str:
+    """Arm, effects and noise in a line."""
+    noise = "from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis"
+    return f"arm `{robot}`; effects {', '.join(effects) or 'none'}; noise {noise}"
 
 
 def short_names(*files: str | Path) -> str:

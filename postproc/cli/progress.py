@@ -107,8 +107,11 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
         pause = 1.0 if terminal else 10.0
         while not done.wait(pause):
             line = work.line(time.monotonic())
-            cut = width_of(sys.stderr) or len(line) + 1  # a line that wraps cannot be taken back
-            print(f"\r{line[: cut - 1]}\x1b[K" if terminal else line, end="" if terminal else "\n", file=sys.stderr, flush=True)
+            if terminal:  # what wraps could not be taken back
+                line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
+                print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+            else:
+                print(line, file=sys.stderr, flush=True)
             pause *= 1 if terminal else 2
         if terminal and time.monotonic() - work.begun > 1:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)

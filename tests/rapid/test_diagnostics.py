@@ -138,5 +138,5 @@ def test_constants_and_first_routines_are_asked_about() -> None:
     source = Source("test.mod", module("MoveL p,v5,z0,tool0;", P + "VAR num nLayer:=1;"))
     found = read_program(source, ["nLayr"])
     assert [d.help for d in found.diagnostics] == ["did you mean `nLayer`?"]
-    with pytest.raises(PostprocError, match="did you mean `main`. The routines are: main"):
+    with pytest.raises(PostprocError, match=r"did you mean `main`\? The routines are: main"):
         walk_program(found, "mian")

@@ -54,10 +54,12 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]
         stated = settings.document(arm.robot.name)
-        document = {"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings}
+        nearest = [near.as_json() for near in found.nearest]
+        document = {"schema": "postproc/inspect/1", **stated, "statements": statements, "nearest": nearest}
+        document["diagnostics"] = findings
         print_document(document, form)
     elif found.rows:
-        put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
+        put("\n".join([HEAD, *map(_text, found.rows), *_start(found.start), *(n.render() for n in found.nearest)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
     if any(d.code in UNREADABLE for d in found.diagnostics):
@@ -75,6 +77,15 @@ def _text(row: Row) -> str:
     return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
 
 
+def _start(row: Row | None) -> list[str]:
+    """The posture in which the program begins, as far as it is known."""
+    if row is None or row.q_deg is None:
+        return []
+    joints = ", ".join(f"{angle:.1f}" for angle in row.q_deg)
+    conf = f", confdata [{','.join(map(str, row.confdata))}]" if row.confdata is not None else ""
+    return [f"start: joints {joints} deg{conf}; line {row.statement.line}, {row.statement.instruction}"]
+
+
 def _document(row: Row) -> dict[str, object]:
     statement = row.statement
     return {
@@ -87,6 +98,7 @@ def _document(row: Row) -> dict[str, object]:
         "payload_kg": row.payload_mass,
         "position_mm": row.position_mm,
         "joints_deg": row.q_deg,
+        "confdata": row.confdata,
         "notes": row.notes,
         "edited": row.edited,
         "reason": row.reason,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from postproc.cli.inputs import effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.progress import watching
@@ -38,7 +38,7 @@ def run(
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
     check_outputs((model, *data, *table.inputs, *effects), output, report)
-    arm = load_model(model, effects=effects)
+    arm = open_model(model, effects, table.sigma)
     measured = table.read(data, arm.robot)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.inputs import load_model, short_names
+from postproc.cli.inputs import open_model, short_names
 from postproc.cli.options import (
     ArmFile,
     CertificateFile,
@@ -39,7 +39,7 @@ def run(
     from postproc.report.comparison import comparison_page
 
     check_outputs((model, *data, *table.inputs, *effects), report, certificate)
-    arm = load_model(model, effects=effects)
+    arm = open_model(model, effects, table.sigma)
     measured = table.read(data, arm.robot)
     with watching(f"comparing {len(measured)} rows"):
         found = compare(arm, measured, noise=table.sigma)

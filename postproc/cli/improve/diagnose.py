@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from postproc.cli.inputs import effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -46,7 +46,7 @@ def run(
     from postproc.report.diagnosis import diagnosis_page
 
     check_outputs((model, *data, *table.inputs, *effects), report, draft)
-    arm = load_model(model, effects=effects)
+    arm = open_model(model, effects, table.sigma)
     measured = table.read(data, arm.robot)
     with watching("diagnosing") as watch:
         found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)

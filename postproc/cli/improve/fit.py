@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import VectorText
+from postproc.cli.inputs import assumed
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.progress import watching
@@ -60,7 +61,7 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 
-    robot, stated = _stated(data[0], robot)
+    robot, stated, robot_from = _stated(data[0], robot)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot), output)
     arm = load_robot(robot)
@@ -72,6 +73,7 @@ def run(
     classes: list[type[Effect]] = []
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
+    say(f"{assumed(arm.name, dict.fromkeys(c.key for c in classes), table.sigma)}; {robot_from}")
     measured = table.read(data, arm)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
@@ -94,17 +96,18 @@ def run(
     return 0
 
 
-def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:
-    """The arm, by the option or by the ``postproc.toml`` that is nearest to the table, and its table ``[fit]``."""
+def _stated(data: str, robot: str | None) -> tuple[str, FitChoices, str]:
+    """The arm, by the option or by the ``postproc.toml`` nearest to the table, its table ``[fit]``, and what named it."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
+    origin = "arm from `--robot`" if robot is not None else f"arm from `{path}`"
     if robot is None and choices is not None and choices.robot is not None:
         robot = in_folder(path.parent, choices.robot)
     if robot is None:
         help_ = "add `--robot NAME`; `postproc robots list` has the names"
         raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
-    return robot, choices.fit if choices else FitChoices()
+    return robot, choices.fit if choices else FitChoices(), origin
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:

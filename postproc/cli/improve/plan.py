@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.inputs import open_model, own_effects
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -54,7 +54,7 @@ def run(
     from postproc.render.measuring import measuring_module
 
     check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)
-    arm = load_model(model, effects=effects)
+    arm = open_model(model, effects, table.sigma)
     measured = table.read(data, arm.robot)
     listed = None if candidates is None else table.read([candidates], arm.robot, measured=False).state.q
     room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.inputs import load_model
+from postproc.cli.inputs import open_model
 from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -32,7 +32,7 @@ def run(
     from postproc.identify.predict import predict_rows
 
     check_outputs((model, data, *table.inputs, *effects), output)
-    arm = load_model(model, effects=effects)
+    arm = open_model(model, effects)
     rows = table.read([data], arm.robot, measured=False)
     with watching(f"predicting {len(rows)} rows"):
         found = predict_rows(arm, rows, place)
