@@ -97,7 +97,7 @@ def run(
 
 
 def _stated(data: str, robot: str | None) -> tuple[str, FitChoices, str]:
-    """The arm, by the option or by the ``postproc.toml`` nearest to the table, its table ``[fit]``, and what named it."""
+    """The arm, by the option or by the ``postproc.toml`` nearest to the table, its table ``[fit]``, what named it."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
