@@ -43,7 +43,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     Raises:
         PostprocError: BAT002, a folder cannot be read.
     """
-    files = sorted(_walk(folder, output))
+    files = sorted(files_below(folder, output))
     backups = _backups(files)
     groups: dict[str, list[str]] = {}
     copies, rest = [], []
@@ -105,7 +105,7 @@ def other_arm(task: Task, robot: str) -> list[Diagnostic]:
     return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
 
 
-def _walk(folder: Path, output: Path | None) -> Iterator[str]:
+def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
     """Files below a folder, links followed; what stands in the output folder is none.
 
     Raises:

@@ -29,7 +29,7 @@ COMMANDS = (
     ("inspect", CONVERT, "List what a program moves, where, and what would be left alone and why."),
     ("batch", CONVERT, "Convert a folder, a controller backup or the tasks of a jobs file."),
     ("seam", CONVERT, "Make a compensated weld module out of seam points."),
-    ("diff", CONVERT, "Compare two programs by meaning, statement by statement."),
+    ("diff", CONVERT, "Compare two programs, folders or backups by meaning."),
     ("fit", IMPROVE, "Fit the model of an arm to measured poses."),
     ("compare", IMPROVE, "Compare a model with measurements: where does it fail?"),
     ("diagnose", IMPROVE, "Find which physical effect a model lacks, with evidence."),

@@ -138,7 +138,9 @@ def kinds_of(before: list[str], after: list[str], tolerance: float = 0.6) -> lis
     """What differs, with the place in both lists."""
     a, b = (program(module("\n".join(body), DATA)) for body in (before, after))
     found = compare_programs(a, b, tolerance).differences
-    return [(d.kind, None if d.line_a is None else d.line_a - 4, None if d.line_b is None else d.line_b - 4) for d in found]
+    return [
+        (d.kind, None if d.line_a is None else d.line_a - 4, None if d.line_b is None else d.line_b - 4) for d in found
+    ]
 
 
 def test_a_target_added_beside_another_is_no_change_of_it() -> None:

@@ -1,14 +1,15 @@
 """Motion statements of two versions of a routine, paired so that as little as possible differs.
 
-A pair costs what differs between its targets, names and instructions, a statement without a partner costs ``ALONE``; the
-cheapest pairing in order is found by dynamic programming between statements that occur once in both versions.
+A pair costs what differs between its targets, names and instructions, a statement without a partner costs ``ALONE``.
+The cheapest pairing in order is found by dynamic programming between statements that occur once in both versions.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -40,7 +41,7 @@ def pair_motions(
     Args:
         events_a, events_b: what runs of the statements give, of which the first counts.
     """
-    ours, theirs = _Described(a, events_a), _Described(b, events_b)
+    ours, theirs = _described(a, events_a), _described(b, events_b)
     found: list[Pair] = []
     for (i, j), (k, m) in pairwise([(-1, -1), *_anchors(ours.keys, theirs.keys), (len(a), len(b))]):
         found += ((i + 1 + x if x is not None else None, j + 1 + y if y is not None else None)
@@ -49,38 +50,25 @@ def pair_motions(
     return [(None if x is None else a[x], None if y is None else b[y]) for x, y in found[:-1]]
 
 
+@dataclass(frozen=True, slots=True)
 class _Described:
-    """What statements are compared by.
+    """What n statements are compared by.
 
-    ``keys`` are their words, ``place`` (n, 6) positions [mm] or joints, NaN where unknown, ``kind`` (n,) which of them,
-    ``name`` (n,) their targets' texts, empty for numbers, ``instruction`` (n,).
+    Args:
+        keys: their words.
+        place: (n, 6) positions [mm] or joints, NaN where unknown; kind: (n,) 1 a position, 2 joints, 0 unknown.
+        name: (n,) texts of their targets, empty for numbers; instruction: (n,).
     """
 
-    def __init__(
-        self, statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
-    ) -> None:
-        self.keys = [
-            (s.instruction.lower(), *((g.role, g.text.lower().replace(" ", "")) for g in s.arguments))
-            for s in statements
-        ]
-        self.instruction = np.array([s.instruction.lower() for s in statements], dtype=object)
-        texts = [next((g.text for g in s.arguments if g.role == "to"), "") for s in statements]
-        self.name = np.array(["" if t.startswith("[") else t.lower().replace(" ", "") for t in texts], dtype=object)
-        self.place = np.full((len(statements), 6), np.nan)
-        self.kind = np.zeros(len(statements), dtype=int)
-        for i, statement in enumerate(statements):
-            target = next((event.target for event in events.get(statement.key, ())), None)
-            if isinstance(target, RobTarget):
-                self.place[i], self.kind[i] = (*target.trans, 0.0, 0.0, 0.0), 1
-            elif isinstance(target, JointTarget):
-                self.place[i], self.kind[i] = DEGREE * np.array(target.robax), 2
+    keys: list[Hashable]
+    place: Array
+    kind: NDArray[np.int64]
+    name: NDArray[np.object_]
+    instruction: NDArray[np.object_]
 
     def part(self, begin: int, end: int) -> _Described:
-        found = object.__new__(_Described)
-        found.keys, found.instruction, found.name, found.place, found.kind = (
-            column[begin:end] for column in (self.keys, self.instruction, self.name, self.place, self.kind)
-        )
-        return found
+        rows = slice(begin, end)
+        return _Described(self.keys[rows], self.place[rows], self.kind[rows], self.name[rows], self.instruction[rows])
 
     def costs(self, i: int, other: _Described, columns: slice) -> Array:
         """What pairs of statement ``i`` with some of the other version cost, (k,)."""
@@ -93,7 +81,31 @@ class _Described:
         return np.asarray(cost + OTHER_INSTRUCTION * (other.instruction[columns] != self.instruction[i]), dtype=float)
 
 
-def _anchors(a: Sequence[object], b: Sequence[object]) -> list[tuple[int, int]]:
+def _described(
+    statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
+) -> _Described:
+    words: list[list[tuple[str, str]]] = [
+        [(g.role, g.text.lower().replace(" ", "")) for g in s.arguments] for s in statements
+    ]
+    targets = [next((text for role, text in row if role == "to"), "") for row in words]
+    instructions = [s.instruction.lower() for s in statements]
+    place, kind = np.full((len(statements), 6), np.nan), np.zeros(len(statements), dtype=np.int64)
+    for i, statement in enumerate(statements):
+        target = next((event.target for event in events.get(statement.key, ())), None)
+        if isinstance(target, RobTarget):
+            place[i], kind[i] = (*target.trans, 0.0, 0.0, 0.0), 1
+        elif isinstance(target, JointTarget):
+            place[i], kind[i] = DEGREE * np.array(target.robax), 2
+    return _Described(
+        [(name, *row) for name, row in zip(instructions, words, strict=True)],
+        place,
+        kind,
+        np.array(["" if text.startswith("[") else text for text in targets], dtype=object),
+        np.array(instructions, dtype=object),
+    )
+
+
+def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, int]]:
     """Pairs of items that stand once in both, the longest row of them that is in the same order (patience)."""
     once_a, once_b = Counter(a), Counter(b)
     at = {key: j for j, key in enumerate(b) if once_b[key] == 1}
@@ -102,7 +114,7 @@ def _anchors(a: Sequence[object], b: Sequence[object]) -> list[tuple[int, int]]:
     for n, (_, j) in enumerate(shared):
         length = bisect_left(ends, j)
         before.append(last[length - 1] if length else -1)
-        ends[length:], last[length:] = [*([j]), *ends[length + 1 :]], [*([n]), *last[length + 1 :]]
+        ends[length : length + 1], last[length : length + 1] = [j], [n]
     row, n = list[tuple[int, int]](), last[-1] if last else -1
     while n >= 0:
         row.append(shared[n])
@@ -142,18 +154,17 @@ def cheapest_pairs(
     taken = np.zeros((n + 1, width), dtype=np.uint8)  # 0 pair, 1 removed, 2 added
     taken[0] = 2
     for i in range(1, n + 1):
-        j = band + i
-        inside = (j >= 1) & (j <= m)
+        column = band + i
+        inside, outside = (column >= 1) & (column <= m), (column < 0) | (column > m)
         pair = np.full(width, np.inf)
         first, last = max(1, band[0] + i), min(m, band[-1] + i)
         if first <= last:
             pair[inside] = row[inside] + costs(i - 1, slice(first - 1, last))
         removed = np.append(row[1:], np.inf) + ALONE
-        removed[j < 0] = np.inf
         best = np.minimum(pair, removed)
-        best[(j < 0) | (j > m)] = np.inf
+        best[outside] = np.inf
         row = np.minimum.accumulate(best - step) + step
-        row[(j < 0) | (j > m)] = np.inf
+        row[outside] = np.inf
         added = np.append(np.inf, row[:-1]) + ALONE
         # Of two ways that cost the same: pairs, then what was removed before what was added.
         taken[i] = np.where(pair <= row + 1e-12, 0, np.where(added <= row + 1e-12, 2, 1))
