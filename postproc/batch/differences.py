@@ -110,8 +110,8 @@ def compare_folders(
 ) -> FolderDiff:
     """Compare the files of two folders that stand under the same path.
 
-    A module is compared by itself: what it takes from other files counts by its words. Hidden files and what a batch
-    notes of itself are left out.
+    A module is compared by itself: what it takes from other files counts by its words. Hidden files and pages
+    (``.html``) are left out.
 
     Raises:
         PostprocError: a folder cannot be read (BAT002), or there is no RAPID module in either (BAT001).
@@ -132,7 +132,8 @@ def compare_folders(
 
 
 def _files(folder: Path) -> dict[str, Path]:
-    return {name: folder / name for name in files_below(folder) if not any(p.startswith(".") for p in Path(name).parts)}
+    names = (name for name in files_below(folder) if not any(p.startswith(".") for p in Path(name).parts))
+    return {name: folder / name for name in names if Path(name).suffix.lower() != ".html"}
 
 
 def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDiff:

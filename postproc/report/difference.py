@@ -9,7 +9,8 @@ from postproc.report.page import Page, Section, figure, render_page, table
 
 COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]")
-FILES = ("file", "result", "changed", "added", "removed", "compared", "largest distance [mm]", "angle [deg]", "note")
+FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
+LONGEST = 24  # letters of a name that leave room for the amounts beside it
 NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
@@ -84,4 +85,7 @@ def _row(d: Mapping[str, Any]) -> list[object]:
     kind = d["kind"] if d["what"] == "motion" else f"{d['kind']} {d['what']}"
     amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]
     was, now = d["speed_mm_s"] or (None, None)
-    return [kind, d["place"], d["line_a"], d["line_b"], d["name"], *amounts, now, was, "; ".join(others)]
+    name = d["name"]
+    if len(name) > LONGEST:  # a whole statement
+        name, others = f"{name[:LONGEST]} ..", [name, *others]
+    return [kind, d["place"], d["line_a"], d["line_b"], name, *amounts, now, was, "; ".join(others)]
