@@ -109,7 +109,11 @@ def machine(load_before: float) -> dict[str, str]:
         words["processor"] = next(named, words["processor"])
     words["Python"] = platform.python_version()
     after = os.getloadavg()[0]
-    busy = "; others used the machine: the figures are upper bounds" if max(load_before, after - 1) > BUSY else ""
+    busy = (
+        "; others used the machine: times are upper bounds, and the ratio of two workers says little"
+        if max(load_before, after - 1) > BUSY
+        else ""
+    )
     words["load average before and after"] = f"{load_before:.1f}, {after:.1f} (of which 1 is the run itself){busy}"
     return words
 
