@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, NoReturn
@@ -24,7 +24,7 @@ from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
-from postproc.compensate.results.document import document, refused, summary, unmeasured_document
+from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.results.figures import Figures, figures_of
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
@@ -44,12 +44,13 @@ from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.robot.station import Station
-from postproc.runtime.program import OnTheController, corrected_before, put_on_controller, reads_back
-from postproc.runtime.reach import Reach, without_shared_values, without_unreachable, would_reach
-from postproc.watch import Watch, unwatched
+from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
+from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
+from postproc.watch import Watch, told_of, unwatched
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
+PROOF = ("reading back and proving", 0.65, 0.98)
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
@@ -162,7 +163,7 @@ def _converted(
     edits = _edits_of(env, program, plan)
     plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    watch("reading back and proving", 0.65)
+    watch(PROOF[0], PROOF[1])
     before, after = _proved(task, plan, drafts, function, findings, watch)
     figures = figures_of(plan, before, after)
     _refuse_worse(figures, plan, sources[0], findings)
@@ -184,7 +185,8 @@ def _converted(
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
+    judged = Judged(outcomes, seams, figures, accuracy, limits)
+    report = document(model.robot.name, plan, events, judged, findings)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
@@ -325,27 +327,19 @@ def _proved(
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion, model, program, events = plan.motion, task.model, task.program, task.events
     before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
-    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, model.station)
+    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, station=model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
-        driven = _watched(drive(model, plan, ran, owners), len(motion.moves), watch)
-        return before, measure_deviation(model, motion.samples, driven)
+        driven = drive(model, plan, ran, owners)
+        told = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
+        return before, measure_deviation(model, motion.samples, told)
     except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
-
-
-def _watched(parts: Iterable[Driven], moves: int, watch: Watch) -> Iterator[Driven]:
-    """The parts of a program that is read back, each told as it comes."""
-    done = 0
-    for part in parts:
-        yield part
-        done += len(part.owner)
-        watch("reading back and proving", 0.7 + 0.28 * min(1.0, done / moves))
 
 
 def _refuse_worse(figures: Figures, plan: Plan, source: Source, findings: list[Diagnostic]) -> None:

@@ -157,7 +157,7 @@ class Planner:
         left = {**now.left, **goals.left}
         placed = self._placed(left, goals)
         written = place_targets(self.model, self.samples, self.exact, placed)
-        curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time, self.ramps)
+        curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time, ramps=self.ramps)
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, self.time, least)
         divisible = [i not in now.indivisible and m.event.statement.key not in left for i, m in enumerate(self.moves)]

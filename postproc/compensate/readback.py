@@ -34,6 +34,7 @@ def run_again(
     insertions: Sequence[Insertion],
     events: Sequence[MotionEvent],
     options: Options,
+    *,
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""

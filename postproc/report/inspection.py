@@ -70,10 +70,11 @@ class Inspection:
     start: Row | None = None
     nearest: tuple[Nearest, ...] = ()
 
-    def decided(self, outcomes: Sequence[Outcome]) -> Inspection:
-        """With what a compensation decides for each statement; without outcomes as it is."""
+    def decided(self, outcomes: Sequence[Outcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
+        """With what a compensation decides for each statement, and what only the controller could correct (RUN007)."""
         known = {outcome.statement.key: outcome for outcome in outcomes}
-        return replace(self, rows=tuple(_decided(row, known.get(row.statement.key)) for row in self.rows))
+        rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
+        return replace(self, rows=rows, diagnostics=(*self.diagnostics, *(d for d in findings if d.code == "RUN007")))
 
 
 @dataclass(frozen=True, slots=True)

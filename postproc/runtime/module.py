@@ -11,9 +11,9 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST
-from postproc.runtime.correction import LARGEST_TURN, PASSES, RunTimeCorrection
-from postproc.runtime.curves import Curve
-from postproc.runtime.tape import number, written
+from postproc.runtime.formulas.correction import LARGEST_TURN, PASSES, RunTimeCorrection
+from postproc.runtime.formulas.curves import Curve
+from postproc.runtime.formulas.tape import number, written
 
 MARKER = "postproc runtime 1"
 """First words of the comment after MODULE, by which a module of this kind is known."""

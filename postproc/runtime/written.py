@@ -7,11 +7,11 @@ from pathlib import Path
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
-from postproc.runtime.check import Check, check_module, said
-from postproc.runtime.chord import ChordError, chord_error
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.correction import RunTimeCorrection, run_time_correction
+from postproc.runtime.formulas.correction import RunTimeCorrection, run_time_correction
 from postproc.runtime.module import NAME, runtime_module
+from postproc.runtime.proof.check import Check, check_module, said
+from postproc.runtime.proof.chord import ChordError, chord_error
 
 COARSE_M = 2e-5
 """Error above which a module is said to be coarse."""

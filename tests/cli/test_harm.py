@@ -13,7 +13,11 @@ import pytest
 
 from postproc.cli.output import write
 from postproc.cli.progress import _Work, watching
+from postproc.compensate.options import Options
+from postproc.convert import compensate_program
+from postproc.diagnostics import Source
 from postproc.files import check_writes, place, write_whole
+from postproc.model.file import default_model
 from postproc.report.page import Page, render_page
 
 from .conftest import Call
@@ -191,3 +195,13 @@ def test_the_line_of_a_long_work_tells_rate_and_remaining_time() -> None:
     assert work.line(work.begun + 5.0) == expected
     work.watch("going back", 0.2)  # a search may find that it has more to do than it said
     assert work.share == 0.5
+
+
+def test_a_conversion_tells_how_far_it_is(samples: Path) -> None:
+    told: list[tuple[str, float]] = []
+    source = Source("a.mod", (samples / "panel_300.mod").read_bytes())
+    compensate_program(source, default_model(), Options(), lambda what, share: told.append((what, share)))
+    steps = list(dict.fromkeys(what for what, _ in told))
+    assert steps == ["following the program", "path and timing", "correction", "reading back and proving"]
+    shares = [share for _, share in told]
+    assert shares == sorted(shares) and 0.9 < shares[-1] < 1

@@ -244,3 +244,9 @@ def test_a_line_comes_nearer_to_a_limit_than_its_ends(call: Call, tmp_path: Path
     wrist = next(near for near in document["nearest"] if near["to"] == "singular wrist")
     assert wrist["distance_deg"] < min(ends) - 5
     assert wrist["line"] == 7
+
+
+def test_what_only_the_controller_could_correct_is_counted(call: Call) -> None:
+    worlds = Path(__file__).resolve().parent.parent / "worlds" / "programs"
+    outcome = call("inspect", worlds / "socket_fed.mod", "--robot", "irb4600_60_205")
+    assert "info[RUN007]: 3 motion statements could be corrected on the controller" in outcome.err

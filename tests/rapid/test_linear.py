@@ -15,6 +15,7 @@ from postproc import rapid
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.function_effects import _calls_of
 from postproc.rapid.program.references import declaration_uses
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.patterns import up_to
 from tests.rapid.build import module, program, target
 
@@ -76,7 +77,7 @@ def test_reading_and_following_is_linear_in_one_long_word(place: str, piece: str
     def run(size: int) -> None:
         text = program(module(PLACES[place].format(piece * (size // len(piece))), data))
         walk(text)
-        declaration_uses(text)
+        declaration_uses(text, WriteEffects(text))
 
     assert_linear(run, 0.3)
 

@@ -8,7 +8,7 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import edited
-from postproc.runtime.statements import LeftAlone, run_time_edits
+from postproc.runtime.programs.statements import LeftAlone, run_time_edits
 from postproc.runtime.written import write_module
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, TOOL, springs

@@ -48,7 +48,8 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(found.diagnostics):
-            found = found.decided(compensate_program(sources, arm, options, watch).outcomes)
+            converted = compensate_program(sources, arm, options, watch)
+            found = found.decided(converted.outcomes, converted.diagnostics)
     show(named_files(found.diagnostics))
     if (form := "json" if json else format) is not None:
         findings = [d.as_json() for d in found.diagnostics]

@@ -18,8 +18,8 @@ from postproc.cli.report import print_json, say, show
 from postproc.cli.words import parse_vector
 
 if TYPE_CHECKING:
-    from postproc.runtime.check import Check
     from postproc.runtime.conditions import Conditions
+    from postproc.runtime.proof.check import Check
 
 
 def write(
@@ -49,8 +49,8 @@ def write(
     import numpy as np
 
     from postproc.diagnostics import has_errors
-    from postproc.runtime.check import said
     from postproc.runtime.module import cost
+    from postproc.runtime.proof.check import said
     from postproc.runtime.written import write_module
 
     check_outputs((made_for.model, *made_for.effects), output)
@@ -101,7 +101,7 @@ def check(
         tolerance: exit 1 where it is off by more [mm].
         json: print the postproc/runtime/1 document.
     """
-    from postproc.runtime.check import check_module, said
+    from postproc.runtime.proof.check import check_module, said
 
     settings, model = made_for.arm(Path(module))
     conditions = made_for.conditions(settings, model)

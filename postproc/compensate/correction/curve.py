@@ -127,7 +127,7 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
 
 
 def commanded_curve(
-    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array, ramps: dict[RampKey, Ramp]
+    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array, *, ramps: dict[RampKey, Ramp]
 ) -> tuple[Array, list[Transition]]:
     """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from postproc import __version__
@@ -21,18 +22,22 @@ from postproc.rapid.data.events import MotionEvent
 SCHEMA = "postproc/compensate/1"
 
 
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What is known of a corrected program: of its statements, its seams, the whole of it, its accuracy, its speeds."""
+
+    outcomes: Sequence[Outcome]
+    seams: Sequence[Seam]
+    figures: Figures
+    accuracy: Accuracy | None
+    limits: LimitReport
+
+
 def document(
-    plan: Plan,
-    robot: str,
-    events: Sequence[MotionEvent],
-    outcomes: Sequence[Outcome],
-    seams: Sequence[Seam],
-    figures: Figures,
-    accuracy: Accuracy | None,
-    limits: LimitReport,
-    findings: Sequence[Diagnostic],
+    robot: str, plan: Plan, events: Sequence[MotionEvent], judged: Judged, findings: Sequence[Diagnostic]
 ) -> dict[str, Any]:
     """What ``--json`` prints (docs/documents.md)."""
+    outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits
     unseen, lines = unmeasured(outcomes, events, plan)
     return {
         "schema": SCHEMA,
@@ -49,7 +54,7 @@ def document(
         "tolerance_mm": _mm(plan.motion.options.tolerance_m),
         "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
         "scope": plan.motion.options.scope,
-        "welds": [seam.as_json() for seam in seams],
+        "welds": [seam.as_json() for seam in judged.seams],
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "unproved_statements": unproved(outcomes, events, plan),
         "unmeasured_statements": unseen,

@@ -72,7 +72,8 @@ def judge_statements(
         indices = runs.get(statement.key, [])
         rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
         if not statement.source.lent:
-            outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
+            every = [moves[i] for i in indices if i in moves]
+            outcome = _outcome(statement, [events[i] for i in indices], every, plan, after=after, shifts=shifts)
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
@@ -123,19 +124,23 @@ def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> st
 
 def _outcome(
     statement: MotionStatement,
-    indices: Sequence[int],
-    events: Sequence[MotionEvent],
-    moves: dict[int, int],
+    runs: Sequence[MotionEvent],
+    rows: Sequence[int],
     plan: Plan,
+    *,
     after: Deviation,
     shifts: Array,
 ) -> Outcome:
+    """What has become of a statement.
+
+    Args:
+        runs: its executions; rows: the moves that they make; shifts: (m, 2) of the goals of all moves [m], [rad].
+    """
     if statement.interpolation == "none":
         return Outcome(statement, "skipped", BESIDE_ARM)
-    reason = next((events[i].reason for i in indices if events[i].reason), None)
-    rows = [moves[i] for i in indices if i in moves]
+    reason = next((event.reason for event in runs if event.reason), None)
     if not rows:
-        return Outcome(statement, "skipped", reason or (OUT_OF_REACH if indices else "the program never gets here"))
+        return Outcome(statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here"))
     residual = MM * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))

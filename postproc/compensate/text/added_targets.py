@@ -174,7 +174,7 @@ class TargetAdder:
 
         u = self.samples.u
         events = [(self.moves[p.move].event, self.moves[p.move - 1].event) for p in parts]
-        runs = [arc_run(p, e, b, u, self.program, written) for p, (e, b) in zip(parts, events, strict=True)]
+        runs = [arc_run(p, e, b, u, self.program, written=written) for p, (e, b) in zip(parts, events, strict=True)]
         known = [run for run in runs if isinstance(run, ArcRun)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))

@@ -65,6 +65,7 @@ def arc_run(
     before: MotionEvent,
     shares: Array,
     program: Program,
+    *,
     written: Callable[[Origin, RobTarget], Array],
 ) -> ArcRun | str:
     """One execution, or why it cannot be divided.

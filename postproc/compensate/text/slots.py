@@ -11,6 +11,7 @@ from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
 from postproc.rapid.execution.calls import MAX_CALLS
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
+from postproc.rapid.program.write_effects import WriteEffects
 
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
 # Path and offset of the literal numbers of a target, or of the argument of a call that hands a target over.
@@ -25,12 +26,12 @@ class Users:
     derived: frozenset[StatementKey]
 
 
-def target_users(program: Program) -> Mapping[str, Users]:
+def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
     """Users of each declaration and parameter that serves for nothing but targets; what serves for more is missing.
 
     What a call hands over to a parameter is used by those who use the parameter.
     """
-    uses = declaration_uses(program)
+    uses = declaration_uses(program, changes)
     found: dict[str, Users | None] = {}
 
     def users(key: str, depth: int) -> Users | None:

@@ -67,8 +67,9 @@ class Writer:
 
     def __init__(self, program: Program, events: Sequence[MotionEvent], motion: Motion) -> None:
         self.program, self.events, self.motion = program, events, motion
-        self.users = target_users(program)
-        self.written = WriteEffects(program).may_be_written
+        changes = WriteEffects(program)
+        self.users = target_users(program, changes)
+        self.written = changes.may_be_written
         self.runs = possible_runs(events, {move.row for move in motion.moves})
         self.statements = {s.key: s for s in program.statements}
         self._expressions: dict[ArgumentKey, TargetExpression] = {}

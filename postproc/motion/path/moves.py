@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.places import unit_of
+from postproc.motion.path.places import NOWHERE, unit_of
 from postproc.motion.path.postures import goal_joints, supposed_start
 from postproc.motion.path.reach import another_arm, only_displaced
 from postproc.motion.path.refusals import refuse_events
@@ -94,7 +94,7 @@ def read_moves(
         if i in bad:
             continue
         broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
-        move = replace(_move(i, e, load, q[row], T_work_tcp[row], broken), frame=places[row][0], axes=places[row][1])
+        move = _move(i, e, load, places[row], (q[row], T_work_tcp[row]), broken)
         if e.again is not None:
             if e.again not in of_event:
                 continue  # nothing brings the arm there
@@ -112,7 +112,7 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     """Where the work of every event stands."""
     units = [unit_of(e) for e in events]
     frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
-    axes = station.positions(np.array([e.axes or e.target.extax for e in events if e.target]).reshape(-1, 6))
+    axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
     return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, axes, strict=True)]
 
@@ -183,11 +183,12 @@ def _programmed_speed(e: MotionEvent) -> float:
     return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
 
 
-def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
+def _move(row: int, e: MotionEvent, load: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
     kind = e.statement.interpolation
     assert kind != "none"
     welding = e.weld is not None and e.weld.phase != "start"
     speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
+    q, T_work_tcp = goal
     T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
     return Move(
         row=row,
@@ -211,4 +212,6 @@ def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, fi
         zone_angle=float(np.radians(e.zone.zone_ori)),
         welding=welding,
         first=first,
+        frame=place[0],
+        axes=place[1],
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import NO_AXIS, Ax6
+from postproc.rapid.data.records import NO_AXES, NO_AXIS, Ax6
 from postproc.rapid.unknown import Kind, Unknown
 from postproc.robot.cell import LETTERS
 from postproc.robot.station import Station
@@ -34,8 +34,7 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
             now = _reached(now, event, _idle(event, station))
         elif event.reason is not None:
             now = NOWHERE  # wherever that leads
-        event = replace(event, axes=now)
-        found.append(event)
+        found.append(event if now is NOWHERE else replace(event, axes=now))
     rows = [i for i, e in enumerate(found) if e.reason is None and e.target is not None]
     for i, why in zip(rows, _unplaced([found[i] for i in rows], station), strict=True):
         if why is not None:
@@ -51,6 +50,8 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
         idle: letters of axes that do not move, whatever the target says.
     """
     assert event.target is not None
+    if event.target.extax == NO_AXES:
+        return before
     a, b, c, d, e, f = (
         old if new >= NO_AXIS or letter in idle else new + offset
         for letter, old, new, offset in zip(LETTERS, before, event.target.extax, event.axis_offset, strict=True)
@@ -94,7 +95,7 @@ def unit_of(event: MotionEvent) -> str | None:
 def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown | None]:
     """Why base or work of each event are nowhere; None where they are known."""
     known = station.cell.units
-    positions = station.positions(np.array([e.axes for e in events]).reshape(-1, 6))
+    positions = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     base = _finite(station.base(positions))
     units = {name for e in events if (name := unit_of(e)) is not None}
     placed = {name: _finite(station.frame(name, positions)) for name in units if name.lower() in known}

@@ -33,7 +33,7 @@ def offs(target: Data, x: float, y: float, z: float) -> Data:
     return (add(target[0], (x, y, z)), *target[1:])
 
 
-def rel_tool(target: Data, x: float, y: float, z: float, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
+def rel_tool(target: Data, x: float, y: float, z: float, *, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
     r"""RelTool: displacement, then ``Rx Ry Rz``, all in the tool frame of the target."""
     rot = to_quat(target[1])
     turn = quat_mult(quat_mult(about(0, rx), about(1, ry)), about(2, rz))

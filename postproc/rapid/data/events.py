@@ -149,6 +149,13 @@ class MotionStatement:
         """The first argument of a role."""
         return self._argument(self.roles.index(role)) if role in self.roles else None
 
+    def span_of(self, role: str) -> Span | None:
+        """Where the expression of the first argument of a role stands."""
+        if role not in self.roles:
+            return None
+        at, i = self.span[0], 4 * self.roles.index(role)
+        return at + self.places[i], at + self.places[i + 1]
+
     def _argument(self, i: int) -> Argument:
         at = self.span[0]
         start, end, first, last = self.places[4 * i : 4 * i + 4]

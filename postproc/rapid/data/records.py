@@ -13,6 +13,7 @@ Quat = tuple[float, float, float, float]
 Ax6 = tuple[float, float, float, float, float, float]
 
 NO_AXIS = 9e9  # an unused external axis, however it is spelled
+NO_AXES: Ax6 = (NO_AXIS,) * 6
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,13 @@ import re
 from math import isfinite
 
 from postproc.diagnostics import Source
-from postproc.rapid.data.records import NO_AXIS, Ax6, RobTarget
+from postproc.rapid.data.records import NO_AXES, RobTarget
 from postproc.rapid.data.values import Data, to_conf, to_quat
 from postproc.rapid.syntax.expressions import number
 from postproc.rapid.syntax.spans import TargetSpans, literal
 from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.unknown import Kind, Unknown
 
-NO_AXES: Ax6 = (NO_AXIS,) * 6
 NO_AXES_LIST = list(NO_AXES)
 
 
@@ -22,7 +21,7 @@ def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
     found = literal(data, start, end)
     if found is None:
         return None
-    n = _numbers(found)
+    n = numbers_of(found)
     return (tuple(n[0:3]), tuple(n[3:7]), tuple(n[7:11]), tuple(n[11:17]))
 
 
@@ -35,7 +34,7 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     found = literal(source.data, start, end)
     if found is None:
         return None
-    n = _numbers(found)
+    n = numbers_of(found)
     if not isfinite(sum(n)):
         raise Unknown(Kind.NUMBER_TOO_LARGE)
     # The same as to_robtarget, without its checks: there are as many numbers as targets need.
@@ -45,7 +44,8 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     return RobTarget((n[0], n[1], n[2]), rot, conf, extax), TargetSpans(source, (start, end))
 
 
-def _numbers(found: re.Match[bytes]) -> list[float]:
+def numbers_of(found: re.Match[bytes]) -> list[float]:
+    """The 17 numbers of a ``literal``."""
     try:
         return [float(group) for group in found.groups()]
     except ValueError:  # signs that stand apart from their digits, hexadecimal numbers

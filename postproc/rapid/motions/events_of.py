@@ -98,8 +98,9 @@ class EventMaker:
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
         """What the program calls the target of the event before here; None where that has no name or means another."""
-        to, origin, last = before.statement.argument("to"), before.target_origin, before.statement
-        if to is None or origin.kind not in NAMED or "\n" in to.text:
+        last, origin = before.statement, before.target_origin
+        to = last.argument("to") if origin.kind in NAMED else None
+        if to is None or "\n" in to.text:
             return None
         here = event.statement
         same = last.source is here.source and last.routine == here.routine and last.module == here.module
@@ -113,7 +114,7 @@ class EventMaker:
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
         """Target and circle point with their origins; without target where one of the two is not known."""
         signature = SIGNATURES[statement.instruction.lower()]
-        to, circle = statement.argument("to"), statement.argument("via")
+        to, circle = statement.span_of("to"), statement.span_of("via")
         target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
         via: RobTarget | Unknown | None = None
         origin, via_origin = Origin("runtime"), None
@@ -122,14 +123,14 @@ class EventMaker:
         elif signature.roles and not fits(statement, signature):
             target = Unknown(Kind.ARGUMENTS)
         elif to is not None and signature.jointed:
-            target, origin = self.targets.jointtarget(statement.source, to.span, memory)
+            target, origin = self.targets.jointtarget(statement.source, to, memory)
         elif to is not None:
-            target, origin = self.targets.robtarget(statement.source, to.span, memory)
+            target, origin = self.targets.robtarget(statement.source, to, memory)
             if circle is not None:
-                via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
-        for place, argument in ((target, to), (via, circle)):
+                via, via_origin = self.targets.robtarget(statement.source, circle, memory)
+        for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
-                self.missing.explain(place, argument, statement, found)
+                self.missing.explain(place, statement.argument(role), statement, found)
                 reasons.append(place)
         if signature.why_not and signature.roles:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))

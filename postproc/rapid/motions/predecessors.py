@@ -68,8 +68,10 @@ class Predecessors:
             self.events.append(event)
             return
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
-        known = sorted({reached(self.events[end]): end for end in self.known}.values())[-MOST_WAYS:]
-        known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
+        known = self.known
+        if len(known) > 1:
+            known = sorted({reached(self.events[end]): end for end in known}.values())[-MOST_WAYS:]
+            known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(self.ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
         for number, end in enumerate(known or [self.last]):

@@ -92,7 +92,9 @@ class Recorder:
         if start is not None:
             event = replace(event, start=start)
         self.ways.go(event)
-        index = next(i for i in range(before, len(events)) if events[i].again is None)
+        index = before
+        while events[index].again is not None:
+            index += 1
         self.first.setdefault(statement.key, index)
         if isinstance(event.target, RobTarget):
             self.went.setdefault((statement.key, event.target), index)

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.evaluation.literals import numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
-from postproc.rapid.syntax.tokens import number_text
+from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Aggregate, Expression, Number
 from postproc.rapid.unknown import Unknown
 
@@ -55,6 +56,7 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
             if spans is None or (spans.source.path, spans.whole[0]) in seen:
                 continue
             seen.add((spans.source.path, spans.whole[0]))
-            length = math.hypot(*(float(number_text(spans.source.data, span)) for span in spans.rot))
+            found = literal(spans.source.data, *spans.whole)
+            length = math.hypot(*numbers_of(found)[3:7]) if found else 1.0
             if abs(length - 1.0) > ROUNDED:
                 yield _rough("the orientation", length, spans.source, (spans.rot[0][0], spans.rot[-1][1]))

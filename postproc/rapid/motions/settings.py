@@ -54,9 +54,9 @@ class SettingsReader:
     ) -> Settings:
         """The data a statement names beside its target; remembered by their text if they cannot change."""
         data, span, routine = statement.source.data, statement.span, memory.frame.routine
-        to = statement.argument("to")
-        first = statement.argument("via") or to
-        before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
+        to = statement.span_of("to")
+        first = statement.span_of("via") or to
+        before, after = (first[0], to[1]) if first is not None and to is not None else (span[1], span[1])
         key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
         varying = memory.frame.varying()
         lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))

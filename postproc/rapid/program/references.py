@@ -57,15 +57,14 @@ class Use:
     handed: str = ""
 
 
-def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
-    """All uses of every declared data and every parameter, by its key; unused data is missing.
+def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tuple[Use, ...]]:
+    """All uses of every declared data that may hold a target, and every parameter, by its key; unused data is missing.
 
     What reads or writes components that have nothing to do with targets (the speed in a record beside one) is left out.
     """
     found: dict[str, list[Use]] = {}
     records = known_records(program.modules)
-    changes = WriteEffects(program)
-    declared = {d.name.lower() for d in program.declarations}
+    declared = {d.name.lower() for d in program.declarations if _holds_target(d.type.lower(), records, 0)}
     for declaration in program.declarations:
         for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
             if not _numbers_only(declaration.source, span):
@@ -91,7 +90,7 @@ def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use,
 
 
 def _touches_target(use: Use, kind: str, records: Records) -> bool:
-    """Whether a use may read or write a target; only uses of components beside all targets do not."""
+    """Whether a use of data of some type may read or write a target; uses of components beside all targets do not."""
     named = _COMPONENTS.match(use.source.data, use.span[1])
     components = re.findall(IDENTIFIER, named[1]) if named else []
     for component in components:
@@ -102,7 +101,7 @@ def _touches_target(use: Use, kind: str, records: Records) -> bool:
         if name not in fields:
             return True
         kind = fields[name]
-    return not components or _holds_target(kind.lower(), records, 0)
+    return _holds_target(kind.lower(), records, 0)
 
 
 def _holds_target(kind: str, records: Records, depth: int) -> bool:

@@ -257,7 +257,7 @@ class WriteEffects:
             changed.add(UNSEEN)
             self.unseen.add(writer)
         written: set[str] = set()
-        self._hand_over(called, pieces, writer, routine, written, calls)
+        self._hand_over(called, pieces, routine, written, calls, writer=writer)
         changed |= written
         if called is None and statement.word in LASTING:
             self.lasting |= written
@@ -273,11 +273,11 @@ class WriteEffects:
         """What procedures may write one of which is called by its name in a text."""
         found = [r for r in self.program.all_routines() if r.kind == "PROC" and may_be(template, r.name)]
         for called in found:
-            self._hand_over(called, pieces, "", routine, changed, calls)
+            self._hand_over(called, pieces, routine, changed, calls)
         if not found or None in template:
             changed.add(UNSEEN)  # perhaps one that is in none of the files
             self.unseen.add(LATE)
-            self._hand_over(None, pieces, LATE, routine, changed, calls)
+            self._hand_over(None, pieces, routine, changed, calls, writer=LATE)
 
     def _of_functions(
         self,
@@ -293,7 +293,7 @@ class WriteEffects:
             called = self.program.routine(name, routine.module)
             written: set[str] = set()
             through: set[CalledWith] = set()
-            self._hand_over(called, pieces, name, routine, written, through)
+            self._hand_over(called, pieces, routine, written, through, writer=name)
             if called is None:
                 written.add(UNSEEN)
                 self.unseen.add(name)
@@ -316,10 +316,11 @@ class WriteEffects:
         self,
         called: Routine | None,
         pieces: Sequence[Piece],
-        writer: str,
         routine: Routine,
         changed: set[str],
         calls: set[CalledWith],
+        *,
+        writer: str = "",
     ) -> None:
         """Add what is called with arguments: a routine, or what is in no file and may write all that it is given."""
         data = routine.source.data

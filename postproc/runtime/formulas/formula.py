@@ -15,9 +15,9 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.model.arm import Model
-from postproc.runtime.curves import Curve
-from postproc.runtime.laws import BODIES, JOINTS, TOOL, Laws
-from postproc.runtime.tape import Number, Scalar, along, cosine, given, scalar, sine, total
+from postproc.runtime.formulas.curves import Curve
+from postproc.runtime.formulas.laws import BODIES, JOINTS, TOOL, Laws
+from postproc.runtime.formulas.tape import Number, Scalar, along, cosine, given, scalar, sine, total
 
 DEGREE = np.pi / 180.0
 MM = 1e-3

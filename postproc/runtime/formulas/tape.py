@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.runtime.curves import Curve, at
+from postproc.runtime.formulas.curves import Curve, at
 
 SINGLE = np.float32
 Singles = NDArray[np.float32]

@@ -15,8 +15,8 @@ from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.unknown import Kind, Unknown
-from postproc.runtime.from_the_arm import FromTheArm
-from postproc.runtime.statements import LeftAlone, run_time_edits
+from postproc.runtime.programs.from_the_arm import FromTheArm
+from postproc.runtime.programs.statements import LeftAlone, run_time_edits
 
 HOLDS = (
     "its target or work object follows where the arm stood or what a search found, and holds the arm's error already"

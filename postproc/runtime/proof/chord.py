@@ -10,7 +10,7 @@ from postproc.compensate.correction.inverse import command
 from postproc.model.arm import Model
 from postproc.robot.kinematics import forward
 from postproc.runtime.conditions import Conditions, at_run_time
-from postproc.runtime.correction import SOLVED_M
+from postproc.runtime.formulas.correction import SOLVED_M
 
 LINE_M = 0.5
 LINES = 400

@@ -26,12 +26,12 @@ from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
 from postproc.render.module import line_style
-from postproc.runtime.applied import Applied, apply_module
-from postproc.runtime.chord import LINE_M
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.from_the_arm import CORRECTING
 from postproc.runtime.module import MARKER, NAME, cost
-from postproc.runtime.reach import Reach
+from postproc.runtime.programs.applied import Applied, apply_module
+from postproc.runtime.programs.from_the_arm import CORRECTING
+from postproc.runtime.programs.reach import Reach
+from postproc.runtime.proof.chord import LINE_M
 from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"

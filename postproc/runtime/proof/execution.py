@@ -13,7 +13,7 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.runtime.lanes import SINGLE, Calculation, Frame, Lanes, Place, Value, cannot, chosen
+from postproc.runtime.proof.lanes import SINGLE, Calculation, Frame, Lanes, Place, Value, cannot, chosen
 
 SILENT = frozenset({"errwrite", "tpwrite", "tperase"})
 """Procedures that tell an operator something."""

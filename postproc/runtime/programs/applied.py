@@ -22,10 +22,10 @@ from postproc.rapid.program.signatures import SIGNATURES
 from postproc.robot.inverse import nearest_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import transform
-from postproc.runtime.check import Controller
-from postproc.runtime.execution import Execution
-from postproc.runtime.lanes import SINGLE, Value
-from postproc.runtime.statements import CORRECTED, CORRECTED_CIRCLE, WELDING
+from postproc.runtime.programs.statements import CORRECTED, CORRECTED_CIRCLE, WELDING
+from postproc.runtime.proof.check import Controller
+from postproc.runtime.proof.execution import Execution
+from postproc.runtime.proof.lanes import SINGLE, Value
 
 PAYLOAD, REASON = "pppayload", "ppreason"
 NO_TOOL = 2  # `ppReason` of a tool that the robot does not hold

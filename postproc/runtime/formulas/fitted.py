@@ -9,8 +9,8 @@ from itertools import combinations, product
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.runtime.formula import ANGLES
-from postproc.runtime.tape import Scalar, cosine, given, scalar, sine, total
+from postproc.runtime.formulas.formula import ANGLES
+from postproc.runtime.formulas.tape import Scalar, cosine, given, scalar, sine, total
 
 HARMONICS = (1, 2)
 FACTORS = 3

@@ -20,7 +20,7 @@ from postproc.rapid.syntax.trees import (
     Unary,
 )
 from postproc.rapid.unknown import Unknown
-from postproc.runtime.from_the_arm import POSITIONS
+from postproc.runtime.programs.from_the_arm import POSITIONS
 
 CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
 WELDING = ("start", "weld", "end")

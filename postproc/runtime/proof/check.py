@@ -17,10 +17,10 @@ from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace, transform
 from postproc.runtime.conditions import Conditions, at_run_time
-from postproc.runtime.correction import SOLVED_M, quaternion
-from postproc.runtime.execution import Execution
-from postproc.runtime.lanes import SINGLE, Answer, Value
+from postproc.runtime.formulas.correction import SOLVED_M, quaternion
 from postproc.runtime.module import MARKER
+from postproc.runtime.proof.execution import Execution
+from postproc.runtime.proof.lanes import SINGLE, Answer, Value
 
 TARGETS = 1000
 REACHED_M = 1e-6

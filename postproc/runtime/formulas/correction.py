@@ -16,11 +16,11 @@ from postproc.model.equilibrium import equilibrium
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace, pose_error
 from postproc.runtime.conditions import WRIST, Conditions, at_run_time
-from postproc.runtime.curves import Curve, tabulated
-from postproc.runtime.fitted import Fitted, fit
-from postproc.runtime.formula import ANGLES, COMMANDED, FORCE, FRAME, LOAD, Formula, Tables, formula
-from postproc.runtime.laws import PROBES, Laws, OfOne, laws_of
-from postproc.runtime.tape import Scalar, worked_out
+from postproc.runtime.formulas.curves import Curve, tabulated
+from postproc.runtime.formulas.fitted import Fitted, fit
+from postproc.runtime.formulas.formula import ANGLES, COMMANDED, FORCE, FRAME, LOAD, Formula, Tables, formula
+from postproc.runtime.formulas.laws import PROBES, Laws, OfOne, laws_of
+from postproc.runtime.formulas.tape import Scalar, worked_out
 
 Flags = NDArray[np.bool_]
 
