@@ -79,8 +79,9 @@ def _file_row(f: Mapping[str, Any]) -> list[object]:
 
 
 def _row(d: Mapping[str, Any]) -> list[object]:
+    arc = ["at the circle point"] if d["at_circle_point"] else []
     conf = [f"conf {d['conf'][0]} -> {d['conf'][1]}"] if d["conf"] else []
-    others = [*conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]
+    others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]
     shift = d["shift_mm"] or (None, None, None)
     kind = d["kind"] if d["what"] == "motion" else f"{d['kind']} {d['what']}"
     amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]

@@ -192,6 +192,15 @@ def test_pairs_cost_least() -> None:
         assert [j for _, j in pairs if j is not None] == list(range(m))
 
 
+def test_a_circle_point_is_told_apart_from_the_target() -> None:
+    """Where an arc is divided its circle point moves along it, its target stays."""
+    body = "MoveL p,v100,fine,t; MoveC {},q,v100,fine,t;"
+    one, two = (program(module(body.format(target(150, y, 0)), DATA)) for y in (50, 48))
+    (difference,) = compare_programs(one, two, 0.001).differences
+    assert difference.distance_mm == pytest.approx(2.0) and difference.at_circle_point
+    assert "2.000 mm (dx +0.000, dy -2.000, dz +0.000) at the circle point" in difference.render()
+
+
 def test_joint_targets() -> None:
     one = program(module(f"MoveAbsJ [[1,2,3,4,5,6],{UNUSED}],v5,fine,tool0;"))
     two = program(module(f"MoveAbsJ [[1,2,3,4,5.5,6],{UNUSED}],v5,fine,tool0;"))

@@ -261,7 +261,7 @@ def page_of_a_batch(count: int) -> str:
 def page_of_folders() -> str:
     """A file that differs in many statements, one that is gone."""
     difference = {"kind": "changed", "what": "motion", "place": "HullSeam.rShellSeam", "name": "ArcL", "line_a": 1234, "line_b": 1240,
-                  "distance_mm": 0.5, "angle_deg": 0.02, "shift_mm": [0.1, -0.2, 0.4], "conf": None, "speed_mm_s": [8.0, 7.0],
+                  "distance_mm": 0.5, "angle_deg": 0.02, "shift_mm": [0.1, -0.2, 0.4], "conf": None, "speed_mm_s": [8.0, 7.0], "at_circle_point": False,
                   "arguments": []}  # fmt: skip
     counts = {"changed": 250, "added": 0, "removed": 0, "compared": 300, "max_distance_mm": 0.5, "max_angle_deg": 0.02}
     file = {

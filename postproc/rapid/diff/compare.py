@@ -87,6 +87,7 @@ def _compare(
     distance: float | None = None
     angle: float | None = None
     shift: Vec3 | None = None
+    at_via = False
     conf = None
     texts: dict[str, tuple[str, str]] = {}
     if x.instruction != y.instruction:
@@ -98,7 +99,7 @@ def _compare(
             if isinstance(p, RobTarget) and isinstance(q, RobTarget):
                 far = math.dist(p.trans, q.trans)
                 if distance is None or far > distance:
-                    distance, shift = far, subtract(q.trans, p.trans)
+                    distance, shift, at_via = far, subtract(q.trans, p.trans), p is one.via
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
@@ -116,7 +117,7 @@ def _compare(
     rows = tuple((role, *pair) for role, pair in texts.items())
     place, speed = _place(y), _speeds(a, b)
     return Difference(
-        "changed", "motion", place, y.instruction, x.line, y.line, distance, angle, conf, rows, shift, speed
+        "changed", "motion", place, y.instruction, x.line, y.line, distance, angle, conf, rows, shift, speed, at_via
     )
 
 

@@ -23,6 +23,7 @@ class Difference:
         angle_deg: largest angle between their orientations, or between joints.
         conf: configurations of both where they differ.
         arguments: role and both texts of arguments that differ.
+        at_circle_point: the circle point of an arc is farther away than its target.
         speed_mm_s: of the TCP in both, where they differ; of a weld that of its welddata.
     """
 
@@ -38,6 +39,7 @@ class Difference:
     arguments: tuple[tuple[str, str, str], ...] = ()
     shift_mm: Vec3 | None = None
     speed_mm_s: tuple[float, float] | None = None
+    at_circle_point: bool = False
 
     def render(self) -> str:
         """One line for a terminal."""
@@ -45,7 +47,7 @@ class Difference:
         parts = [f"{self.kind:8}{self.place}:{lines} {self.name}"]
         if self.distance_mm is not None and self.kind == "changed":
             shift = "" if self.shift_mm is None else " (dx {:+.3f}, dy {:+.3f}, dz {:+.3f})".format(*self.shift_mm)
-            parts.append(f"{self.distance_mm:.3f} mm{shift}")
+            parts.append(f"{self.distance_mm:.3f} mm{shift}" + " at the circle point" * self.at_circle_point)
         if self.angle_deg is not None and self.kind == "changed":
             parts.append(f"{self.angle_deg:.4f} deg")
         if self.conf is not None:

@@ -126,7 +126,7 @@ def conversion(sizes: Sizes, n: int) -> list[Figure]:
     """CPU time and peak memory of one size."""
     work = _converted(n)
     times = sizes.long if n > 1_000 else sizes.repeat
-    limit = {20_000: 7.0, 5_000: 1.75}.get(n)
+    limit = 7.0 if n == 20_000 else None
     return [
         Figure(f"`compensate` {n:,} targets", "s", repeated(work, times), limit),
         Figure(f"`compensate` {n:,} targets, peak memory", "MB", (peak(),)),
