@@ -58,21 +58,21 @@ def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
     return parse_model(read_source(str(path)), library)
 
 
-def open_model(path: Path, effects: Sequence[Path] = (), sigma: float | None = None) -> Model:
+def open_model(path: Path, effects: Sequence[Path] = (), sigma: float | None = None, weighed: bool = True) -> Model:
     """As `load_model`; the first line for people says which arm it is, with which effects, and what noise is taken.
 
     Args:
-        sigma: stated standard deviation of the instrument [m].
+        sigma: stated standard deviation of the instrument [m]; weighed: whether measurements are weighed by a noise.
     """
     model = load_model(path, effects)
-    say(f"{assumed(model.robot.name, [effect.key for effect in model.effects], sigma)}; model `{path}`")
+    say(f"{assumed(model.robot.name, [effect.key for effect in model.effects], sigma, weighed)}; model `{path}`")
     return model
 
 
-def assumed(robot: str, effects: Iterable[str], sigma: float | None) -> str:
+def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:
     """Arm, effects and noise in a line."""
-    noise = "from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis"
-    return f"arm `{robot}`; effects {', '.join(effects) or 'none'}; noise {noise}"
+    noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis")
+    return f"arm `{robot}`; effects {', '.join(effects) or 'none'}{noise * weighed}"
 
 
 def short_names(*files: str | Path) -> str:

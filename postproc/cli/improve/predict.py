@@ -32,7 +32,7 @@ def run(
     from postproc.identify.predict import predict_rows
 
     check_outputs((model, data, *table.inputs, *effects), output)
-    arm = open_model(model, effects)
+    arm = open_model(model, effects, weighed=False)
     rows = table.read([data], arm.robot, measured=False)
     with watching(f"predicting {len(rows)} rows"):
         found = predict_rows(arm, rows, place)
