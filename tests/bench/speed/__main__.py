@@ -20,6 +20,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from statistics import median
 
 from tests.bench.speed.figures import QUICK, Sizes, parts
 from tests.bench.speed.table import CALIBRATION, Figure, Run, compared, growth, load, markdown, save
@@ -82,19 +83,18 @@ def derived(figures: Sequence[Figure], sizes: Sizes) -> list[Figure]:
     by_name = {f.name: f for f in figures}
     times = [by_name.get(f"`compensate` {n:,} targets") for n in sizes.targets]
     peaks = [by_name.get(f"`compensate` {n:,} targets, peak memory") for n in sizes.targets]
-    if None in times or None in peaks:
+    known = [(n, f.values) for n, f in zip(sizes.targets, times, strict=True) if f is not None]
+    memory = [f.median for f in peaks if f is not None]
+    if not len(known) == len(memory) == len(sizes.targets):
         return []
-    medians = [f.median for f in times if f is not None]
-    few, many = sizes.targets[-2:]
-    memory = [f.median for f in peaks[-2:] if f is not None]
-    each = [
-        Figure(f"CPU time a target, {n:,} targets", "ms", (1e3 * t / n,))
-        for n, t in zip(sizes.targets, medians, strict=True)
-    ]
+    each = [Figure(f"CPU time a target, {n:,} targets", "ms", tuple(1e3 * t / n for t in v)) for n, v in known]
+    (few, first), (many, last) = known[0], known[-1]
+    ends = ((max(first), min(last)), (median(first), median(last)), (min(first), max(last)))
+    added = 1e3 * (memory[-1] - memory[-2]) / (sizes.targets[-1] - sizes.targets[-2])
     return [
         *each,
-        Figure("growth of CPU time with the targets", "exponent", (growth(sizes.targets, medians),)),
-        Figure("memory a target", "kB", (1e3 * (memory[1] - memory[0]) / (many - few),), 6.0),
+        Figure("growth of CPU time with the targets", "exponent", tuple(growth((few, many), pair) for pair in ends)),
+        Figure("memory a target", "kB", (added,), 6.0),
     ]
 
 
