@@ -28,7 +28,8 @@ class Choices(BaseModel):
         inertia: whether the deflection under sustained acceleration is compensated.
         tolerance_mm, air_tolerance_mm: largest distance from the programmed path, while it welds and elsewhere.
         scope: correct all motions, or those that weld.
-        allow_partial: write a program although a weld stays uncorrected between corrected ones.
+        allow_partial: write a program although statements that the arm cannot run as programmed stay as they are, or a
+            weld between corrected ones does.
         template: folder of Jinja templates in place of the shipped ones.
         constant: names of data that keep the value in the file.
         channel: what effects read and a program does not tell, by name.

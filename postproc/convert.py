@@ -21,14 +21,14 @@ from postproc.compensate.path.deviation import Deviation, Driven, measure_deviat
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import read_motion
+from postproc.compensate.reading import read_motion, without_impossible
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
 from postproc.compensate.results.dynamics import check_corrected
 from postproc.compensate.results.figures import Figures, figures_of
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
-from postproc.compensate.results.seams import find_seams, partial_seams
+from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
@@ -171,7 +171,7 @@ def _converted(
     outcomes, unlike = judge_statements(program, events, plan, after, through)
     findings += unlike
     seams = find_seams(outcomes, plan, before, after)
-    findings += partial_seams(seams, options.allow_partial)
+    findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
     bounds = largest_shifts(outcomes, plan)
     added = Counter(insertion.statement.key for insertion in plan.insertions)
     worlds, more = Worlds(0, 0), list[Diagnostic]()
@@ -286,13 +286,18 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
     """What the program makes the arm do, None where no target is known.
 
     Where a function corrects targets on the controller, values that are there only as the last run left them, and
-    those that the arm cannot reach, are not known.
+    those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where part of a program
+    may be corrected.
     """
     model, options, reach = task.model, task.options, task.reach
     events = without_shared_values(task.program, task.events, reach) if task.on else task.events
     motion, more = read_motion(model, events, options)
-    while task.on and has_errors(more):
-        given, said = without_unreachable(events, more, reach, options.run_time == "all")
+    while has_errors(more):
+        given, said = events, list[Diagnostic]()
+        if task.on:
+            given, said = without_unreachable(events, more, reach, options.run_time == "all")
+        if not said and options.allow_partial:
+            given, said = without_impossible(events, more)
         if not said:
             break
         events, (motion, more) = given, read_motion(model, given, options)
@@ -301,7 +306,7 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
     _stop_at_errors(findings)
     reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
-    return replace(task, events=events), None if lost else motion
+    return replace(task, events=events, reach=Reach(task.program, events, options.scope)), None if lost else motion
 
 
 def _no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:

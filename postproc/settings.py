@@ -68,7 +68,7 @@ class Settings:
 def told(settings: Settings) -> dict[str, str]:
     """What a page says about how its result was made."""
     o = settings.options
-    shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
+    shipped = "shipped with postproc, not measured on this arm"
     beside: dict[str, Iterable[object]] = {
         "effects": settings.effects,
         "read along": settings.side_files,

@@ -71,7 +71,8 @@ class ConvertOptions(ProgramOptions):
         tolerance: largest distance from the programmed path [mm]. Default: 0.01.
         air_tolerance: the same where nothing welds [mm]. Default: 0.2.
         scope: correct all motions (default), or those that weld.
-        allow_partial: write the program although a weld statement stays uncorrected between corrected ones.
+        allow_partial: write the program although statements that the arm cannot run stay uncorrected, or a weld
+            statement between corrected ones does.
         template: folder of Jinja templates in place of the shipped ones.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """

@@ -15,8 +15,8 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.deviation import Driven
 from postproc.compensate.path.motion import feels_sides, motion_of
 from postproc.compensate.plan import Plan
-from postproc.compensate.reading import read_samples
-from postproc.compensate.text.values import OUT_OF_REACH, Insertion
+from postproc.compensate.reading import OUT_OF_REACH, read_samples
+from postproc.compensate.text.values import Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.path.places import place_events

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,11 @@ from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.unknown import Kind, Unknown
 
+IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
+OUT_OF_REACH = IMPOSSIBLE.reason
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
 
@@ -51,3 +56,30 @@ def read_motion(
     if timeline is None:
         return None, findings
     return motion_of(model, samples, timeline, options), findings
+
+
+def without_impossible(
+    events: Sequence[MotionEvent], findings: Sequence[Diagnostic]
+) -> tuple[list[MotionEvent], list[Diagnostic]]:
+    """Events without the targets of statements that the arm cannot run as they are programmed.
+
+    Args:
+        findings: of the motion.
+
+    Returns:
+        The events, and the findings as warnings; none where an error speaks of no statement, or no error does.
+    """
+    errors = [d for d in findings if d.severity == "error"]
+    wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
+    bad = {
+        e.statement.key
+        for e in events
+        if any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
+    }
+    if not bad or any(d.source is None or d.span is None for d in errors):
+        return list(events), []
+    left = [
+        replace(e, target=None, via=None, reason=OUT_OF_REACH, unknowns=(IMPOSSIBLE,)) if e.statement.key in bad else e
+        for e in events
+    ]
+    return left, [forgiven(d) for d in findings]

@@ -10,7 +10,7 @@ from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.text.expressions import amounts_of
+from postproc.compensate.text.expressions import amounts_of, components_of
 from postproc.compensate.text.laws import OffsetLaw
 from postproc.compensate.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
@@ -59,12 +59,21 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
-        values = {"name": written, "displacement": sums, "robconf": change.value.robconf}
+        stated = components_of(written)
+        assert stated is not None
+        name, own = stated
+        added = [_joined(*parts) for parts in zip(own, sums, strict=True)]
+        values = {"name": name, "displacement": added, "robconf": change.value.robconf}
         text = fill(load_template(env, "components.j2"), values)
     lead, newline = line_style(source.data, span[0])
     text = broken(text, lead.decode("latin-1"), newline.decode())
     glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
     return Edit(*span, (" " * glued + text).encode("latin-1", "replace"))
+
+
+def _joined(first: str, second: str) -> str:
+    """The sum of two texts; `0` where both are nothing."""
+    return "+".join(part for part in (first, second) if part not in ("", "0")).replace("+-", "-") or "0"
 
 
 def _amount_edits(change: Change) -> Iterator[Edit]:

@@ -8,6 +8,7 @@ from hashlib import sha256
 from typing import Any
 
 from postproc import __version__
+from postproc.compensate.results.document import estimated_stiffness, shown_on_the_arm
 from postproc.convert import Conversion
 from postproc.identify.compare import Comparison
 from postproc.report.comparison import iso_figures
@@ -18,6 +19,8 @@ COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
     "read back. They are no measurement of this arm."
 )
+KEPT, NOT_KEPT = "The tolerance is kept.", "The tolerance is not kept."
+NOT_SHOWN = "The tolerance is kept in the model; on the arm that is not shown."
 Row = tuple[object, ...]
 LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
 
@@ -36,7 +39,8 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     """HTML of a certificate for a corrected program: a row for each seam with its tolerance, kept or not.
 
     It is kept by a program that was written, of which everything that welds was corrected and keeps its tolerance in
-    the proof; without welds everything along lines and arcs. What is accepted, people sign.
+    the proof; without welds everything along lines and arcs. On the arm that is shown where a fitted model is sure
+    enough. What is accepted, people sign.
     """
     document, made = plain(found.report), made or {}
     facts = [("program", name)]
@@ -47,7 +51,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
             sentence = (
                 "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
             )
-        return _page(f"Acceptance of {name}", False, sentence, facts, (), [COMPUTED])
+        return _page(f"Acceptance of {name}", NOT_KEPT, sentence, facts, (), [COMPUTED])
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
     along = (document["max_error_before_mm"], document["max_error_after_mm"])
@@ -67,7 +71,8 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     sentence = f"{sum(row[-1] == _kept(True) for row in seams)} of {len(seams)} seams keep {tolerance:g} mm."
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
-    return _page(f"Acceptance of {name}", kept, sentence, facts, parts, [COMPUTED, *_sure(document)])
+    verdict = NOT_KEPT if not kept else KEPT if shown_on_the_arm(document, tolerance) else NOT_SHOWN
+    return _page(f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}", facts, parts, [COMPUTED])
 
 
 def arm_certificate(name: str, found: Comparison) -> str:
@@ -91,12 +96,12 @@ def arm_certificate(name: str, found: Comparison) -> str:
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     parts = [Part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
-    return _page("Accuracy of an arm", None, found.text().splitlines()[0], facts, parts, ())
+    return _page("Accuracy of an arm", "", found.text().splitlines()[0], facts, parts, ())
 
 
 def _page(
     title: str,
-    kept: bool | None,
+    verdict: str,
     sentence: str,
     facts: Sequence[tuple[str, str]],
     parts: Sequence[Part],
@@ -105,8 +110,8 @@ def _page(
     page = render(
         "certificate.html.j2",
         title=title,
-        kept=kept,
-        verdict="" if kept is None else ("The tolerance is kept." if kept else "The tolerance is not kept."),
+        verdict=verdict,
+        kept=verdict == KEPT,
         sentence=sentence.replace("`", ""),
         facts=facts,
         parts=parts,
@@ -155,8 +160,10 @@ def _kept(kept: bool) -> str:
     return "kept" if kept else "not kept"
 
 
-def _sure(document: Mapping[str, Any]) -> list[str]:
-    known = document["expected_accuracy"]
-    if known is None:
-        return ["The model was not fitted to measurements of this arm."]
-    return [f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."]
+def _sure(document: Mapping[str, Any]) -> str:
+    """What is known of the real arm, in a sentence."""
+    known, estimated = document["expected_accuracy"], estimated_stiffness(document)
+    if known is not None:
+        return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
+    said = f": {estimated}" if estimated else ""
+    return f"The model was not fitted to measurements of this arm{said}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from postproc.compensate.results.document import elsewhere
+from postproc.compensate.results.document import elsewhere, estimated_stiffness
 from postproc.convert import Conversion
 from postproc.report.document import plain
 from postproc.report.drawing.path import path_data
@@ -138,7 +138,9 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
     fell += f"; up to {' and '.join(beside)}." if beside else "."
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    return " ".join([fell, *([doubt.strip()] if count else []), *([on_controller] if through else [])])
+    estimated = f"On the arm: {said}." if (said := estimated_stiffness(document).replace("`", "")) else ""
+    parts = [fell, doubt.strip() if count else "", on_controller if through else "", estimated]
+    return " ".join(part for part in parts if part)
 
 
 def _welds(document: Mapping[str, Any]) -> tuple[str, str]:

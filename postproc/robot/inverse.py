@@ -16,7 +16,11 @@ from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, 
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
 BLOCK = 5000  # poses whose eight solutions are held at a time
-BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
+BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
+COMPLIANT = QUARTER
+"""So far outside its quadrants [rad] a solution still has the configuration: cf1, cf4 and cf6 within one of what is
+stated, cfx equal (RobotStudio API reference, `ConfigurationMode.Compliant`). Tools are calibrated anew and work objects
+moved: home positions of public production programs stand up to 0.4 degrees outside."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     exists = np.isfinite(solutions).all(axis=-1)
     # Among branches that fit, one inside its quadrants and inside the limits wins.
     outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
-    cost = np.where(exists & same & (gap <= BOUNDARY), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
+    cost = np.where(exists & same & (gap <= COMPLIANT), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
     best = np.argmin(cost, axis=1)
     rows = np.arange(len(q))
     found = np.isfinite(cost[rows, best])

@@ -73,7 +73,9 @@ def runtime_module(
 def header(correction: RunTimeCorrection) -> Iterator[str]:
     """Lines that say what the module is made for."""
     done, laws = correction.conditions, correction.laws
-    yield f"model: {done.source or 'shipped, with stiffness from the literature'}; arm: {correction.model.robot.name}"
+    estimated = correction.model.stiffness_source == "estimated"
+    shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
+    yield f"model: {done.source or shipped}; arm: {correction.model.robot.name}"
     yield f"in closed form or as tables: {_words(laws.exact)}"
     if correction.fitted is not None:
         terms = len(correction.fitted.terms)

@@ -23,7 +23,7 @@ def test_a_program_gets_its_page_and_its_certificate(call: Call, samples: Path, 
     )
     assert done.code == 0
     assert carried(page.read_text("utf-8"))["welds"][0]["name"] == "rShellSeam"
-    assert "The tolerance is kept." in certificate.read_text("utf-8")
+    assert "The tolerance is kept in the model" in certificate.read_text("utf-8")
     over = call(
         "compensate", samples / "hull_seam.mod", "-o", tmp_path / "o.mod", "--certificate", samples / "hull_seam.mod"
     )

@@ -325,6 +325,17 @@ def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     accurate(text, found)
 
 
+def test_a_displaced_target_that_is_carried_over_a_quadrant_states_its_own_confdata() -> None:
+    """One taught point serves both sides: at p axis 1 is carried over zero, beside it axis 1 stays where it is."""
+    rows = "FOR i FROM 0 TO 2 DO\nMoveL Offs(p,10*i,-100,0),v50,fine,tT;\nMoveL Offs(p,-10*i,0,0),v50,fine,tT;\nENDFOR"
+    text = module(f"CONST robtarget p:={target(1350, 50)};", f"MoveJ Offs(p,0,-100,0),v200,fine,tT;\n{rows}")
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 3
+    assert len({e.target.robconf for e in events(written(found))}) == 2
+    assert re.search(r"\[\[p\.trans\.x[+-]10\*i", written(found))
+    accurate(text, found)
+
+
 def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -> None:
     """Axis 6 stands at -0.05 deg, taught as cf6 = 0; the correction turns it another 1.05 mrad away."""
     conf = ",[0,0,0,0]," + AXES + "]"

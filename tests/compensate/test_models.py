@@ -17,6 +17,8 @@ from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import pose_matrix
+from postproc.report.certificate import NOT_SHOWN, program_certificate
+from postproc.report.compensation import compensation_page
 from postproc.robot.cell import Cell, CellArm
 from postproc.robot.kinematics import jacobian
 from postproc.robot.station import Station
@@ -135,10 +137,14 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
     found = convert(TEXT, default_model("irb4600_40_255"), force=NO_FORCE)
     low, high = found.report["expected_remaining_fraction"]
     assert 0.0 < low < 0.5 < high
+    before = found.report["max_error_before_mm"]
     said = (
-        f"the stiffness of this arm is estimated: {100 * low:.0f} to {100 * high:.0f} % of its deflection is expected"
+        f"the stiffness of this arm is estimated: {100 * low:.0f} to {100 * high:.0f} % of its deflection,"
+        f" {before * low:.2f} to {before * high:.2f} mm, is expected to remain"
     )
-    assert said in found.summary and f"! {said}" in written(found)
+    assert f"! {said}" in written(found)
+    page, certificate = compensation_page("p.mod", found), program_certificate("p.mod", found)
+    assert said in page and said in certificate and NOT_SHOWN in certificate
     known = convert(TEXT, force=NO_FORCE)
     assert known.report["expected_remaining_fraction"] is None
     assert "estimated" not in known.summary + written(known)

@@ -47,3 +47,17 @@ def test_the_scope_of_welds_leaves_moves_in_the_air() -> None:
     status = {o.statement.argument("to").text: o.status for o in found.outcomes if o.statement.argument("to")}  # type: ignore[union-attr]
     assert status["pSeam50"] == "compensated" and status["pAbove"] == "unchanged"
     assert found.report["max_arc_error_after_mm"] <= 0.01
+
+
+@pytest.mark.parametrize(
+    ("instruction", "mistyped", "said"),
+    [
+        (b"ArcLEnd", b"ArcL", "is not ended"),
+        (b"ArcLStart", b"ArcL", "nothing on the way here starts the arc"),
+    ],
+)
+def test_a_seam_without_start_or_end_is_told(instruction: bytes, mistyped: bytes, said: str) -> None:
+    assert "CMP021" not in {d.code for d in convert(HULL).diagnostics}
+    told = [d for d in convert(HULL.replace(instruction + b" ", mistyped + b" ")).diagnostics if d.code == "CMP021"]
+    assert told and all(d.severity == "warning" for d in told)
+    assert said in told[0].message

@@ -209,7 +209,7 @@ def test_a_statement_whose_next_run_leads_nobody_knows_where_keeps_its_argument(
         f'MoveL {END},v50,fine,tT;\nTPReadFK n,"?","a","b","","","";\nENDWHILE',
     )
     found = convert(text)
-    assert (outcome(found, 1).status, outcome(found, 1).reason) == ("skipped", ELSEWHERE)
+    assert outcome(found, 1).status == "skipped" and str(outcome(found, 1).reason).startswith(ELSEWHERE)
     assert outcome(found, 2).status == "compensated"
     assert f"Offs({B},0,-100*n,0)" in written(found)
     assert found.report["added_targets"] == 0  # the way to END begins there
@@ -227,7 +227,7 @@ OLD = """  PROC rOld()
     ("values", "code"),
     [
         ({"old": target(9000, 0)}, "KIN001"),
-        ({"old": target(1300, -400, conf=(2, 2, 2, 3))}, "KIN002"),
+        ({"old": target(1300, -400, conf=(9, 9, 9, 3))}, "KIN002"),
         ({"old": f"[[1300,-400,700],[0,0,0,0.5],[0,0,0,0],{AXES}]"}, "RAP024"),
         ({"old": "a", "speed": "[0,500,5000,1000]"}, "MOT006"),
         ({"old": "a", "tool": "tGone"}, "RAP020"),

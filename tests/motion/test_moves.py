@@ -156,7 +156,7 @@ def test_a_statement_in_a_loop_is_wrong_once() -> None:
 
 
 def test_without_configuration_control_the_arm_keeps_the_one_it_has() -> None:
-    odd = f"[[1000,-100,600],[0,0,1,0],[2,2,2,5],{E}]"
+    odd = f"[[1000,-100,600],[0,0,1,0],[-3,-3,0,0],{E}]"
     strict, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {odd},v50,fine,t1;")
     assert [d.code for d in findings] == ["KIN002"]
     moves, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nConfL\\Off;\nMoveL {odd},v50,fine,t1;")
@@ -290,7 +290,7 @@ def test_a_work_object_in_metres_is_not_blamed_on_the_arm(wobj_mm: tuple[float, 
     assert ("hardly is their arm" in str(said)) == (wobj_mm[0] > 1)
 
 
-@pytest.mark.parametrize(("x", "said"), [(1300, "configurations of 3 of 3"), (9000, "hardly is their arm")])
+@pytest.mark.parametrize(("x", "said"), [(-1300, "configurations of 3 of 3"), (9000, "hardly is their arm")])
 def test_configurations_that_were_never_set_are_told_from_another_arm(x: float, said: str) -> None:
     numbers = "[0.300294,-0.015738,0.95241,0.049914],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     body = "".join(f"MoveJ [[{x},-500,{z}],{numbers},v200,fine,tool0;\n" for z in (700, 720, 740))

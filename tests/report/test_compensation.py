@@ -13,7 +13,7 @@ from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
-from postproc.report.certificate import program_certificate
+from postproc.report.certificate import KEPT, NOT_SHOWN, program_certificate
 from postproc.report.compensation import compensation_page
 from postproc.report.drawing.path import path_data
 from tests.report.conftest import carried, numbers, tables
@@ -138,11 +138,14 @@ def test_torques_are_those_of_an_independent_arm(seam: Conversion) -> None:
 
 def test_the_certificate_of_a_program(seam: Conversion) -> None:
     page = program_certificate("hull_seam.mod", seam, {"model": "cell.toml"})
-    assert "The tolerance is kept." in page and "1 of 1 seams keep 0.01 mm." in page
+    assert NOT_SHOWN in page and "1 of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and ">kept<" in row[0] and f">{seam.report['max_arc_error_after_mm']:.3f}<" in row[0]
     assert page.count("name, date, signature") == 3 and "<script" not in page
     assert "not fitted to measurements" in page
+    for sure, verdict in ((0.005, KEPT), (0.05, NOT_SHOWN)):
+        fitted = replace(seam, report={**seam.report, "expected_accuracy": {"within_95_percent_mm": sure}})
+        assert verdict in program_certificate("hull_seam.mod", fitted)
     bad = {**seam.report["welds"][0], "after_mm": 0.02}
     missed = replace(seam, report={**seam.report, "welds": [bad]})
     assert "The tolerance is not kept." in program_certificate("hull_seam.mod", missed)

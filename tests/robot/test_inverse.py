@@ -138,23 +138,33 @@ def test_a_straight_wrist_taught_with_six_digits_takes_the_quadrants_of_its_conf
     assert np.abs(forward(robot, solution.q) - T).max() < 1e-6
 
 
+@pytest.mark.parametrize("beside", [(1, 0, 0, 0), (-1, 0, 0, 0), (0, 1, -1, 0), (1, 1, 1, 0)])
+def test_a_configuration_within_one_quadrant_is_that_of_the_target(beside: tuple[int, ...]) -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[10.0, 20, 10, 30, 40, 50]])
+    solution = joint_solution(robot, forward(robot, q), np.array([beside]))
+    assert not solution.failures and solution.q == pytest.approx(q)
+    for other in ((0, 0, 0, 1), (2, 0, 0, 0), (0, -2, 0, 0)):
+        assert joint_solution(robot, forward(robot, q), np.array([other])).failures
+
+
 def test_impossible_configuration_names_the_nearest() -> None:
     robot = load_robot("irb4600_60_205")
     q = np.radians([[10.0, 20, 10, 30, 40, 50], [10.0, 20, 10, 30, 40, 50]])
-    solution = joint_solution(robot, forward(robot, q), np.array([[0, 0, 0, 0], [1, 0, 0, 0]]))
+    solution = joint_solution(robot, forward(robot, q), np.array([[0, 0, 0, 0], [2, 0, 0, 0]]))
     assert np.abs(solution.q[0] - q[0]).max() < 1e-9
     assert np.isnan(solution.q[1]).all()
     (failure,) = solution.failures
     assert (failure.index, failure.reason) == (1, "configuration")
     assert failure.help == "the nearest configuration that exists is [0, 0, 0, 0]"
-    assert "[1, 0, 0, 0]" in failure.diagnostic().render()
+    assert "[2, 0, 0, 0]" in failure.diagnostic().render()
 
 
 @pytest.mark.parametrize(
     ("degrees", "wanted", "branch_named"),
     [
         ((10.0, 20, 10, 30, 40, 50), (1, 2, -2, 0), 0),  # turns are nearer with the wrist turned over, the arm is not
-        ((10.0, 86, 85, 30, 40, 50), (1, 0, 0, 0), 5),  # joint 3 is beyond its limit, the arm can only reach backwards
+        ((10.0, 86, 85, 30, 40, 50), (2, 0, 0, 0), 5),  # joint 3 is beyond its limit, the arm can only reach backwards
     ],
 )
 def test_the_nearest_configuration_is_one_of_the_same_branch_within_the_limits(

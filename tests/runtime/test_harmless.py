@@ -139,7 +139,7 @@ def test_one_bool_switches_it_off(task: Controller) -> None:
 
 
 def test_the_log_says_what_came_back(task: Controller) -> None:
-    task.set("ppLog", True)
+    assert task.get("ppLog")
     returned(task, task.target(np.radians([20.0, 30, -20, 40, 0.5, 10]), TOOL))
     assert [e.name for e in task.task.events] == ["errwrite"]
     returned_once = len(task.task.events)

@@ -38,6 +38,7 @@ def run(
         diff: write nothing; print the textual difference, exit 1 if there is one.
         json: print the postproc/compensate/1 document.
     """
+    from postproc.compensate.results.document import estimated_stiffness
     from postproc.convert import compensate_program
     from postproc.report.certificate import program_certificate
     from postproc.report.compensation import compensation_page
@@ -67,6 +68,8 @@ def run(
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
+        if estimated := estimated_stiffness(result.report):
+            say(estimated)
         if result.plan is not None and result.report["expected_accuracy"] is None:
             say(unmeasured(result.diagnostics))
         names = (source.path, str(target or "compensated"))

@@ -124,20 +124,28 @@ def summary(r: Mapping[str, Any]) -> str:
     return (
         f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},{through}"
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are"
-        f"{time}{expected}{'; ' if r['expected_remaining_fraction'] else ''}{estimated_stiffness(r)}"
+        f"{time}{expected}"
     )
 
 
 def estimated_stiffness(document: Mapping[str, Any]) -> str:
     """What an estimated stiffness means, in a sentence; empty where it is none."""
-    between = document["expected_remaining_fraction"]
+    between = document.get("expected_remaining_fraction")
     if between is None:
         return ""
     low, high = (f"{100 * x:.0f}" for x in between)
+    least, most = (f"{document['max_error_before_mm'] * x:.2f}" for x in between)
     return (
-        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection is expected to remain,"
-        " and `postproc fit` with measurements narrows that"
+        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection, {least} to {most} mm, is"
+        " expected to remain, and `postproc fit` with measurements narrows that"
     )
+
+
+def shown_on_the_arm(document: Mapping[str, Any], tolerance_mm: float) -> bool:
+    """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
+    known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
+    after = document["max_error_after_mm"] if after is None else after
+    return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
 
 
 def elsewhere(document: Mapping[str, Any]) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.path.deviation import Deviation
 from postproc.compensate.plan import Plan
+from postproc.compensate.reading import OUT_OF_REACH
 from postproc.compensate.results.transitions import (
     finding,
     for_the_next,
@@ -19,7 +20,7 @@ from postproc.compensate.results.transitions import (
     transient_finding,
     transition_findings,
 )
-from postproc.compensate.text.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
+from postproc.compensate.text.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
 from postproc.compensate.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
@@ -147,7 +148,8 @@ def _outcome(
     refused = plan.left.get(statement.key)
     if refused is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
-        return Outcome(statement, status, refused, 0.0, round(residual, 5))
+        why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
+        return Outcome(statement, status, why, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"

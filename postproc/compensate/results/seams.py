@@ -15,6 +15,7 @@ from postproc.compensate.results.transitions import finding, in_transition
 from postproc.compensate.text.values import Outcome
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.grouping import grouped
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program.signatures import SIGNATURES
 
 MM = 1e3
@@ -90,6 +91,43 @@ def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
                 help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"
                 findings.append(finding("CMP020", severity, outcome.statement, text, "" if allowed else help_))
     return findings
+
+
+def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """CMP021 at seams that are not ended, and at weld statements that no start leads to, in the order of the run.
+
+    Where the arm may come by several ways, or on a condition that is not known, nothing is said of what was before.
+    """
+    found: dict[StatementKey, Diagnostic] = {}
+    start: MotionStatement | None = None
+    known = False  # whether the arc burns
+
+    def report(statement: MotionStatement, text: str) -> None:
+        help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
+        if not statement.source.lent:
+            found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
+
+    for event in events:
+        statement, interpolation = event.statement, event.statement.interpolation
+        if event.first or event.detached or event.conditional or event.loose or event.again is not None:
+            start, known = None, False
+        if event.again is not None or interpolation == "none":
+            continue
+        phase = _arc_phase(event)
+        if start is not None and phase in ("", "start"):
+            report(start, "the seam that begins here is not ended before the arm moves on without it")
+        if known and start is None and phase in ("weld", "end"):
+            report(statement, "it welds, and nothing on the way here starts the arc")
+        known = True
+        start = statement if phase == "start" else start if phase == "weld" else None
+    if start is not None:
+        report(start, "the seam that begins here is not ended")
+    return list(found.values())
+
+
+def _arc_phase(event: MotionEvent) -> str:
+    """``start``, ``weld``, ``end``; empty for what is no arc welding."""
+    return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""
 
 
 def _worst(deviation: Deviation, count: int, rows: np.ndarray) -> Array:

@@ -31,7 +31,7 @@ from postproc.compensate.text.laws import (
     nearest_law,
 )
 from postproc.compensate.text.requests import Requester, conf_of
-from postproc.compensate.text.values import UNCHANGED_MM, Change, Insertion, TargetValue
+from postproc.compensate.text.values import UNCHANGED_MM, Change, Insertion, TargetValue, compliant
 from postproc.grouping import grouped
 from postproc.motion.path.places import axes_between
 from postproc.motion.path.refusals import STILL
@@ -281,7 +281,7 @@ class TargetAdder:
     ) -> Insertion | None:
         """One statement for all runs, None where it would leave a run farther off than is allowed."""
         first, values = runs[0], [i.to for i in insertions]
-        if any(not _still(v.extax, values[0].extax) or v.robconf != values[0].robconf for v in values):
+        if any(not _still(v.extax, values[0].extax) or not compliant(v.robconf, values[0].robconf) for v in values):
             return None
         slopes = _combined(first.start, first.end, share)
         places = np.array([value.pose.trans for value in values])

@@ -22,7 +22,7 @@ from postproc.arrays import Array
 from postproc.compensate.text.expressions import TargetExpression
 from postproc.compensate.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
 from postproc.compensate.text.slots import ArgumentKey, Incidence, SlotKey
-from postproc.compensate.text.values import Conf, TargetRequest
+from postproc.compensate.text.values import Conf, TargetRequest, compliant
 from postproc.grouping import grouped
 from postproc.rapid.data.events import StatementKey
 from postproc.rapid.data.records import Vec3
@@ -246,7 +246,7 @@ class Assigner:
                 if not served:
                     levels[key], reasons[statement] = LEFT, LENT
                 continue
-            fits = served and self._configured(rows, filled)
+            fits = served and self._configured(key, rows, filled)
             if fits and all(rest[row] <= self._within(now, row) + ROUNDING_MM for row in rows):
                 continue
             if level == SLOT:
@@ -262,14 +262,24 @@ class Assigner:
                 levels[key], reasons[statement] = LEFT, why or self._unlike(rows)
         return None if levels == dict(now.levels) and reasons == dict(now.reasons) else _Round(levels, reasons)
 
-    def _configured(self, rows: Sequence[int], filled: _Filled) -> bool:
-        """Whether the configuration that the requests ask for is what stands in their slots, or as it was."""
+    def _configured(self, key: ArgumentKey, rows: Sequence[int], filled: _Filled) -> bool:
+        """Whether the configuration that the requests ask for is what stands in their slots, or as it was.
+
+        Where the text has no place for another one, one that a controller takes for it will do.
+        """
+        asked: list[tuple[Conf, Conf]] = []
         for row in rows:
             request, slot = self.incidence.requests[row], filled.slot(row)
-            conf = request.target.robconf if slot is None else filled.slots[slot].robconf
-            if request.value.robconf != conf:
-                return False
-        return True
+            asked.append(
+                (request.value.robconf, request.target.robconf if slot is None else filled.slots[slot].robconf)
+            )
+        if all(wanted == there for wanted, there in asked):
+            return True
+        return not self._stated(key, rows) and all(compliant(wanted, there) for wanted, there in asked)
+
+    def _stated(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
+        """Whether the argument can be written with one configuration for all of its runs."""
+        return self.expression(key).stated and len({self.incidence.requests[row].value.robconf for row in rows}) == 1
 
     def _offset(
         self, key: ArgumentKey, rows: Sequence[int], filled: _Filled, level: int
@@ -279,11 +289,10 @@ class Assigner:
         expression = self.expression(key)
         if key[0] in self.astray or any(r.event.elsewhere for r in requests):
             return None, ELSEWHERE
-        if not self._configured(rows, filled):
-            same = len({r.value.robconf for r in requests}) == 1
-            if not same or not expression.named:
-                return None, CONFIGURATION
-        elif expression.form is None:
+        configured = self._configured(key, rows, filled)
+        if not configured and not self._stated(key, rows):
+            return None, CONFIGURATION
+        if configured and expression.form is None:
             return None, OWN_OFFS
         chosen = list(rows)
         rest = self._along(key, chosen, self.shift[chosen] - filled.base[chosen])

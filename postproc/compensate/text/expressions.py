@@ -29,29 +29,54 @@ class TargetExpression:
 
     Args:
         form: how an offset is written, None where there is no way; in_tool: it goes along the axes of the tool.
-        named: it is a name, with indices and components at most.
+        stated: its components can be written one by one (see `components_of`), with other configuration data.
     """
 
     form: Form | None
-    in_tool: bool
-    named: bool
+    in_tool: bool = False
+    stated: bool = False
 
 
 def target_expression(source: Source, span: Span, program: Program, module: str) -> TargetExpression:
     """How an offset goes into the target expression at ``span``."""
     text = source.data[slice(*span)].decode("latin-1")
-    named = NAME.fullmatch(text) is not None
     own = {name for name in DISPLACING if program.routine(name, module) is not None}
     around: Form | None = None if "offs" in own else "offset"
-    if named or text[:1] == "[":
-        return TargetExpression("components" if named and around is None else around, False, named)
+    if text[:1] == "[":
+        return TargetExpression(around)
+    if NAME.fullmatch(text) is not None:
+        return TargetExpression(around or "components", stated=True)
     try:
         tree = read_whole_expression(source.data, *span)
     except Unknown:
-        return TargetExpression(around, False, False)
+        return TargetExpression(around)
     if amounts_of(tree) and isinstance(tree, Call) and tree.name not in own:
-        return TargetExpression("amounts", tree.name == "reltool", False)
-    return TargetExpression(around, False, False)
+        stated = around is not None and components_of(text) is not None
+        return TargetExpression("amounts", tree.name == "reltool", stated)
+    return TargetExpression(around)
+
+
+def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
+    """The name of a target and sums that ``Offs`` adds to its coordinates, empty where it adds nothing.
+
+    None where the text is more than a name, displaced by ``Offs`` once or several times.
+    """
+    data = text.encode("latin-1")
+    sums: list[list[str]] = [[], [], []]
+    try:
+        tree = read_whole_expression(data, 0, len(data))
+    except Unknown:
+        return None
+    while isinstance(tree, Call) and tree.name == "offs" and (amounts := amounts_of(tree)):
+        for axis, part in zip(sums, amounts, strict=True):
+            words = data[slice(*part.span)].decode("latin-1")
+            axis[:0] = [words] if words != "0" else []
+        tree = tree.arguments[0]
+    name = data[slice(*tree.span)].decode("latin-1")
+    if NAME.fullmatch(name) is None:
+        return None
+    x, y, z = ("+".join(axis).replace("+-", "-") for axis in sums)
+    return name, (x, y, z)
 
 
 def amounts_of(tree: Expression) -> tuple[Expression, ...]:

@@ -19,10 +19,14 @@ Place = Literal["declaration", "element", "aggregate", "argument", "call", "deri
 aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine;
 nowhere, because it moves with the target that it is derived from; or in a function around the argument."""
 
-OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
 Conf = tuple[int, int, int, int]
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
+
+
+def compliant(a: Conf, b: Conf) -> bool:
+    """Whether a controller takes one configuration for the other (see `postproc.robot.inverse.COMPLIANT`)."""
+    return a[3] == b[3] and all(abs(x - y) <= 1 for x, y in zip(a[:3], b[:3], strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +98,8 @@ class TargetRequest:
 
 Form = Literal["numbers", "amounts", "offset", "components"]
 """How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
-``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration
-data."""
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, displaced by ``Offs`` or not,
+which takes other configuration data."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -200,9 +200,9 @@ class Writer:
         slot = part.assignment.slot_of[rows[0]]
         value = part.assignment.slots.get(slot) if slot is not None else None
         conf = request.target.robconf if value is None else value.robconf
-        form = written.form or "components"
-        if request.value.robconf != conf:
-            form = "components"
+        asked = {part.requests[row].value.robconf for row in rows}
+        own = written.stated and len(asked) == 1 and asked != {conf}
+        form = "components" if own else written.form or "components"
         return Change(statement.source, place.span, form, request.value, law)
 
     @staticmethod
@@ -215,7 +215,7 @@ class Writer:
             along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(shift)
         x, y, z = np.asarray(along).tolist()
         form = written.form or "components"
-        if robconf != now.robconf and written.named:
+        if robconf != now.robconf and written.stated:
             form = "components"
         return replace(change, form=form, law=OffsetLaw((x, y, z)))
 

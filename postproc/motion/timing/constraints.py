@@ -28,7 +28,7 @@ def _without_plots() -> Iterator[None]:
 
 
 with _without_plots():
-    from toppra.algorithm import TOPPRA
+    from toppra.algorithm import TOPPRA as _Toppra
     from toppra.constraint import JointVelocityConstraint, LinearConstraint
     from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
     from toppra.interpolator import AbstractGeometricPath
@@ -36,6 +36,26 @@ with _without_plots():
 __all__ = ["TOPPRA", "GridPath", "JointLimits", "JointVelocityConstraint", "SpeedBounds"]
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
+NEARLY = (-1e-6, 1e-3, -1e-3)  # weights of the path acceleration beside that of the squared speed
+
+
+class TOPPRA(_Toppra):  # type: ignore[misc]
+    """The algorithm of toppra, with another way to the squared speeds where a linear program ends without solution.
+
+    toppra starts each program from the constraints that were active before. Where a joint turns back (its row of the
+    path's first derivative is next to zero) that start may end in NaN although there is a solution. A program with next
+    to the same objective is led another way, to the same corner.
+    """
+
+    def _one_step(self, i: int, K_next: Array) -> Array:
+        found: Array = super()._one_step(i, K_next)
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            for weight in NEARLY if np.isnan(found[end]) and np.isfinite(K_next).all() else ():
+                objective = np.array([weight, sign])
+                found[end] = self.solver_wrapper.solve_stagewise_optim(i, None, objective, np.nan, np.nan, *K_next)[1]
+                if np.isfinite(found[end]):
+                    break
+        return found
 
 
 class GridPath(AbstractGeometricPath):  # type: ignore[misc]

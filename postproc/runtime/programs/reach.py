@@ -25,7 +25,9 @@ DISPLACED = "the displacement in force may come from a search or from where the 
 OUTSIDE = "it does not weld, and the scope is `welds`"
 UNREACHABLE = "what stands in the files for its target cannot be run"
 ELSEWHERE = "the target is data that other tasks share: its value in the files is the one of the last run"
+NO_PLACE = "what stands there is no place to which the arm can go"
 _FOUND = (Kind.FOUND_BY_SEARCH, Kind.DISPLACED_FROM_HERE)
+_WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,8 @@ class Reach:
         held = any(self._held.holds(statement.source, s, statement.module, statement.routine) for s in spans)
         if held or statement.key in self._found:
             return HOLDS
+        if statement.key in self._wrong:
+            return NO_PLACE
         return DISPLACED if self._moved and statement.key not in self._in_place else edits
 
     @cached_property
@@ -97,6 +101,11 @@ class Reach:
     def _found(self) -> frozenset[StatementKey]:
         """Statements that go with what a search has found, as far as the program was followed."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _FOUND for u in e.unknowns))
+
+    @cached_property
+    def _wrong(self) -> frozenset[StatementKey]:
+        """Statements whose own text is wrong: at run time, too, the target stays what it is."""
+        return frozenset(e.statement.key for e in self.events if any(u.root.kind in _WRONG for u in e.unknowns))
 
     @cached_property
     def _moved(self) -> bool:
