@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(
     r"^(?:<!-- (?P<mark>file|not run): (?P<what>[^\n]+?) -->\n+)?```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.M | re.S
 )
+OUTPUT = re.compile(r"(^<!-- output (\d+) -->\n```text\n)(.*?)(^```$)", re.M | re.S)
 EXIT_CODE = re.compile(r"#.*exit code (\d+)")
 
 
@@ -120,3 +121,8 @@ def _shell(text: str) -> tuple[int, str]:
     changed = {**os.environ, "LC_ALL": "C", "PATH": path}
     done = subprocess.run(["sh", "-ec", text], capture_output=True, text=True, check=False, env=changed)
     return done.returncode, done.stdout + done.stderr
+
+
+def with_outputs(page: str, outputs: list[str]) -> str:
+    """The text of a page with what its commands print in the blocks behind ``<!-- output N -->``."""
+    return OUTPUT.sub(lambda found: f"{found[1]}{outputs[int(found[2]) - 1].rstrip()}\n{found[4]}", page)

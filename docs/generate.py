@@ -1,6 +1,7 @@
 """What the build of the documentation writes from the code and from real runs, into ``docs/_generated``.
 
-Commands with their options, keys of files with their JSON Schemas, effects, what the tutorials print, their pictures.
+Commands with their options, keys of files with their JSON Schemas, effects, pages and pictures of the tutorials. What
+the commands of the tutorials print stands in their pages: ``python docs/generate.py`` writes it there.
 """
 
 from __future__ import annotations
@@ -38,13 +39,12 @@ def _write(path: Path, text: str) -> None:
 
 
 def _run_tutorial(name: str, folder: Path) -> None:
-    """Run a tutorial's commands as a reader would; keep what they print, the pages they write, and its pictures."""
+    """Run a tutorial's commands as a reader would; keep the pages they write, and its pictures."""
     from blocks import run_page
 
     with tempfile.TemporaryDirectory() as work:
-        for number, ran in enumerate(run_page(DOCS / f"{name}.md", Path(work)), 1):
+        for ran in run_page(DOCS / f"{name}.md", Path(work)):
             assert ran.code == ran.expected, f"{name}.md: `{ran.line}` returned {ran.code}: {ran.output}"
-            _write(folder / f"{name}-{number}.txt", ran.output)
         for page in Path(work).glob("out/*.html"):
             shutil.copy(page, folder / "pages")
         draw = runpy.run_path(str(DOCS / "figures" / f"{name.replace('-', '_')}.py"))["draw"]
@@ -158,3 +158,18 @@ def _words(entry: Mapping[str, Any], named: Mapping[str, Any]) -> str:
 
 PAGES: Mapping[str, Callable[[], str]] = {"commands": commands_page, "files": files_page, "effects": effects_page}
 """Generated pages by name."""
+
+
+def write_outputs() -> None:
+    """Write what the commands of the tutorials print into their pages: ``python docs/generate.py``."""
+    from blocks import run_page, with_outputs
+
+    for name in TUTORIALS:
+        page = DOCS / f"{name}.md"
+        with tempfile.TemporaryDirectory() as work:
+            outputs = [ran.output for ran in run_page(page, Path(work))]
+        page.write_text(with_outputs(page.read_text("utf-8"), outputs), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_outputs()

@@ -83,8 +83,14 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if runs(page)], **IDS)
 def test_commands_run_as_they_stand(page: Path, tmp_path: Path) -> None:
-    for ran in script("blocks").run_page(page, tmp_path):
+    blocks, outputs = script("blocks"), []
+    for ran in blocks.run_page(page, tmp_path):
         assert ran.code == ran.expected, f"{page.name}: `{ran.line}`\n{ran.output}"
+        outputs.append(ran.output)
+    text = page.read_text("utf-8")
+    numbers = re.compile(r"\d+(?:\.\d+)?")  # last digits may be another machine's
+    shown, now = (numbers.sub("#", t).split() for t in (text, blocks.with_outputs(text, outputs)))
+    assert shown == now, "`python docs/generate.py` writes what the commands print into the pages"
 
 
 def test_blocks_that_are_not_run_say_why() -> None:

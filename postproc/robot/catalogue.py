@@ -262,7 +262,7 @@ def read_robot(source: Source) -> Robot:
         parallelogram=file.chain is not None and file.chain.parallelogram,
         reach=None if file.reach_mm is None else 1e-3 * file.reach_mm,
         mounting=tuple(file.mounting),
-        sources={**({} if "joints" in file.model_fields_set else GUESSED), **_sources(source)},
+        sources={**_guessed(file), **_sources(source)},
     )
 
 
@@ -317,6 +317,17 @@ def _inertia(body: _Body) -> Array:
         xx, yy, zz, xy, xz, yz = body.inertia_kg_m2
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return np.eye(3) * body.mass_kg * (body.gyration_mm * 1e-3) ** 2
+
+
+def _guessed(file: RobotFile) -> dict[str, str]:
+    """Sources of what a file does not state and what is taken in its place, and of a stiffness that it estimates."""
+    found = {} if "joints" in file.model_fields_set else dict(GUESSED)
+    for key in ("acceleration_rad_per_s2", "jerk_rad_per_s3"):
+        if "joints" in file.model_fields_set and key not in file.joints.model_fields_set:
+            found[f"joints.{key}"] = "estimate: the file states none"
+    if file.joints.stiffness_source == "estimated":
+        found["joints.stiffness_Nm_per_rad"] = "estimate, by the file's stiffness_source"
+    return found
 
 
 def _sources(source: Source) -> dict[str, str]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
-from postproc.robot.opw import wrist_place
+from postproc.robot.opw import fault, wrist_place
 
 QUARTER = np.pi / 2
 TURNING = [0, 3, 5]  # axes that cf1, cf4 and cf6 speak of
@@ -24,8 +24,8 @@ def closed_form(robot: Robot) -> Opw:
     if robot.opw is None:
         raise PostprocError.of(
             "KIN005",
-            f"robot `{robot.name}` does not stand as ABB arms do at zero (axes z, y, y, x, y, x, the last three "
-            "through one point): confdata and the closed-form inverse do not apply to it",
+            f"robot `{robot.name}` does not stand as ABB arms do at zero: {fault(robot.link, robot.axis)}; confdata and"
+            " the closed-form inverse do not apply to it",
             help="give joint angles instead of poses; fitting and prediction work for any serial arm",
         )
     return robot.opw

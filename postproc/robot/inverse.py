@@ -105,7 +105,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     # At a straight wrist both signs of axis 5 are the same arm.
     mirrored = (np.abs(np.sin(solutions[..., 4])) < BOUNDARY) & (bits ^ 1 == wanted[:, None, 3])
     same = (bits == wanted[:, None, 3]) | mirrored
-    exists = np.isfinite(solutions).all(axis=-1)
+    exists = np.asarray(np.isfinite(solutions).all(axis=-1))
     # Among branches that fit, one inside its quadrants and inside the limits wins.
     outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
     cost = np.where(exists & same & (gap <= COMPLIANT), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
@@ -113,7 +113,12 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     rows = np.arange(len(q))
     found = np.isfinite(cost[rows, best])
     result = np.where(found[:, None], q[rows, best], np.nan)
-    failures = [_missing(robot, int(i), solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
+    failures = [
+        _missing(robot, int(i), solutions[i], wanted[i])
+        if exists[i].any()
+        else Failure(int(i), "unreachable", _out_of_reach(robot, poses[i]), "move the target into the working range")
+        for i in np.flatnonzero(~found)
+    ]
     failures += beyond_limits(robot, result)
     result[[f.index for f in failures]] = np.nan
     return result, sorted(failures, key=lambda f: f.index)
@@ -155,12 +160,21 @@ def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
     return result
 
 
+def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
+    """Where the flange would be, and how far the wrist centre is beyond what lower arm and forearm reach together."""
+    arm = closed_form(robot)
+    x, y, z = T_base_flange[:3, 3] - arm.c4 * T_base_flange[:3, 2]
+    ahead = np.sqrt(max(x * x + y * y - arm.b**2, 0.0)) - arm.a1
+    away, forearm = np.hypot(ahead, z - arm.c1), np.hypot(arm.a2, arm.c3)
+    over, under = away - (arm.c2 + forearm), abs(arm.c2 - forearm) - away
+    place = " ".join(f"{1e3 * v:.0f}" for v in T_base_flange[:3, 3])
+    how = f"its wrist would be {1e3 * over:.0f} mm too far away" if over > 0 else ""
+    how = f"its wrist would be {1e3 * under:.0f} mm too near" if under > 0 else how
+    return f"`{robot.name}` cannot reach the target, the flange at {place} mm in base axes" + (how and f": {how}")
+
+
 def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> Failure:
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]
-    if not len(solutions):
-        return Failure(
-            index, "unreachable", f"`{robot.name}` cannot reach the target", "move the target into the working range"
-        )
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
     q = np.concatenate([turned[0], solutions])  # a turn towards what is wanted may lead beyond a limit
     inside = ((q >= robot.lower) & (q <= robot.upper)).all(axis=-1)

@@ -8,38 +8,39 @@ from postproc.arrays import Array
 from postproc.robot.arm import Opw
 
 ZERO_POSE_AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
+NEAR = 1e-9
 FLANGE = np.array(
     [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float
 )  # tool0 at the zero pose: z along base x, x downwards
 
 
-def derive(link: Array, axis: Array) -> Opw | None:
-    """Closed-form parameters of a chain, or None where it is not such an arm.
-
-    The chain must stand as ABB arms do at zero: upper arm up, forearm forward, axes z, y, y, x, y, x.
+def fault(link: Array, axis: Array) -> str:
+    """Why a chain does not stand as ABB arms do at zero (upper arm up, forearm forward); empty where it does.
 
     Args:
         link: (7, 4, 4), axis: (6, 3): see Robot.
     """
-    points, axes, T = [], [], np.eye(4)
-    for j in range(6):
-        T = T @ link[j]
-        points.append(T[:3, 3])
-        axes.append(T[:3, :3] @ axis[j])
-    T = T @ link[6]
-    p = np.array(points)
-    wrist = np.array([p[4, 0], p[3, 1], p[3, 2]])
-    spherical = (
-        np.allclose(axes, ZERO_POSE_AXES, atol=1e-9)
-        and np.allclose(p[4, [2]], wrist[[2]], atol=1e-9)  # axis 5 cuts axis 4
-        and np.allclose(p[5, 1:], wrist[1:], atol=1e-9)  # axis 6 runs through the same point
-        and np.allclose(p[0, :2], 0.0, atol=1e-9)
-        and np.allclose(T[1:3, 3], wrist[1:], atol=1e-9)
-        and np.allclose(T[:3, :3], FLANGE, atol=1e-9)
-        and abs(p[2, 0] - p[1, 0]) < 1e-9
-    )
-    if not spherical:
+    points, axes, T_flange = _at_zero(link, axis)
+    wrist = _wrist(points)
+    conditions = {
+        "at zero its axes are not z, y, y, x, y, x of the base": np.allclose(axes, ZERO_POSE_AXES, atol=NEAR),
+        "axes 4, 5 and 6 do not run through one point": np.allclose(points[4, 2], wrist[2], atol=NEAR)
+        and np.allclose(points[5, 1:], wrist[1:], atol=NEAR),
+        "axis 1 does not run through the origin of the base": np.allclose(points[0, :2], 0.0, atol=NEAR),
+        "axes 2 and 3 do not stand one above the other at zero": abs(points[2, 0] - points[1, 0]) < NEAR,
+        "its flange is not on axis 6": np.allclose(T_flange[1:3, 3], wrist[1:], atol=NEAR),
+        "its flange is turned: at zero its z points along x of the base and its x downwards (`flange_rpy_deg ="
+        " [0, 90, 0]`; in a URDF a `tool0` frame)": np.allclose(T_flange[:3, :3], FLANGE, atol=NEAR),
+    }
+    return next((text for text, holds in conditions.items() if not holds), "")
+
+
+def derive(link: Array, axis: Array) -> Opw | None:
+    """Closed-form parameters of a chain, or None where it is not such an arm (see `fault`)."""
+    if fault(link, axis):
         return None
+    p, _, T_flange = _at_zero(link, axis)
+    wrist = _wrist(p)
     return Opw(
         a1=float(p[1, 0]),
         a2=float(p[2, 2] - wrist[2]),
@@ -47,9 +48,23 @@ def derive(link: Array, axis: Array) -> Opw | None:
         c1=float(p[1, 2]),
         c2=float(p[2, 2] - p[1, 2]),
         c3=float(wrist[0] - p[2, 0]),
-        c4=float(T[0, 3] - wrist[0]),
+        c4=float(T_flange[0, 3] - wrist[0]),
         offsets=(0.0, 0.0, -np.pi / 2, 0.0, 0.0, 0.0),
     )
+
+
+def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
+    """Points (6, 3) on the axes, their directions (6, 3), and the flange (4, 4), with all joints at zero."""
+    points, axes, T = [], [], np.eye(4)
+    for j in range(6):
+        T = T @ link[j]
+        points.append(T[:3, 3])
+        axes.append(T[:3, :3] @ axis[j])
+    return np.array(points), np.array(axes), T @ link[6]
+
+
+def _wrist(points: Array) -> Array:
+    return np.array([points[4, 0], points[3, 1], points[3, 2]])
 
 
 def wrist_place(opw: Opw, q: Array) -> tuple[Array, Array]:

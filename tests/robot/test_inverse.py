@@ -286,6 +286,9 @@ def test_arms_without_spherical_wrist_say_so() -> None:
     with pytest.raises(PostprocError) as error:
         confdata(robot, np.zeros((1, 6)))
     assert error.value.diagnostics[0].code == "KIN005"
+    assert (
+        "axes 4, 5 and 6" in error.value.diagnostics[0].message or "axes are not" in error.value.diagnostics[0].message
+    )
 
 
 def test_a_path_with_a_straight_wrist_and_rounded_orientations_does_not_spin_axis_4() -> None:
@@ -297,3 +300,13 @@ def test_a_path_with_a_straight_wrist_and_rounded_orientations_does_not_spin_axi
     tracked = track(robot, T, q[0])
     assert np.abs(tracked - q).max() < 1e-5
     assert np.abs(forward(robot, tracked) - T).max() < 2e-6
+
+
+def test_out_of_reach_says_by_how_much() -> None:
+    """Stretched along x the wrist centre is at 0.175 + 0.9 + hypot(0.175, 0.96) m, the flange 0.135 m below it."""
+    robot = load_robot("irb4600_60_205")
+    T = np.eye(4)
+    T[:3, :3] = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]
+    T[:3, 3] = 0.175 + 0.9 + np.hypot(0.175, 0.96) + 0.25, 0.0, 0.495 - 0.135
+    (failure,) = joint_solution(robot, T[None], np.zeros((1, 4), dtype=int)).failures
+    assert failure.reason == "unreachable" and "250 mm too far away" in failure.message
