@@ -25,6 +25,7 @@ from statistics import median
 from tests.bench.speed.figures import QUICK, Sizes, parts
 from tests.bench.speed.table import CALIBRATION, Figure, Run, compared, growth, load, markdown, save
 
+OTHERS = "others used the machine"
 BUSY = 1.0  # load average beside the run itself above which the figures say so
 
 
@@ -52,7 +53,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         a.write.write_text(markdown(run), "utf-8")
     if a.against is None:
         return 0
-    worse, better = compared(run, load(a.against))
+    saved = load(a.against)
+    worse, better = compared(run, saved)
+    if any(OTHERS in words for found in (run, saved) for words in found.machine.values()):
+        print("others used the machine in one of the runs: differences of a tenth mean little")
     for what, lines in (("slower or larger", worse), ("better", better)):
         print(f"{what} by more than the noise: {'; '.join(lines) or 'nothing'}")
     return int(bool(worse))
@@ -109,12 +113,9 @@ def machine(load_before: float) -> dict[str, str]:
         words["processor"] = next(named, words["processor"])
     words["Python"] = platform.python_version()
     after = os.getloadavg()[0]
-    busy = (
-        "; others used the machine: times are upper bounds, and the ratio of two workers says little"
-        if max(load_before, after - 1) > BUSY
-        else ""
-    )
-    words["load average before and after"] = f"{load_before:.1f}, {after:.1f} (of which 1 is the run itself){busy}"
+    busy = max(load_before, after - 1) > BUSY
+    told = f"; {OTHERS}: times are upper bounds, and the ratio of two workers says little" if busy else ""
+    words["load average before and after"] = f"{load_before:.1f}, {after:.1f} (of which 1 is the run itself){told}"
     return words
 
 
