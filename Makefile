@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1
 # The tests start many processes: each would compile the package anew where Python is told to keep no bytecode.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test lint pytest docs clean
+.PHONY: demo test lint pytest bench docs clean
 
 RESULT := $(OUT)/$(notdir $(SAMPLE))
 
@@ -37,6 +37,9 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+bench: $(VENV)/.installed-dev  ## Speed and memory, written to docs/benchmarks.md; AGAINST=FILE compares with a saved run.
+	$(BIN)/python -m tests.bench.speed --write docs/benchmarks.md --json $(OUT)/bench.json $(if $(AGAINST),--against $(AGAINST))
 
 docs: $(VENV)/.installed-docs  ## The documentation; warnings are errors.
 	$(BIN)/sphinx-build -W -q docs docs/_build/html

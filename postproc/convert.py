@@ -48,9 +48,11 @@ from postproc.render.templates import environment
 from postproc.robot.station import Station
 from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
+from postproc.watch import Watch, told_of, unwatched
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
+PROOF = ("reading back and proving", 0.65, 0.98)
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
@@ -118,23 +120,27 @@ class _Task:
         return self.options.run_time != "off"
 
 
-def compensate_program(source: Source | Sequence[Source], model: Model, options: Options) -> Conversion:
+def compensate_program(
+    source: Source | Sequence[Source], model: Model, options: Options, watch: Watch = unwatched
+) -> Conversion:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
     Args:
         source: one file, or all files of a task; each of them that is not lent may change.
-        model: the real arm.
+        model: the real arm. watch: is told what is done, and which share of the work is.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
     findings: list[Diagnostic] = []
     try:
-        return _converted(sources, model, options, findings)
+        return _converted(sources, model, options, findings, watch)
     except _Unsafe as stop:
         kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
         return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
 
 
-def _converted(sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic]) -> Conversion:
+def _converted(
+    sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic], watch: Watch
+) -> Conversion:
     """The conversion; what is found on the way is added to ``findings``.
 
     Raises:
@@ -143,13 +149,16 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
+    watch("following the program", 0.0)
     program, events, measured = _followed(sources, options, model, findings)
+    watch("path and timing", 0.15)
     model, more = applicable_model(model, events, options)
     findings += more
     task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
     if motion is None:
         return _run_time_alone(task, findings)
     events, reach = task.events, task.reach
+    watch("correction", 0.45)
     chosen = OnController(reach.takes, options.run_time == "all") if task.on else OnController()
     plan = plan_changes(model, motion, events, program, chosen)
     findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
@@ -159,7 +168,8 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     edits = _edits_of(env, program, plan)
     plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    before, after = _proved(task, plan, drafts, function, findings)
+    watch(PROOF[0], PROOF[1])
+    before, after = _proved(task, plan, drafts, function, findings, watch)
     figures = figures_of(plan, before, after)
     _refuse_worse(figures, plan, sources[0], findings)
     through = function.keys if function is not None else frozenset()
@@ -326,6 +336,7 @@ def _proved(
     drafts: Mapping[str, bytes],
     function: OnTheController | None,
     findings: list[Diagnostic],
+    watch: Watch,
 ) -> tuple[Deviation, Deviation]:
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion, model, program, events = plan.motion, task.model, task.program, task.events
@@ -335,7 +346,9 @@ def _proved(
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
-        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners))
+        driven = drive(model, plan, ran, owners)
+        told = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
+        return before, measure_deviation(model, motion.samples, told)
     except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"

@@ -14,6 +14,8 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import Any, Literal, Self
 
+from postproc.excerpt import underlined, wrapped
+
 Severity = Literal["error", "warning", "info"]
 Span = tuple[int, int]
 
@@ -115,22 +117,28 @@ class Diagnostic:
         line, column = self.source.position(self.span[0])
         return f"{self.source.path}:{line}:{column}"
 
-    def render(self) -> str:
-        """Text for a terminal: message, place, source line with caret, help."""
-        lines = [f"{self.severity}[{self.code}]: {one_line(self.message)}"]
+    def render(self, width: int | None = None) -> str:
+        """Text for a terminal: message, place, source line with carets, help.
+
+        Args:
+            width: columns that a line may take, None for as many as it needs.
+        """
+        lines = [wrapped(f"{self.severity}[{self.code}]: {one_line(self.message)}", width)]
         if self.place:
             lines.append(f" --> {one_line(self.place)}")
         if self.source is not None and self.span is not None:
             number, column = self.source.position(self.span[0])
             text = self.source.line(number)
+            length = len(self.source.data[slice(*self.span)].decode(self.source.encoding, "replace"))
+            before, rest = text[: column - 1], text[column - 1 :]
             margin = " " * len(str(number))
-            # A caret under a tab must be moved by a tab.
-            lead = "".join("\t" if c == "\t" else " " for c in visible(text[: column - 1]))
-            width = min(max(1, self.span[1] - self.span[0]), max(1, len(text) - column + 1))
-            lines += [f"{margin} |", f"{number} | {visible(text)}", f"{margin} | {lead}{'^' * width}"]
+            room = None if width is None else max(20, width - len(margin) - 3)
+            shown, carets = underlined(visible(before), visible(rest[:length]), visible(rest[length:]), room)
+            lines += [f"{margin} |", f"{number} | {shown}", f"{margin} | {carets}"]
         if self.help:
             # A proposal has lines of its own; what a file name puts there cannot be taken for another finding.
-            lines.append(f"  = help: {visible(self.help)}".replace("\n", "\n      "))
+            first, *others = visible(self.help).split("\n")
+            lines += [wrapped(f"  = help: {first}", width, " " * 8), *(f"      {line}" for line in others)]
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, Any]:
@@ -181,8 +189,9 @@ class PostprocError(Exception):
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:
-    """The question for a misspelt name, with the nearest of the known ones; empty where none is near."""
-    close = get_close_matches(name, list(known), most, cutoff)
+    """The question for a misspelt name, with the nearest of the known ones; capitals do not count."""
+    spelt = {other.lower(): other for other in known}
+    close = [spelt[c] for c in get_close_matches(name.lower(), spelt, most, cutoff)]
     return "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else ""
 
 

@@ -12,7 +12,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
-FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "files", "grouping", "numbers", "resources", "tomlfile"}
+FOUNDATION = {
+    *("__init__", "__main__", "arrays", "diagnostics", "excerpt", "files", "grouping", "numbers", "resources"),
+    *("tomlfile", "watch"),
+}
 ROOMS = (
     "rapid",
     "robot",

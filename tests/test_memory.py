@@ -17,7 +17,7 @@ from postproc.compensate.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
-from tests.bench.long import program
+from tests.bench.programs import program
 done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
 assert done.exit_code == 0, done.diagnostics
 print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

@@ -44,7 +44,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     Raises:
         PostprocError: BAT002, a folder cannot be read.
     """
-    files = sorted(_walk(folder, output))
+    files = sorted(files_below(folder, output))
     backups = _backups(files)
     groups: dict[str, list[str]] = {}
     copies, rest = [], []
@@ -82,7 +82,7 @@ def task_around(module: Path) -> Task:
         if home is not None and home.lower().startswith("rapid/") and _configured(folder):
             stated = {".": _stated(folder)}
             task, groups = _task(home, [], _drive(home, stated)), dict[str, list[str]]()
-            for name in _walk(folder, None) if task.station is not None else ():
+            for name in files_below(folder) if task.station is not None else ():
                 if _suffix(name) in ENDINGS and (place := _task_folder(name)) is not None:
                     groups.setdefault(place, []).append(name)
             others = {h: (_drive(h, stated), names) for h, names in groups.items() if h != home}
@@ -114,7 +114,7 @@ def other_arm(task: Task, robot: str) -> list[Diagnostic]:
     return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
 
 
-def _walk(folder: Path, output: Path | None) -> Iterator[str]:
+def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
     """Files below a folder, links followed; what stands in the output folder is none.
 
     Raises:

@@ -19,7 +19,7 @@ def result_line(outcome: Outcome) -> str:
     if f := outcome.figures:
         fell = " -> ".join(f"{length} mm" for length in _lengths(f) if length) or "no line or arc could be measured"
         through = f["statements"].get("run_time")
-        text = f"{fell}, {f['added_targets']} targets added"
+        text = f"{fell}, {f['added_targets']} target{'s' * (f['added_targets'] != 1)} added"
         text += f", {_counted(through, 'statement')} corrected on the controller" if through else ""
     return f"{one_line(outcome.task.name)}: {text}{' (done before)' if outcome.cached else ''}"
 

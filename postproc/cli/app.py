@@ -18,9 +18,10 @@ IMPROVE = Group("Improve the model", sort_key=2)
 LOOK_UP = Group("Look up", sort_key=3)
 FOLDERS = {CONVERT: "convert", IMPROVE: "improve", LOOK_UP: "look_up"}
 
+ACTIONS = Group("Commands")
 EXIT_CODES = (
     "Exit codes: 0 done; 1 findings, would change or not safe to compensate; 2 bad usage or bad input; "
-    "70 internal error."
+    "70 internal error. With `--verbose` every finding is printed, else those that are alike are counted."
 )
 
 COMMANDS = (
@@ -28,7 +29,7 @@ COMMANDS = (
     ("inspect", CONVERT, "List what a program moves, where, and what would be left alone and why."),
     ("batch", CONVERT, "Convert a folder, a controller backup or the tasks of a jobs file."),
     ("seam", CONVERT, "Make a compensated weld module out of seam points."),
-    ("diff", CONVERT, "Compare two programs by meaning, statement by statement."),
+    ("diff", CONVERT, "Compare two programs, folders or backups by meaning."),
     ("fit", IMPROVE, "Fit the model of an arm to measured poses."),
     ("compare", IMPROVE, "Compare a model with measurements: where does it fail?"),
     ("diagnose", IMPROVE, "Find which physical effect a model lacks, with evidence."),
@@ -67,6 +68,35 @@ SUBCOMMANDS = (
 )
 
 
+EXAMPLES = {
+    "compensate": "compensate hull_seam.mod --robot irb4600_60_205 -o out/hull_seam.mod",
+    "inspect": "inspect hull_seam.mod --robot irb4600_60_205",
+    "batch": "batch BACKUP -o out --workers 4 --report out/batch.html",
+    "seam": "seam seam.csv --robot irb4600_60_205 --with cell_data.sys --tool tTorch --wobj wPanel -o Hull_12.mod",
+    "diff": "diff approved/hull_seam.mod out/hull_seam.mod --tolerance 0.01",
+    "fit": "fit tracker.csv --robot irb4600_60_205 -o cell.toml",
+    "compare": "compare cell.toml tracker.csv --report compare.html",
+    "diagnose": "diagnose cell.toml tracker.csv --report diagnose.html",
+    "add": "add cell.toml backlash --data tracker.csv -o better.toml",
+    "predict": "predict cell.toml poses.csv -o predicted.csv",
+    "plan": "plan cell.toml tracker.csv -n 30 -o poses.csv --rapid measure.mod",
+    "explain": "explain RAP020",
+    "schema": "schema model > model.schema.json",
+    "runtime write": "runtime write --robot irb4600_60_205 --load 30,0,0,120 -o ppModel.sys",
+    "runtime check": "runtime check ppModel.sys --robot irb4600_60_205 --targets 200",
+    "effects list": "effects list",
+    "effects show": "effects show backlash",
+    "effects check": "effects check gear_step.py",
+    "robots list": "robots list",
+    "robots show": "robots show irb4600_60_205",
+}
+"""One for each command, as it can be typed beside files of these names."""
+
+
+def _epilogue(command: str) -> str:
+    return f"Example: postproc {EXAMPLES[command]}\n\n{EXIT_CODES}"
+
+
 def build() -> App:
     """The command-line application; no command module is imported."""
     app = App(
@@ -75,7 +105,7 @@ def build() -> App:
         version=f"postproc {__version__}",
         version_format="plaintext",
         help_format="plaintext",
-        help_epilogue=EXIT_CODES,
+        help_epilogue=_epilogue("compensate"),
         default_parameter=Parameter(negative=()),
         group_commands=LOOK_UP,
         print_error=False,
@@ -84,11 +114,14 @@ def build() -> App:
         result_action="return_value",
     )
     for name, group, text in COMMANDS:
-        app.command(f"postproc.cli.{FOLDERS[group]}.{name}:run", name=name, group=group, help=text)
+        place, epilogue = f"postproc.cli.{FOLDERS[group]}.{name}", _epilogue(name)
+        app.command(f"{place}:run", name=name, group=group, help=text, help_epilogue=epilogue)
     for name, group, text, actions in SUBCOMMANDS:
-        part = App(name=name, help=text, group=group)
+        epilogue = _epilogue(f"{name} {next(iter(actions)).rstrip('_')}")
+        part = App(name=name, help=text, group=group, group_commands=ACTIONS, help_epilogue=epilogue)
         for action, action_text in actions.items():
-            part.command(f"postproc.cli.{FOLDERS[group]}.{name}:{action}", name=action.rstrip("_"), help=action_text)
+            called, place = action.rstrip("_"), f"postproc.cli.{FOLDERS[group]}.{name}:{action}"
+            part.command(place, name=called, help=action_text, help_epilogue=_epilogue(f"{name} {called}"))
         app.command(part)
     app.register_install_completion_command(group=LOOK_UP, help="Let the shell complete commands and options.")
     return app

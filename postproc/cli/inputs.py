@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN
+from postproc.cli.report import STDIN, say
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
@@ -60,6 +60,30 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
         )
     model = parse_model(read_source(str(path)), library)
     return model if cell is None else model.standing(restated(read_station(cell)))
+
+
+def open_model(
+    path: Path,
+    effects: Sequence[Path] = (),
+    cell: Path | None = None,
+    *,
+    sigma: float | None = None,
+    weighed: bool = True,
+) -> Model:
+    """As `load_model`; the first line for people says which arm it is, with which effects, and what noise is taken.
+
+    Args:
+        sigma: stated standard deviation of the instrument [m]; weighed: whether measurements are weighed by a noise.
+    """
+    model = load_model(path, effects, cell)
+    say(f"{assumed(model.robot.name, [effect.key for effect in model.effects], sigma, weighed)}; model `{path}`")
+    return model
+
+
+def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:
+    """Arm, effects and noise in a line."""
+    noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis")
+    return f"arm `{robot}`; effects {', '.join(effects) or 'none'}{noise * weighed}"
 
 
 def short_names(*files: str | Path) -> str:

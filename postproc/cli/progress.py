@@ -1,4 +1,4 @@
-"""How a batch is shown while it runs and when it is done: for people, on stderr."""
+"""How a batch and other long work are shown while they run and when they are done: for people, on stderr."""
 
 from __future__ import annotations
 
@@ -6,20 +6,21 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
 from postproc.batch.values import Batch, Outcome
-from postproc.cli.report import SHOWN, say
+from postproc.cli.report import MOST, say, width_of
 from postproc.diagnostics import PostprocError, visible
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
     from postproc.batch.run import Ready
+    from postproc.watch import Watch
 
 EDITED = "BAT016"
 """Somebody's own work was put aside: that is told whatever became of the program."""
@@ -45,11 +46,11 @@ class Reporter:
         count: Counter[str] = Counter()
         for found in told:
             count[found["code"]] += 1
-            if count[found["code"]] <= SHOWN:
+            if count[found["code"]] <= MOST["error"]:
                 self._say(f"  {finding_line(found)}")
         for code, places in count.items():
-            if places > SHOWN:
-                self._say(f"  {code}: {places - SHOWN} more places")
+            if places > MOST["error"]:
+                self._say(f"  {code}: {places - MOST['error']} more like this")
         if self.bar is not None:
             self.bar[0].advance(self.bar[1])
 
@@ -67,24 +68,58 @@ class Reporter:
         say(sum_line(batch, time.monotonic() - self.started))
 
 
+class _Work:
+    """How far a long work is: what is done, its share, and since when."""
+
+    def __init__(self, what: str, lines: int) -> None:
+        self.what, self.lines = what, lines
+        self.begun = self.told = time.monotonic()
+        self.step, self.share = "", 0.0
+
+    def watch(self, step: str, share: float) -> None:
+        self.step, self.share, self.told = step, max(self.share, min(share, 1.0)), time.monotonic()
+
+    def line(self, now: float) -> str:
+        """Step, share, time, rate and the time that may remain, as far as the share tells them."""
+        parts = [": ".join(filter(None, (self.what, self.step))), f"{now - self.begun:.0f} s"]
+        if self.share > 0:
+            parts.insert(1, f"{100 * self.share:.0f} %")
+            done = self.told - self.begun
+            if done < 0.5:  # too early to tell
+                return visible(", ".join(parts))
+            if self.lines:
+                parts.append(f"{self.share * self.lines / done:,.0f} lines/s")
+            left = done * (1 - self.share) / self.share - (now - self.told)
+            parts.append(f"about {max(left, 1):.0f} s remain")
+        return visible(", ".join(parts))
+
+
 @contextmanager
-def working(what: str) -> Iterator[None]:
-    """Say every now and then that work goes on: each second in one line of a terminal, elsewhere ever more rarely."""
-    terminal, done, started = sys.stderr.isatty(), threading.Event(), time.monotonic()
+def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
+    """Show how far a work of more than a second is: each second on a terminal, elsewhere ever more rarely.
+
+    Args:
+        lines: length of what is worked on, for a rate; 0 where that says nothing.
+    """
+    terminal, done, work = sys.stderr.isatty(), threading.Event(), _Work(what, lines)
 
     def tell() -> None:
         pause = 1.0 if terminal else 10.0
         while not done.wait(pause):
-            line = visible(f"{what}: {time.monotonic() - started:.0f} s")
-            print(f"\r{line}" if terminal else line, end="" if terminal else "\n", file=sys.stderr, flush=True)
+            line = work.line(time.monotonic())
+            if terminal:  # what wraps could not be taken back
+                line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
+                print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+            else:
+                print(line, file=sys.stderr, flush=True)
             pause *= 1 if terminal else 2
-        if terminal and time.monotonic() - started > 1:
+        if terminal and time.monotonic() - work.begun > 1:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
     try:
-        yield
+        yield work.watch
     finally:
         done.set()
         teller.join()
@@ -116,18 +151,3 @@ def reporting(total: int) -> Iterator[Reporter]:
     columns = (BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
         yield Reporter(total, (progress, progress.add_task("", total=total)))
-
-
-@contextmanager
-def watching() -> Iterator[Callable[[str, float], None]]:
-    """What is told of a long fit or search: on a terminal a line with what is done, and the time that may remain."""
-    if not sys.stderr.isatty():
-        yield lambda what, share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("", total=1.0)
-        yield lambda what, share: progress.update(task, description=what, completed=share)

@@ -7,61 +7,99 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from itertools import pairwise
-from typing import Any
+from typing import Any, TextIO
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic, visible
+from postproc.excerpt import wrapped
 from postproc.report.document import to_json
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
 STDIN = "<stdin>"  # what `-` on the command line is called
-SHOWN = 10  # places of one code that are printed in full
+MOST = {"error": 10, "warning": 3, "info": 3}
+"""Findings of one code and wording that are printed in full: each error has to be mended."""
+NARROWEST = 40  # columns; on narrower terminals nothing is wrapped
+LISTED = 12  # lines that are named of the findings that are not printed
+VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
+"""Whether every finding is printed in full, ``--verbose``."""
 
 
 def show(diagnostics: Iterable[Diagnostic]) -> None:
     """Print findings on stderr, one of each code, place and wording: a statement in a loop is wrong once.
 
-    Wordings that differ in numbers alone are one; no error is left out behind warnings.
-
-    The severity is coloured on a terminal (unless NO_COLOR is set), the rest is printed as it is.
+    Findings that differ in names and numbers alone are a group: the first ones are printed, the others counted with
+    their lines, unless ``--verbose`` asks for all. Documents hold all of them either way. No error is left out behind
+    warnings.
     """
+    groups: dict[tuple[str, str, str], dict[object, Diagnostic]] = {}
+    for d in diagnostics:
+        wording = re.sub(r"[-+.\d]+", "", d.message)
+        group = groups.setdefault((d.code, d.severity, re.sub("`[^`]*`", "", wording)), {})
+        group.setdefault((d.place, d.span, wording) if d.span else d.message, d)
+    width = width_of(sys.stderr)
     colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
-    seen: dict[tuple[str, str], set[object]] = {}
-    for diagnostic in diagnostics:
-        places = seen.setdefault((diagnostic.code, diagnostic.severity), set())
-        wording = re.sub(r"[-+.\d]+", "", diagnostic.message)
-        place = (diagnostic.place, diagnostic.span, wording) if diagnostic.span else diagnostic.message
-        if place in places:
-            continue
-        places.add(place)
-        if len(places) > SHOWN:
-            continue
-        text = diagnostic.render()  # which is fit for a terminal
-        if colored:
-            head, rest = text[: len(diagnostic.severity)], text[len(diagnostic.severity) :]
-            text = f"{COLORS[diagnostic.severity]}{head}{RESET}{rest}"
-        print(text, file=sys.stderr)
-    for (code, _), places in seen.items():
-        if len(places) > SHOWN:
-            say(f"{code}: {len(places) - SHOWN} more places")
+    for (code, severity, _), group in groups.items():
+        found = list(group.values())
+        most = len(found) if VERBOSE.get() else MOST[severity]
+        for d in found[:most]:
+            text = d.render(width)  # which is fit for a terminal
+            print(_colored(text, d) if colored else text, file=sys.stderr)
+        if len(found) > most:
+            say(f"{code}: {len(found) - most} more like this{_lines(found[most:])}; `--verbose` shows them")
+
+
+def _lines(found: Sequence[Diagnostic]) -> str:
+    """Where findings stand, as far as they stand in one file."""
+    places = [(d.source.path, d.source.position(d.span[0])[0]) for d in found if d.source and d.span]
+    if not places or len({path for path, _ in places}) > 1:
+        return ""
+    lines = list(dict.fromkeys(line for _, line in places))
+    listed = ", ".join(map(str, lines[:LISTED])) + (", .." if len(lines) > LISTED else "")
+    return f" in line{'s' * (len(lines) > 1)} {listed}"
+
+
+def _colored(text: str, finding: Diagnostic) -> str:
+    """A finding with severity, code and carets in the colour of its severity."""
+    color, head = COLORS[finding.severity], len(finding.severity) + len(finding.code) + 2
+    carets = re.sub(r"(?m)^( +\| *)(\^+)$", rf"\g<1>{color}\g<2>{RESET}", text[head:], count=1)
+    return f"{color}{text[:head]}{RESET}{carets}"
+
+
+def width_of(stream: TextIO) -> int | None:
+    """Columns of a terminal, None where the stream is none, or hardly one."""
+    if not stream.isatty():
+        return None
+    try:
+        width = int(os.environ.get("COLUMNS") or os.get_terminal_size(stream.fileno()).columns)
+    except (OSError, ValueError):
+        return None
+    return width if width >= NARROWEST else None
 
 
 def say(text: str) -> None:
     """Text for people, on stderr, which escapes what the terminal cannot show."""
-    print(visible(text), file=sys.stderr)
+    print(_fitted(text, sys.stderr), file=sys.stderr)
 
 
 def put(text: str) -> None:
     """Text that is the result, on stdout."""
-    print(visible(text))
+    print(_fitted(text, sys.stdout))
+
+
+def _fitted(text: str, stream: TextIO) -> str:
+    """Text as a terminal may show it, its lines wrapped between words."""
+    width = width_of(stream)
+    return "\n".join(wrapped(line, width) for line in visible(text).split("\n"))
 
 
 def say_next(what: str, *words: object, lead: str = "next") -> None:
     """The command that follows, as it can be copied, and what it does."""
     told = ["-" if str(word) == STDIN else str(word) for word in words]
-    say(f"{lead}: `postproc {shlex.join(told)}` {what}")
+    # Not wrapped: what a terminal breaks by itself is copied whole.
+    print(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"), file=sys.stderr)
 
 
 def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:

@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN, asked_form, print_document, say, show
+from postproc.cli.report import STDIN, VERBOSE, asked_form, print_document, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import SPACE
 
@@ -26,6 +26,8 @@ MISTAKES = {
 """What is commonly meant by words that no command takes."""
 OUTPUTS = ("-o", "--output", "--report", "--draft", "--rapid")
 """Options that name a file to write: ``-`` is none."""
+EVERYTHING = "--verbose"
+"""Every command takes it, wherever it stands."""
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
@@ -34,6 +36,15 @@ def run(app: App, arguments: Sequence[str]) -> int:
 
     0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped with Ctrl-C.
     """
+    words = [word for word in arguments if word != EVERYTHING]
+    before = VERBOSE.set(len(words) < len(arguments))
+    try:
+        return _run(app, words)
+    finally:
+        VERBOSE.reset(before)
+
+
+def _run(app: App, arguments: Sequence[str]) -> int:
     try:
         result = _call(app, arguments)
         sys.stdout.flush()

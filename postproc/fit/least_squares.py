@@ -22,10 +22,10 @@ from postproc.fit.solving.smooth import choose_smoothness, enough_for_smoothness
 from postproc.fit.solving.solve import ROUGHLY, Terms, solve
 from postproc.fit.solving.start import elsewhere, seen_from, start_frames, turned_tool
 from postproc.fit.solving.step import Masks
-from postproc.fit.solving.watch import Watch, unwatched
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.watch import Watch, unwatched
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)

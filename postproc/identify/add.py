@@ -18,7 +18,6 @@ from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.rounding import rounded
 from postproc.fit.solving.solve import Terms
 from postproc.fit.solving.step import FRAMES
-from postproc.fit.solving.watch import Watch, unwatched
 from postproc.fit.words.record import figures_json, fit_json
 from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidates.candidate import Screen
@@ -29,6 +28,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
+from postproc.watch import Watch, unwatched
 
 HELPS = 0.005
 """Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""

@@ -13,7 +13,6 @@ from postproc.fit.channels import channels
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solving.rounding import rounded
-from postproc.fit.solving.watch import Watch, unwatched
 from postproc.fit.words.findings import MANY, data_findings, larger_noise, standing_out
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict
@@ -27,6 +26,7 @@ from postproc.model.arm import Model
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.suspects import Suspect, by_channel
+from postproc.watch import Watch, unwatched
 
 
 def diagnose(

@@ -52,7 +52,7 @@ def batch_page(
             key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
             for key, kind in (("before", "was"), ("after", "is"))
         }
-        drawn = histogram(values, "mm", "Largest deviation of each program, before and after")
+        drawn = histogram(values, "mm", "Each program, before and after")
         sections.append(Section("Before and after", f'<div class="one">{drawn}</div>' if drawn else ""))
     if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
         note = (
@@ -89,7 +89,11 @@ def _link(path: str | None) -> str | None:
 def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:
     total = count["compensated"] + count["unchanged"] + count["failed"]
     lead = f"{count['compensated']} of {total} programs are corrected"
-    failed = f"; {count['failed']} failed and have no output" if count["failed"] else ""
+    failed = (
+        f"; {count['failed']} failed and {'has' if count['failed'] == 1 else 'have'} no output"
+        if count["failed"]
+        else ""
+    )
     left = worst and f"; at most {worst['max_error_after_mm']:.3f} mm remain, in `{worst['name']}`"
     return f"{lead}{failed}{left or ''}."
 

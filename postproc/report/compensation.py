@@ -113,7 +113,7 @@ def _assumed(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
         f"Arm `{document['robot']}`" + (f", {made['model']}" if "model" in made else ""),
         f"tolerance {document['tolerance_mm']:g} mm, {document['air_tolerance_mm']:g} mm in the air",
         f"scope {document['scope']}",
-        f"{document['added_targets']} targets added",
+        f"{document['added_targets']} target{'s' * (document['added_targets'] != 1)} added",
         f"cycle time {document['cycle_time_s']:.1f} s",
         *air,
         sure,

@@ -22,12 +22,12 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_
 from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import forgiven, walk_program
 from postproc.rapid.program.program import read_program
+from postproc.report.postures import Nearest, nearest_to, posture_notes, singular_postures
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.configuration import confdata
+from postproc.robot.kinematics import forward
 from postproc.robot.station import Station
 
-NEAR_LIMIT = np.radians(5.0)
-NEAR_SINGULAR = 0.05
 STATIONARY = "stationary tool: the robot carries the work object"
 
 
@@ -39,6 +39,7 @@ class Row:
         statement: as it stands in the text; runs: how often it is executed, as far as known.
         tool, wobj: their names; payload_mass: tool and grip load [kg].
         position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
+        confdata: of that posture, None for arms whose wrist is not spherical, too.
         notes: a stationary tool, near a joint limit, near a singularity.
         reason: why the statement would be left as it is, None where it would be corrected.
         edited: where its new target would be written, None where that is not known.
@@ -54,12 +55,23 @@ class Row:
     notes: tuple[str, ...]
     reason: str | None
     edited: Place | None = None
+    confdata: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
+    """What a program moves.
+
+    Args:
+        rows: one for each motion statement.
+        start: the first posture that is known, and what leads there; None where none is.
+        nearest: to joint limits and singularities, over the whole way.
+    """
+
     rows: tuple[Row, ...]
     diagnostics: tuple[Diagnostic, ...]
+    start: Row | None = None
+    nearest: tuple[Nearest, ...] = ()
 
     def decided(self, outcomes: Sequence[Outcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
         """With what a compensation decides for each statement, and what only the controller could correct (RUN007).
@@ -105,7 +117,7 @@ def inspect_program(
     followed = walk_program(program)
     events = place_events(followed.events, station or Station())
     moves, unreachable = read_moves(robot, events, options.free_axes, station)
-    _, on_the_way = sample_path(robot, moves)
+    path, on_the_way = sample_path(robot, moves)
     at = {move.row: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)
     runs = executions_of(events)
@@ -116,9 +128,10 @@ def inspect_program(
         for executions in [runs.get(statement.key, [])]
     ]
     measured = say_measured(program, followed.events)
-    return Inspection(
-        tuple(rows), (*program.diagnostics, *followed.diagnostics, *measured.values(), *unreachable, *on_the_way)
-    )
+    findings = (*program.diagnostics, *followed.diagnostics, *measured.values(), *unreachable, *on_the_way)
+    first = moves[0].event.statement.key if moves else None
+    start = next((row for row in rows if row.statement.key == first), None)
+    return Inspection(tuple(rows), findings, start, nearest_to(robot, path))
 
 
 def _decided(row: Row, outcome: Outcome | None) -> Row:
@@ -143,6 +156,7 @@ def _row(
     if not executions:
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
     event, known = events[executions[0]], len(seen.q) > 0
+    conf = tuple(confdata(robot, seen.q[:1])[0].tolist()) if known and robot.opw is not None else None
     return Row(
         statement,
         sum(events[i].way == 0 for i in executions),
@@ -153,6 +167,7 @@ def _row(
         np.degrees(seen.q[0]) if known else None,
         (STATIONARY,) * bool(seen.stationary[:1].any()) + posture_notes(robot, seen.q, seen.singular) if known else (),
         _reason(event, known),
+        confdata=conf,
     )
 
 
@@ -164,37 +179,3 @@ def _reason(event: MotionEvent, known: bool) -> str | None:
     if not known:
         return "the arm cannot run it as it is programmed: see the finding at this place"
     return None
-
-
-def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:
-    """What is tight in the postures (n, 6) [rad]: the closest joint limit, a singular arm or wrist.
-
-    Args:
-        singular: (n, 2) of `singular_postures`.
-    """
-    notes: list[str] = []
-    margin = np.minimum(q - robot.lower, robot.upper - q)
-    row, joint = np.unravel_index(int(np.argmin(margin)), margin.shape)
-    if margin[row, joint] < NEAR_LIMIT:
-        notes.append(f"joint {joint + 1} is {np.degrees(margin[row, joint]):.1f} deg from its limit")
-    if singular[:, 1].any():
-        angle = np.degrees(q[np.argmin(np.abs(np.sin(q[:, 4]))), 4])
-        notes.append(f"close to a singular wrist: joint 5 at {angle:.1f} deg")
-    if singular[:, 0].any():
-        notes.append("close to a singular arm: stretched, or the wrist above axis 1")
-    return tuple(notes)
-
-
-def singular_postures(robot: Robot, q: Array) -> NDArray[np.bool_]:
-    """Whether the arm and the wrist are close to singular in postures (n, 6) [rad], (n, 2).
-
-    Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist;
-    singular is a block whose smallest singular value is below 5 % of its largest.
-    """
-    if robot.opw is None or not len(q):
-        return np.zeros((len(q), 2), dtype=bool)
-    T_flange_wrist = np.eye(4)
-    T_flange_wrist[2, 3] = -robot.opw.c4
-    J = jacobian(robot, q, T_flange_wrist)
-    values = np.linalg.svd(np.stack([J[:, :3, :3], J[:, 3:, 3:]], axis=1), compute_uv=False)
-    return np.asarray(values[..., 2] < NEAR_SINGULAR * values[..., 0])

@@ -155,12 +155,13 @@ class PathScene {
     pen.strokeStyle = css("--accent"); pen.lineWidth = 2.5;
     pen.beginPath(); pen.arc(x, y, 8, 0, 7); pen.stroke();
     pen.font = "600 13px system-ui, sans-serif"; pen.textBaseline = "bottom";
-    const name = path.targets[path.statement(i)] || "", right = x > space.width - 150;
-    pen.textAlign = right ? "right" : "left";
+    const name = path.targets[path.statement(i)] || "", wide = pen.measureText(name).width;
+    const left = Math.max(4, Math.min(x + 12, space.width - wide - 4)); // the whole name is in the picture
+    pen.textAlign = "left";
     pen.lineWidth = 4; pen.strokeStyle = css("--paper");
-    pen.strokeText(name, x + (right ? -12 : 12), y - 8);
+    pen.strokeText(name, left, y - 8);
     pen.fillStyle = css("--accent");
-    pen.fillText(name, x + (right ? -12 : 12), y - 8);
+    pen.fillText(name, left, y - 8);
   }
 
   near(space, x, y) {

@@ -116,7 +116,7 @@ class Table {
     }
     for (const column of this.columns) {
       const text = this.text(column, row), link = column.href && column.href(row);
-      const cell = element("td", { class: column.number ? "number" : null, "data-label": column.title, title: this.long && text.length > 60 ? text : null });
+      const cell = element("td", { class: column.number ? "number" : null, "data-label": column.title, title: this.long && text.length > 20 ? text : null });
       if (text) cell.append(link ? element("a", { href: link }, text) : column.mark ? column.mark(row, text) : text);
       made.append(cell);
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -22,6 +23,7 @@ from postproc.cli.report import print_json, say_next, show, unmeasured
 from postproc.cli.run import run
 from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.excerpt import columns
 
 from .conftest import ARM, Call
 
@@ -327,9 +329,64 @@ def test_findings_are_counted_when_there_are_many(capsys: pytest.CaptureFixture[
     odd = [Diagnostic("RAP001", "warning", "odd", source, (15 * line, 15 * line + 5)) for line in range(15)]
     show([*odd, *odd])
     text = capsys.readouterr().err
-    assert text.count("warning[RAP001]") == 10
-    assert text.endswith("RAP001: 5 more places\n")
+    assert text.count("warning[RAP001]") == 3
+    listed = ", ".join(map(str, range(4, 16)))
+    assert text.endswith(f"RAP001: 12 more like this in lines {listed}; `--verbose` shows them\n")
     assert "MoveL [1] [mm]" in text
+    show(replace(d, severity="error", message=f"`p{i}` is odd by {i} mm") for i, d in enumerate(odd))
+    text = capsys.readouterr().err
+    assert (text.count("error[RAP001]"), "RAP001: 5 more like this in lines 11, 12, 13, 14, 15;" in text) == (10, True)
+
+
+def test_every_finding_is_printed_on_request(call: Call, tmp_path: Path) -> None:
+    """Whatever is printed, the document holds them all."""
+    path = tmp_path / "p.mod"
+    lines = "".join(f"  ]]{i};\n" for i in range(8))
+    path.write_text(f"MODULE p\nPROC main()\n{lines}ENDPROC\nENDMODULE\n")
+    brief, whole = call("inspect", path, "--json"), call("inspect", path, "--json", "--verbose")
+    assert (brief.err.count("warning[RAP003]"), whole.err.count("warning[RAP003]")) == (3, 8)
+    assert "5 more like this in lines 6, 7, 8, 9, 10" in brief.err
+    assert brief.out == whole.out
+    assert len(json.loads(brief.out)["diagnostics"]) == 8
+
+
+def test_findings_fit_the_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Words stay whole, a long line is cut around its mark, and the code is coloured with the severity."""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    line = "MoveL [[1,2,3]," + "1," * 60 + "tTorch];"
+    source = Source("p.mod", line.encode())
+    at = line.index("tTorch")
+    message = "the tool `tTorch` has no value in these files, and nobody knows where the torch is"
+    show([Diagnostic("RAP020", "error", message, source, (at, at + 6), "give the file " * 6)])
+    text = capsys.readouterr().err
+    assert text.startswith("\x1b[1;31merror[RAP020]\x1b[0m: the tool `tTorch` has no value in these\n  files, and")
+    plain = re.sub(r"\x1b\[[\d;]*m", "", text)
+    assert all(columns(shown) <= 60 for shown in plain.splitlines())
+    shown, carets = plain.splitlines()[4:6]
+    assert shown[carets.index("^") :][:6] == "tTorch"
+    assert "\x1b[1;31m^^^^^^\x1b[0m" in text
+    assert " ".join(plain.split("= help:")[1].split()) == "give the file " * 5 + "give the file"
+
+
+@pytest.mark.parametrize(
+    ("line", "mark", "lead"),
+    [
+        ("\tMoveL p,v5;", "p", 10),  # a tab goes to the next stop of four columns
+        ("a\tp;", "p", 4),
+        ("! \u6cd5 p;", "p", 5),  # wide letters take two columns
+        ("! e\u0301 p;", "p", 4),  # an accent that combines takes none
+        ("! \u00fcber p;", "\u00fcber", 2),
+    ],
+)
+def test_carets_stand_below_what_they_mean(line: str, mark: str, lead: int) -> None:
+    data = line.encode()
+    at = data.index(mark.encode())
+    rows = Diagnostic("RAP003", "warning", "odd", Source("p.mod", data), (at, at + len(mark.encode()))).render()
+    shown, carets = rows.splitlines()[3:5]
+    assert carets == "  | " + " " * lead + "^" * len(mark)
+    assert columns(shown[: shown.index(mark)]) - 4 == lead
 
 
 def test_an_error_is_not_hidden_behind_a_warning_at_its_place(capsys: pytest.CaptureFixture[str]) -> None:

@@ -87,7 +87,19 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
     (programs / "note.txt").write_text("copied")
     strange = tmp_path / "strange.mod"
     strange.write_text(PROGRAM)
-    (tmp_path / "turned.mod").write_text(PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]").replace("z10", "z1"))
+    (tmp_path / "turned.mod").write_text(PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]").replace("v100,z10", "v50,z1"))
+    old, new = (tmp_path / name for name in ("old", "new"))
+    for folder, zone in ((old, "z10"), (new, "z1")):
+        folder.mkdir()
+        turned = (
+            PROGRAM
+            if folder is old
+            else PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]")
+            .replace("v100,z10", "v50,z10")
+            .replace("  ENDPROC", "    Stop;\n  ENDPROC")
+        )
+        (folder / "a.mod").write_text(turned.replace("z10", zone).replace("[900,0,1200]", f"[900,0,120{zone[1:]}]"))
+        (folder / "MOC.cfg").write_text(zone)
     camera = tmp_path / "camera.mod"
     camera.write_text(PROGRAM.replace("MODULE strange", "MODULE camera").replace("[9000,0,1200]", "[cx,cy,1200]"))
     table = samples / "measurements" / "simulated_backlash.csv"
@@ -109,6 +121,7 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("compensate", camera, "--robot", "irb4600_60_205", "--run-time", "where-needed"),
         ("diff", programs / "a.mod", strange),
         ("diff", strange, tmp_path / "turned.mod"),
+        ("diff", old, new),
         ("batch", programs, "-o", tmp_path / "out", "--report", tmp_path / "batch.html"),
         ("fit", table, "--robot", "irb4600_60_205", "--effects", BASE, "-o", cell),
         ("fit", far, "--robot", "irb4600_60_205", "--effects", BASE, "-o", tmp_path / "far.toml"),

@@ -12,8 +12,12 @@ from pathlib import Path
 import pytest
 
 from postproc.cli.output import write
-from postproc.cli.progress import working
+from postproc.cli.progress import _Work, watching
+from postproc.compensate.options import Options
+from postproc.convert import compensate_program
+from postproc.diagnostics import Source
 from postproc.files import check_writes, place, write_whole
+from postproc.model.file import default_model
 from postproc.report.page import Page, render_page
 
 from .conftest import Call
@@ -172,10 +176,32 @@ def test_results_are_printed_in_one_place() -> None:
 
 def test_work_that_takes_long_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with working("reading `a\x1b.mod`"):
+    with watching("reading `a\x1b.mod`", 300) as watch:
+        watch("path", 0.25)
         time.sleep(1.3)
     said = capsys.readouterr().err
-    assert said == "\rreading `a\\x1b.mod`: 1 s\r\x1b[K"
-    with working("x"):
+    assert said == "\rreading `a\\x1b.mod`: path, 25 %, 1 s\x1b[K\r\x1b[K"
+    with watching("x"):
         pass
     assert capsys.readouterr().err == ""
+
+
+def test_the_line_of_a_long_work_tells_rate_and_remaining_time() -> None:
+    work = _Work("correcting `a.mod`", 20_000)
+    assert work.line(work.begun + 0.4) == "correcting `a.mod`, 0 s"
+    work.watch("path and timing", 0.5)
+    work.told = work.begun + 4.0
+    expected = "correcting `a.mod`: path and timing, 50 %, 5 s, 2,500 lines/s, about 3 s remain"
+    assert work.line(work.begun + 5.0) == expected
+    work.watch("going back", 0.2)  # a search may find that it has more to do than it said
+    assert work.share == 0.5
+
+
+def test_a_conversion_tells_how_far_it_is(samples: Path) -> None:
+    told: list[tuple[str, float]] = []
+    source = Source("a.mod", (samples / "panel_300.mod").read_bytes())
+    compensate_program(source, default_model(), Options(), lambda what, share: told.append((what, share)))
+    steps = list(dict.fromkeys(what for what, _ in told))
+    assert steps == ["following the program", "path and timing", "correction", "reading back and proving"]
+    shares = [share for _, share in told]
+    assert shares == sorted(shares) and 0.9 < shares[-1] < 1

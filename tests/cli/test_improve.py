@@ -222,7 +222,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     outcome = call("diagnose", model, data, "--noise", "0.05")
     assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
     model, data = shlex.quote(str(model)), shlex.quote(str(data))
-    assert outcome.err.splitlines() == [
+    assert outcome.err.splitlines()[1:] == [
         f"next: `postproc add {model} arm_load backlash --data {data} --noise 0.05 -o BETTER.toml` writes the model that "
         "has them",
         f"or: `postproc plan {model} {data} --between arm_load,payload_error --noise 0.05 -o POSES.csv` chooses poses that "
@@ -249,12 +249,15 @@ def test_what_follows_can_be_copied_into_a_shell(
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")
     said = "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model\n"
-    assert outcome.err == said
+    first, then = outcome.err.split("\n", 1)
+    assert first == "arm `irb4600_60_205`; effects joint_compliance; noise from the table; model `my cell.toml`"
+    assert then == said
     (tmp_path / "play.py").write_text(OWN)
     own = call("diagnose", "my cell.toml", cell / "fit.csv", "--noise", "0.05", "--effects", "play.py")
-    assert own.err == said.replace("-o OUT", "--effects play.py -o OUT")
+    assert "; noise 0.05 mm per axis; " in own.err.splitlines()[0]
+    assert own.err.split("\n", 1)[1] == said.replace("-o OUT", "--effects play.py -o OUT")
     drafted = call("diagnose", "my cell.toml", cell / "fit.csv", "--draft", "own.py")
-    assert drafted.err.startswith("info[DAT028]")
+    assert drafted.err.splitlines()[1].startswith("info[DAT028]")
     assert not (tmp_path / "own.py").exists()
 
 
@@ -263,10 +266,10 @@ def test_what_has_no_name_becomes_an_effect_of_the_users_own(call: Call, samples
     call("fit", data, "--robot", "irb4600_60_205", "-o", base)
     outcome = call("diagnose", base, data, "--draft", own)
     assert "joint 4 and follows q4 (step near" in outcome.out
-    words = shlex.split(outcome.err.split("`")[1])
+    words = shlex.split(outcome.err.split("next: `")[1].split("`")[0])
     assert words[:4] == ["postproc", "add", str(base), "wrist_step"]
     added = call(*words[1:-2], "-o", tmp_path / "better.toml", "--json")
-    assert (added.code, added.err) == (0, "")
+    assert (added.code, added.err.count("\n")) == (0, 1)
     document = json.loads(added.out)
     assert document["held_out_rms_mm"] < 1.2 * document["noise_mm"] < 0.6 * document["before"]["held_out_rms_mm"]
 
@@ -275,10 +278,12 @@ def test_a_fit_without_the_frame_of_the_instrument_is_told_so(call: Call, cell: 
     fit, model = ("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects"), tmp_path / "m.toml"
     outcome = call(*fit, "backlash", "-o", model)
     assert outcome.code == 2 and not model.exists()
-    assert outcome.err.startswith("error[DAT030]: without `instrument_frame` and `tool_frame` the model misses")
+    assert outcome.err.splitlines()[1].startswith(
+        "error[DAT030]: without `instrument_frame` and `tool_frame` the model misses"
+    )
     outcome = call(*fit, "tool_frame,joint_offset", "-o", model)
     assert outcome.code == 0 and model.exists()
-    assert outcome.err.startswith("warning[DAT030]: without `instrument_frame` the model misses")
+    assert outcome.err.splitlines()[1].startswith("warning[DAT030]: without `instrument_frame` the model misses")
 
 
 def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cell: Path, tmp_path: Path) -> None:
@@ -287,7 +292,7 @@ def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cel
     outcome = call("add", base, "backlash,servo_lag", "--data", cell / "fit.csv", "-o", again)
     assert (outcome.code, "DAT021" in outcome.err) == (2, True)  # both were read: there is no speed in the table
     outcome = call("add", base, "backlash", "--data", cell / "fit.csv", "-o", again)
-    assert outcome.err.splitlines()[0] == "info[DAT029]: `backlash` is in the model: it is fitted again"
+    assert outcome.err.splitlines()[1] == "info[DAT029]: `backlash` is in the model: it is fitted again"
     assert outcome.out.startswith("Adding `backlash` does not help")
     assert "next:" not in outcome.err
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from postproc.robot.catalogue import load_robot
 from postproc.robot.type_names import ARMS
 
 from .conftest import Call
@@ -198,6 +200,50 @@ def test_what_belongs_together_is_left_to_batch(call: Call, tmp_path: Path) -> N
         outcome = call("compensate", name)
         assert outcome.code == 2
         assert f"postproc batch {name} -o FOLDER" in outcome.err
+
+
+def test_the_posture_and_what_is_nearest(call: Call, samples: Path) -> None:
+    """Compared with the joint values of every target, which a line between them comes a little nearer than."""
+    outcome = call("inspect", samples / "hull_seam.mod", "--json")
+    document = json.loads(outcome.out)
+    rows = [row for row in document["statements"] if row["joints_deg"]]
+    q = np.array([row["joints_deg"] for row in rows])
+    robot = load_robot("irb4600_60_205")
+    lower, upper = np.degrees([robot.lower, robot.upper])
+    at_targets = np.minimum(q - lower, upper - q).min()
+    limit, wrist, arm = document["nearest"]
+    assert limit["distance_deg"] == pytest.approx(at_targets, abs=0.05)
+    assert limit["distance_deg"] <= at_targets + 1e-9  # a line may come nearer than its ends
+    assert limit["distance_deg"] == pytest.approx(
+        min(limit["angle_deg"] - lower[limit["joint"] - 1], upper[limit["joint"] - 1] - limit["angle_deg"])
+    )
+    assert 0 < np.abs(q[:, 4]).min() - wrist["distance_deg"] < 0.3
+    assert (wrist["joint"], wrist["angle_deg"]) == (5, pytest.approx(wrist["distance_deg"]))
+    assert 0.2 < arm["singular_value_ratio"] < 1 and arm["distance_deg"] is None
+    quarters = np.floor(q[:, [0, 3, 5]] / 90 + 1e-9)
+    assert [row["confdata"][:3] for row in rows] == quarters.astype(int).tolist()
+    text = call("inspect", samples / "hull_seam.mod").out.splitlines()[-4:]
+    assert text[0] == "start: joints 0.0, -25.0, 25.0, 0.0, 65.0, 0.0 deg, confdata [0,0,0,0]; line 35, MoveAbsJ"
+    assert [line.split(":")[0] for line in text[1:]] == [f"nearest to a {near['to']}" for near in document["nearest"]]
+
+
+def test_a_line_comes_nearer_to_a_limit_than_its_ends(call: Call, tmp_path: Path) -> None:
+    """Between two targets at either side the arm turns straight ahead: joint 5 is straightest there."""
+    tool = "[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]]"
+    places = [
+        f"[[1300,{y},1100],[0.5,0,0.866025,0],[{c},0,{c},0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+        for y, c in ((-600, -1), (600, 0))
+    ]
+    moves = "".join(f"{name} {p},v100,fine,t;\n" for name, p in zip(("MoveJ", "MoveL"), places, strict=True))
+    path = tmp_path / "a.mod"
+    path.write_text(
+        f"MODULE a\nPERS tooldata t:={tool};\nPROC main()\nConfL\\Off;\nConfJ\\Off;\n{moves}ENDPROC\nENDMODULE\n"
+    )
+    document = json.loads(call("inspect", path, "--json").out)
+    ends = [abs(row["joints_deg"][4]) for row in document["statements"]]
+    wrist = next(near for near in document["nearest"] if near["to"] == "singular wrist")
+    assert wrist["distance_deg"] < min(ends) - 5
+    assert wrist["line"] == 7
 
 
 def test_what_only_the_controller_could_correct_is_counted(call: Call) -> None:

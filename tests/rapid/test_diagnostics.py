@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from postproc.diagnostics import PostprocError, Source
 from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import read_program
 from tests.rapid.build import module, program, target
 
 P = f"CONST robtarget p:={target(1, 2, 3)};"
@@ -101,3 +103,40 @@ def test_arguments_as_the_manuals_give_them(statement: str) -> None:
     found = program(module(statement, f"CONST robtarget p:={target(0, 0, 0)};"))
     assert len(found.statements) == 1
     assert [d.code for d in found.diagnostics] == []
+
+
+@pytest.mark.parametrize(
+    ("body", "data", "question"),
+    [
+        ("MoveL p,v5,z0,tTroch;", "PERS tooldata tTorch:=[TRUE,[[0,0,1],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];", "tTorch"),
+        (r"MoveL p,v5,z0,tool0\WObj:=wobjO;", "", "wobj0"),
+        ("MoveL pStrt,v5,z0,tool0;", f"CONST robtarget pStart:={target(1, 2, 3)};", "pStart"),
+        ("MoveL p,v5,zSaem,tool0;", "CONST zonedata zSeam:=[FALSE,1,1,1,0.1,1,0.1];", "zSeam"),
+        ("MoveL Offs(p,0,0,nHeigth),v5,z0,tool0;", "CONST num nHeight:=5;", "nHeight"),
+        ("MoveL p,v5,z0,tool0; rAproach;", "", "rApproach"),
+    ],
+)  # fmt: skip
+def test_a_misspelt_name_is_asked_about(body: str, data: str, question: str) -> None:
+    text = module(body, P + data).replace(b"ENDMODULE", b"PROC rApproach()\nENDPROC\nENDMODULE")
+    assert f"did you mean `{question}`? If not, give the file" in rendered(text)
+
+
+@pytest.mark.parametrize("name", ["p20", "tOther", "x"])
+def test_what_is_no_misspelling_is_not_asked_about(name: str) -> None:
+    """Names that differ in digits alone are siblings, and data of another type is not meant."""
+    data = P + f"CONST robtarget p10:={target(1, 2, 3)};VAR num tOthen;"
+    assert "did you mean" not in rendered(module(f"MoveL {name},v5,z0,tool0;", data))
+
+
+def test_a_routine_that_is_called_is_not_meant_by_another_name() -> None:
+    text = module("MoveL p,v5,z0,tool0; rApproach; rAproach;", P)
+    text = text.replace(b"ENDMODULE", b"PROC rApproach()\nENDPROC\nENDMODULE")
+    assert "did you mean" not in rendered(text)
+
+
+def test_constants_and_first_routines_are_asked_about() -> None:
+    source = Source("test.mod", module("MoveL p,v5,z0,tool0;", P + "VAR num nLayer:=1;"))
+    found = read_program(source, ["nLayr"])
+    assert [d.help for d in found.diagnostics] == ["did you mean `nLayer`?"]
+    with pytest.raises(PostprocError, match=r"did you mean `main`\? The routines are: main"):
+        walk_program(found, "mian")

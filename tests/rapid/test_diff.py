@@ -6,10 +6,12 @@ import json
 import math
 import operator
 
+import numpy as np
 import pytest
 
 from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
+from postproc.rapid.diff.pairing import ALONE, cheapest_pairs
 from tests.rapid.build import UNUSED, module, program, target
 
 DATA = f"CONST robtarget p:={target(100, 0, 0)};CONST robtarget q:={target(200, 0, 0)};PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
@@ -128,6 +130,77 @@ def test_added_targets_do_not_shift_the_statements_between_them() -> None:
     assert kinds(compare(added)) == [("added", "motion", "MoveL")]
 
 
+def lines(points: list[float], shift: float = 0.0, name: str = "MoveL") -> list[str]:
+    return [f"{name} {target(x, 0, shift)},v100,z1,t;" for x in points]
+
+
+def kinds_of(before: list[str], after: list[str], tolerance: float = 0.6) -> list[tuple[str, int | None, int | None]]:
+    """What differs, with the place in both lists."""
+    a, b = (program(module("\n".join(body), DATA)) for body in (before, after))
+    found = compare_programs(a, b, tolerance).differences
+    return [
+        (d.kind, None if d.line_a is None else d.line_a - 4, None if d.line_b is None else d.line_b - 4) for d in found
+    ]
+
+
+def test_a_target_added_beside_another_is_no_change_of_it() -> None:
+    """3 mm before a target that was itself corrected by 0.5 mm; as many statements before as behind."""
+    points = [0.0, 30.0, 60.0]
+    assert kinds_of(lines(points), lines([0, 27, 30, 60], 0.5)) == [("added", None, 1)]
+    assert kinds_of(lines(points), lines([0, 27, 30], 0.5)) == [("added", None, 1), ("removed", 2, None)]
+    assert kinds_of(lines([0, 27, 30, 60], 0.5), lines(points)) == [("removed", 1, None)]
+
+
+def test_a_whole_seam_that_was_put_in_is_added() -> None:
+    """Longer than what is looked ahead anywhere, and at the same distances as the seam behind it."""
+    seam = [float(x) for x in range(0, 5000, 10)]
+    put_in = lines(seam[:450], 100.0)
+    found = kinds_of(lines(seam), [*lines(seam[:100], 0.2), *put_in, *lines(seam[100:], 0.2)])
+    assert found == [("added", None, 100 + k) for k in range(450)]
+
+
+def test_names_and_instructions_tell_statements_apart() -> None:
+    """Named targets pair with themselves however far they were moved; another instruction elsewhere is another."""
+    moved = DATA.replace("[200,0,0]", "[200,0,70]")
+    added = BODY.replace("MoveL q,", f"MoveL {target(200, 0, 1)},v100,z1,t; MoveL q,")
+    found = compare(added, moved)
+    assert [(d.kind, d.name, d.distance_mm) for d in found.differences] == [
+        ("added", "MoveL", None), ("changed", "MoveL", pytest.approx(70.0)),
+    ]  # fmt: skip
+    one, two = lines([0, 10, 20]), [*lines([0]), *lines([400], name="MoveJ"), *lines([20])]
+    assert kinds_of(one, two) == [("removed", 1, None), ("added", None, 1)]
+    two = [*lines([0]), *lines([10], name="MoveJ"), *lines([20])]
+    assert kinds_of(one, two) == [("changed", 1, 1)]
+
+
+def test_pairs_cost_least() -> None:
+    """The dynamic programming of a band against the plain recursion over all pairings."""
+    rng = np.random.default_rng(3)
+
+    def least(costs: np.ndarray, i: int, j: int) -> float:
+        if i == 0 or j == 0:
+            return ALONE * (i + j)
+        both = least(costs, i - 1, j - 1) + costs[i - 1, j - 1]
+        return min(both, ALONE + least(costs, i - 1, j), ALONE + least(costs, i, j - 1))
+
+    for n, m in ((1, 1), (4, 6), (6, 3), (5, 5)):
+        costs = rng.uniform(0, 2, (n, m))
+        pairs = cheapest_pairs(n, m, lambda i, columns, c=costs: c[i, columns], -9, 9)
+        total = sum(costs[i, j] if i is not None and j is not None else ALONE for i, j in pairs)
+        assert total == pytest.approx(least(costs, n, m))
+        assert [i for i, _ in pairs if i is not None] == list(range(n))
+        assert [j for _, j in pairs if j is not None] == list(range(m))
+
+
+def test_a_circle_point_is_told_apart_from_the_target() -> None:
+    """Where an arc is divided its circle point moves along it, its target stays."""
+    body = "MoveL p,v100,fine,t; MoveC {},q,v100,fine,t;"
+    one, two = (program(module(body.format(target(150, y, 0)), DATA)) for y in (50, 48))
+    (difference,) = compare_programs(one, two, 0.001).differences
+    assert difference.distance_mm == pytest.approx(2.0) and difference.at_circle_point
+    assert "2.000 mm (dx +0.000, dy -2.000, dz +0.000) at the circle point" in difference.render()
+
+
 def test_joint_targets() -> None:
     one = program(module(f"MoveAbsJ [[1,2,3,4,5,6],{UNUSED}],v5,fine,tool0;"))
     two = program(module(f"MoveAbsJ [[1,2,3,4,5.5,6],{UNUSED}],v5,fine,tool0;"))
@@ -137,9 +210,9 @@ def test_joint_targets() -> None:
 def test_text_and_json() -> None:
     found = compare(BODY.replace("q,v100,fine", "q,v150,fine"), DATA.replace("[200,", "[200.25,"))
     assert found.render().splitlines() == [
-        "changed M.main:4/4 MoveL  0.250 mm (+0.250, +0.000, +0.000)  0.0000 deg  speed: [100,500,5000,1000] -> [150,500,5000,1000]",
+        "changed M.main:4/4 MoveL  0.250 mm (dx +0.250, dy +0.000, dz +0.000)  0.0000 deg  speed 100 -> 150 mm/s",
         "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 difference "
-        "beyond 0.001 mm and 0.01 deg",
+        "beyond 0.001 mm and 0.01 deg: 1 changed",
     ]
     data = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert data["schema"] == "postproc/diff/1"

@@ -34,7 +34,7 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     document = {"tasks": tasks, "counts": counts, "diagnostics": []}
     page = batch_page("cell", document, pages={"a.mod": "out/report/a #1.html"})
     assert (
-        "2 of 3 programs are corrected; 1 failed and have no output; at most 0.200 mm remain, in <code>c.mod</code>."
+        "2 of 3 programs are corrected; 1 failed and has no output; at most 0.200 mm remain, in <code>c.mod</code>."
         in page
     )
     shown = dict(re.findall(r"<dt>(.*?)</dt><dd[^>]*>(.*?)</dd>", page))

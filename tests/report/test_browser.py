@@ -23,8 +23,9 @@ from postproc.report.certificate import arm_certificate, program_certificate
 from postproc.report.comparison import comparison_page
 from postproc.report.compensation import compensation_page
 from postproc.report.diagnosis import diagnosis_page
+from postproc.report.difference import folders_page
 from postproc.resources import resource
-from tests.bench.convert import program
+from tests.bench.programs import program
 from tests.report.test_improve import diagnosed, sample
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -248,7 +249,45 @@ def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
     assert page.locator("details[open] svg").count() > 3
 
 
+def page_of_a_batch(count: int) -> str:
+    """Programs with long names; more than 200 make a long table."""
+    rows = [{"name": f"stern_section_of_the_hull/program_with_a_really_long_name_{i:04d}.mod", "status": "compensated",
+             "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1),
+             "added_targets": 0} for i in range(count)]  # fmt: skip
+    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    return batch_page("cell", {"tasks": rows, "counts": counts, "diagnostics": []})
+
+
+def page_of_folders() -> str:
+    """A file that differs in many statements, one that is gone."""
+    difference = {"kind": "changed", "what": "motion", "place": "HullSeam.rShellSeam", "name": "ArcL", "line_a": 1234, "line_b": 1240,
+                  "distance_mm": 0.5, "angle_deg": 0.02, "shift_mm": [0.1, -0.2, 0.4], "conf": None, "speed_mm_s": [8.0, 7.0], "at_circle_point": False,
+                  "arguments": []}  # fmt: skip
+    counts = {"changed": 250, "added": 0, "removed": 0, "compared": 300, "max_distance_mm": 0.5, "max_angle_deg": 0.02}
+    file = {
+        "path": "RAPID/TASK1/PROGMOD/a_program_with_a_really_long_name.mod",
+        "status": "changed",
+        "reason": None,
+        **counts,
+    }
+    gone = {**file, "path": "gone.mod", "status": "removed", "compared": 0, "differences": []}
+    files = [{**file, "differences": [difference] * 250}, gone]
+    found = {
+        "files": files,
+        "counts": {"equal": 0, "changed": 1, "removed": 1},
+        "tolerance_mm": 0.001,
+        "tolerance_deg": 0.01,
+    }
+    return folders_page("approved", "out", found)
+
+
 def every_page(name: str, seam: Conversion) -> str:
+    if name == "batch":
+        return page_of_a_batch(12)
+    if name == "long batch":
+        return page_of_a_batch(250)
+    if name == "diff":
+        return page_of_folders()
     if name == "compare":
         return comparison_page("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
     if name == "arm certificate":
@@ -264,7 +303,9 @@ def every_page(name: str, seam: Conversion) -> str:
     )
 
 
-@pytest.mark.parametrize("name", ["compensate", "certificate", "compare", "arm certificate", "diagnose", "unknown"])
+@pytest.mark.parametrize("name", [
+    *("compensate", "certificate", "compare", "arm certificate", "diagnose", "unknown"), *("batch", "long batch", "diff")
+])  # fmt: skip
 @pytest.mark.parametrize("dark", [False, True])
 def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, name: str, dark: bool) -> None:
     page = opened(every_page(name, seam), PHONE, color_scheme="dark" if dark else "light", has_touch=True)
@@ -277,6 +318,17 @@ def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, 
         return [size * scale, e.tagName, e.textContent.slice(0, 30)]; }).filter(([size]) => size < 11.9)"""
     )
     assert small == []
+    cut = page.evaluate(
+        """() => [...document.querySelectorAll("svg text")].filter((e) => { const r = e.getBoundingClientRect(), s = e.ownerSVGElement.getBoundingClientRect();
+        return r.width && (r.left < s.left - 1 || r.right > s.right + 1); }).map((e) => e.textContent)"""
+    )
+    assert cut == []
+    beside = page.evaluate(
+        """() => [...document.querySelectorAll("td")].filter((e) => { const range = document.createRange(); range.selectNodeContents(e);
+        const r = range.getBoundingClientRect(), s = e.getBoundingClientRect();
+        return r.right > s.right + 1 && getComputedStyle(e).overflowX !== "hidden"; }).map((e) => e.textContent)"""
+    )
+    assert beside == []
     colors = page.evaluate("[getComputedStyle(document.body).backgroundColor, getComputedStyle(document.body).color]")
     assert colors == (["rgb(20, 24, 29)", "rgb(228, 232, 236)"] if dark else ["rgb(255, 255, 255)", "rgb(28, 33, 39)"])
 

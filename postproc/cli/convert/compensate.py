@@ -9,7 +9,7 @@ from postproc.cli.convert.finish import finish, module_file
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
-from postproc.cli.progress import working
+from postproc.cli.progress import watching
 from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
@@ -58,8 +58,8 @@ def run(
     check_outputs((program, *settings.inputs), output, report, certificate, beside)
     settings, arm = settled(settings, program)
     sources = [source, *read_lent(settings.side_files, program)]
-    with working(f"correcting `{source.path}`"):
-        result = compensate_program(sources, arm, settings.options)
+    with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
+        result = compensate_program(sources, arm, settings.options, watch)
     show(named_files(result.diagnostics))
     if report is not None:
         write(report, compensation_page(Path(source.path).name, result, told(settings)))

@@ -1,4 +1,4 @@
-"""``postproc diff``: two programs compared by meaning."""
+"""``postproc diff``: two programs, or two folders of them, compared by meaning."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, ReportFile
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, put, show
+from postproc.cli.progress import watching
+from postproc.cli.report import VERBOSE, print_json, put, show
 from postproc.diagnostics import PostprocError, has_errors
+from postproc.files import real
 
 if TYPE_CHECKING:
     from postproc.rapid.program.program import Program
@@ -25,27 +27,63 @@ def run(
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
-    """Compare two programs by meaning, statement by statement; exit 1 if they differ by more than the tolerance.
+    """Compare two programs, folders or backups by meaning; exit 1 if they differ by more than the tolerance.
+
+    Files of two folders are paired by their path; what is no RAPID module counts by its bytes.
 
     Args:
-        a: RAPID module.
-        b: RAPID module.
+        a: RAPID module, or folder.
+        b: RAPID module, or folder.
         tolerance: distance between targets that is still the same [mm].
         angle_tolerance: angle between their orientations, or between joints, that is still the same [deg].
-        json: print the postproc/diff/1 document.
+        json: print the postproc/diff/1 document, of folders postproc/diff-folders/1.
     """
+    folders = [Path(name).is_dir() for name in (a, b)]
+    near = tolerance, angle_tolerance
+    if all(folders):
+        return _compare_folders(Path(a), Path(b), near, report, json)
+    if any(folders):
+        folder, other = (a, b) if folders[0] else (b, a)
+        text, help_ = f"`{folder}` is a folder, and `{other}` is none", "name two programs, or two folders"
+        raise PostprocError.of("CLI003", text, help=help_)
+    return _compare_files(a, b, near, report, json)
+
+
+def _compare_files(a: str, b: str, near: tuple[float, float], report: Path | None, json: bool) -> int:
     from postproc.rapid.diff.compare import compare_programs
     from postproc.report.difference import difference_page
     from postproc.report.document import plain
 
     check_outputs((a, b), report)
-    found = compare_programs(_read(a), _read(b), tolerance, angle_tolerance)
+    one, two = _read(a), _read(b)
+    with watching(f"comparing `{a}` and `{b}`"):
+        found = compare_programs(one, two, *near)
     if report is not None:
         write(report, difference_page(Path(a).name, Path(b).name, plain(found.as_json())))
     if json:
         print_json(found.as_json())
     else:
         put(found.render())
+    return int(not found.equal)
+
+
+def _compare_folders(a: Path, b: Path, near: tuple[float, float], report: Path | None, json: bool) -> int:
+    from postproc.batch.differences import compare_folders
+    from postproc.report.difference import folders_page
+    from postproc.report.document import plain
+
+    check_outputs((), report)
+    if report is not None and any(real(report).is_relative_to(real(folder)) for folder in (a, b)):
+        text = f"`{report}` stands in a folder that is compared"
+        raise PostprocError.of("CLI007", text, help="name a file outside of both folders")
+    with watching("comparing") as watch:
+        found = compare_folders(a, b, *near, watch)
+    if report is not None:
+        write(report, folders_page(str(a), str(b), plain(found.as_json())))
+    if json:
+        print_json(found.as_json())
+    else:
+        put(found.render(VERBOSE.get()))
     return int(not found.equal)
 
 

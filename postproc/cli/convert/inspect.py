@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from postproc.cli.conversion import ProgramOptions
 from postproc.cli.options import Flag, Format
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
-from postproc.cli.progress import working
+from postproc.cli.progress import watching
 from postproc.cli.report import print_document, put, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import has_errors
@@ -46,20 +46,22 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     own = read_program_file(program)
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
-    with working(f"reading `{own.path}`"):
+    with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(d for d in found.diagnostics if d.code not in UNFOLLOWABLE):
-            converted = compensate_program(sources, arm, options)
+            converted = compensate_program(sources, arm, options, watch)
             found = found.decided(converted.outcomes, converted.diagnostics)
     show(named_files(found.diagnostics))
     if (form := "json" if json else format) is not None:
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]
         stated = settings.document(arm.robot.name)
-        document = {"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings}
+        nearest = [near.as_json() for near in found.nearest]
+        document = {"schema": "postproc/inspect/1", **stated, "statements": statements, "nearest": nearest}
+        document["diagnostics"] = findings
         print_document(document, form)
     elif found.rows:
-        put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
+        put("\n".join([HEAD, *map(_text, found.rows), *_start(found.start), *(n.render() for n in found.nearest)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
     if any(d.code in UNREADABLE for d in found.diagnostics):
@@ -77,6 +79,15 @@ def _text(row: Row) -> str:
     return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
 
 
+def _start(row: Row | None) -> list[str]:
+    """The posture in which the program begins, as far as it is known."""
+    if row is None or row.q_deg is None:
+        return []
+    joints = ", ".join(f"{angle:.1f}" for angle in row.q_deg)
+    conf = f", confdata [{','.join(map(str, row.confdata))}]" if row.confdata is not None else ""
+    return [f"start: joints {joints} deg{conf}; line {row.statement.line}, {row.statement.instruction}"]
+
+
 def _document(row: Row) -> dict[str, object]:
     statement = row.statement
     return {
@@ -89,6 +100,7 @@ def _document(row: Row) -> dict[str, object]:
         "payload_kg": row.payload_mass,
         "position_mm": row.position_mm,
         "joints_deg": row.q_deg,
+        "confdata": row.confdata,
         "notes": row.notes,
         "edited": row.edited,
         "reason": row.reason,

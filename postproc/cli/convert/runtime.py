@@ -13,6 +13,7 @@ from postproc.cli.inputs import read_source
 from postproc.cli.options import Flag, Tolerance
 from postproc.cli.output import check_outputs
 from postproc.cli.output import write as write_file
+from postproc.cli.progress import watching
 from postproc.cli.report import print_json, say, show
 from postproc.cli.words import parse_vector
 
@@ -58,7 +59,8 @@ def write(
     conditions = replace(
         made_for.conditions(settings, model), force=push, moment=turn, force_on=force_on, bound_m=1e-3 * bound
     )
-    result = write_module(model, conditions, output.stem, template)
+    with watching(f"fitting `{output}`"):
+        result = write_module(model, conditions, output.stem, template)
     show(result.diagnostics)
     failed = has_errors(result.diagnostics)
     if not failed:
@@ -103,7 +105,9 @@ def check(
 
     settings, model = made_for.arm(Path(module))
     conditions = made_for.conditions(settings, model)
-    found = check_module(read_source(module), model, conditions, targets)
+    source = read_source(module)
+    with watching(f"running `{module}`"):
+        found = check_module(source, model, conditions, targets)
     say(f"{module}: `{model.robot.name}`, {said(found, conditions)}")
     if found.raised:
         say(f"an error leaves the function at {found.raised} targets")

@@ -14,7 +14,7 @@ from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
-from postproc.cli.progress import working
+from postproc.cli.progress import watching
 from postproc.cli.report import print_json, say, show, unmeasured
 
 
@@ -72,8 +72,8 @@ def run(
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)
-    with working(f"correcting `{output}`"):
-        result = compensate_program([module, *sides], arm, settings.options)
+    with watching(f"correcting `{output}`", len(module.line_starts)) as watch:
+        result = compensate_program([module, *sides], arm, settings.options, watch)
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])

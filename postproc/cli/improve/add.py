@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import cell_words, effect_words, load_model, own_effects, short_names
+from postproc.cli.inputs import cell_words, effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.progress import watching
@@ -42,12 +42,12 @@ def run(
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
     check_outputs((model, *data, *table.inputs, *effects, cell), output, report)
-    arm = load_model(model, effects, cell)
+    arm = open_model(model, effects, cell, sigma=table.sigma)
     measured = table.read(data, arm.robot, at=arm.station)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
-    with watching() as watch:
+    with watching("adding") as watch:
         found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:

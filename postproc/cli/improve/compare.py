@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import cell_words, load_model, short_names
+from postproc.cli.inputs import cell_words, open_model, short_names
 from postproc.cli.options import (
     ArmFile,
     CertificateFile,
@@ -16,6 +16,7 @@ from postproc.cli.options import (
     TextFlag,
 )
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import print_result, say_next, show
 
 
@@ -42,9 +43,10 @@ def run(
     from postproc.report.comparison import comparison_page
 
     check_outputs((model, *data, *table.inputs, *effects, cell), report, certificate)
-    arm = load_model(model, effects, cell)
+    arm = open_model(model, effects, cell, sigma=table.sigma)
     measured = table.read(data, arm.robot, at=arm.station)
-    found = compare(arm, measured, noise=table.sigma)
+    with watching(f"comparing {len(measured)} rows"):
+        found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found))

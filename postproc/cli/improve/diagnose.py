@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from postproc.cli.inputs import cell_words, effect_words, load_model, own_effects, short_names
+from postproc.cli.inputs import cell_words, effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -48,9 +48,9 @@ def run(
     from postproc.report.diagnosis import diagnosis_page
 
     check_outputs((model, *data, *table.inputs, *effects, cell), report, draft)
-    arm = load_model(model, effects, cell)
+    arm = open_model(model, effects, cell, sigma=table.sigma)
     measured = table.read(data, arm.robot, at=arm.station)
-    with watching() as watch:
+    with watching("diagnosing") as watch:
         found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)
         if hold_out is not None:
             watch(f"without each level of {hold_out}", 0.9)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import VectorText
+from postproc.cli.inputs import assumed
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.progress import watching
@@ -64,7 +65,7 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 
-    robot, cell, stated = _stated(data[0], robot, cell)
+    robot, cell, stated, robot_from = _stated(data[0], robot, cell)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
@@ -77,13 +78,14 @@ def run(
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     station = _station(cell, mounting)
+    say(f"{assumed(arm.name, dict.fromkeys(c.key for c in classes), table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     R_world_base = rpy(np.radians(turned))
     model = Model(arm, R_world_base=R_world_base, robot_name=robot)
     model = model if station is None else model.standing(station)
-    with watching() as watch:
+    with watching("fitting") as watch:
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
     for cls in dict.fromkeys(classes):
         if cls.structures():
@@ -111,11 +113,12 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
     return None if cell is None else restated(read_station(cell))
 
 
-def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices]:
-    """Arm and cell, by the options or by the nearest ``postproc.toml`` above the table, and its table ``[fit]``."""
+def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices, str]:
+    """Arm and cell, by options or by the ``postproc.toml`` nearest to the table, its ``[fit]``, what named the arm."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
+    origin = "arm from `--robot`" if robot is not None else f"arm from `{path}`"
     if robot is None and choices is not None and choices.robot is not None:
         robot = in_folder(path.parent, choices.robot)
     if cell is None and choices is not None and choices.cell is not None:
@@ -123,7 +126,7 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
     if robot is None:
         help_ = "add `--robot NAME`; `postproc robots list` has the names"
         raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
-    return robot, cell, choices.fit if choices else FitChoices()
+    return robot, cell, choices.fit if choices else FitChoices(), origin
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:

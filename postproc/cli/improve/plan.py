@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import cell_words, load_model, own_effects
+from postproc.cli.inputs import cell_words, open_model, own_effects
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import PostprocError
 
@@ -55,12 +56,14 @@ def run(
     from postproc.render.measuring import measuring_module
 
     check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)
-    arm = load_model(model, effects, cell)
+    arm = open_model(model, effects, cell, sigma=table.sigma)
     measured = table.read(data, arm.robot, at=arm.station)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
     room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
-    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
+    own = own_effects(effects)
+    with watching(f"choosing {count} poses"):
+        plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
     say(plan.text())
     text = plan.as_csv()
     if rapid is not None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_model
+from postproc.cli.inputs import open_model
 from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
 from postproc.cli.output import check_outputs, write
+from postproc.cli.progress import watching
 from postproc.cli.report import say, show
 
 
@@ -35,8 +36,10 @@ def run(
     from postproc.identify.predict import predict_rows
 
     check_outputs((model, data, *table.inputs, *effects, cell), output)
-    arm = load_model(model, effects, cell)
-    found = predict_rows(arm, table.read([data], arm.robot, False, arm.station), place)
+    arm = open_model(model, effects, cell, weighed=False)
+    rows = table.read([data], arm.robot, False, arm.station)
+    with watching(f"predicting {len(rows)} rows"):
+        found = predict_rows(arm, rows, place)
     show(found.diagnostics)
     write(output, found.as_csv())
     if output is not None:

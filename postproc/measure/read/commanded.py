@@ -17,6 +17,7 @@ from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix, tool_matrix
 from postproc.rapid.program.program import read_program
+from postproc.rapid.program.spelling import if_not, meant_name
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
@@ -93,6 +94,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
         names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
         message = f"the program does not move to {names}"
         help_ = "name the module that was run, and targets as they stand in its motion statements"
+        help_ = if_not(meant_name(target[missing[0]], events), help_)
         raise PostprocError.of("DAT012", message, cells.source, cells.span(missing[0]), help_)
     visited = [events[name.lower()] for name in target]
     unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")

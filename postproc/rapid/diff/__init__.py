@@ -1,4 +1,5 @@
 """Two programs compared by meaning.
 
-`align` pairs statements, `compare` finds each `difference`, `words` says it.
+`pairing` pairs motion statements, `align` what stands between them; `compare` finds each `difference`, `words` that of
+other statements.
 """

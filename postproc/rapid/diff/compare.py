@@ -13,14 +13,12 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKe
 from postproc.rapid.data.pose import subtract
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import JointTarget, Quat, RobTarget, Vec3
-from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.difference import Difference, ProgramDiff
+from postproc.rapid.diff.pairing import pair_motions
 from postproc.rapid.diff.words import Ranks, compare_declarations, compare_statements, words
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.tokens import identifiers
-
-NEAR_MM = 5.0  # targets this close are taken for the same one when statements were added or removed
 
 
 def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg: float = 0.01) -> ProgramDiff:
@@ -36,11 +34,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     paired: dict[str, tuple[Ranks, Ranks]] = {}
     for place in dict.fromkeys([*routines_a, *routines_b]):
         ours, theirs = routines_a.get(place, []), routines_b.get(place, [])
-
-        def near(x: MotionStatement, y: MotionStatement) -> bool:
-            return x.instruction == y.instruction and _near(events_a.get(x.key, []), events_b.get(y.key, []))
-
-        pairs = [*aligned(ours, theirs, near)]
+        pairs = pair_motions(ours, theirs, events_a, events_b)
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
         for x, y in pairs:
             if x is None or y is None:
@@ -70,17 +64,6 @@ def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
     return tuple(accumulate((partner is not None for partner in partners), initial=0))
 
 
-def _near(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> bool:
-    if not a or not b:
-        return False
-    x, y = a[0].target, b[0].target
-    if isinstance(x, RobTarget) and isinstance(y, RobTarget):
-        return math.dist(x.trans, y.trans) < NEAR_MM
-    if isinstance(x, JointTarget) and isinstance(y, JointTarget):
-        return math.dist(x.robax, y.robax) < 1.0
-    return x is None and y is None
-
-
 def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
     there = x or y
     assert there is not None
@@ -104,6 +87,7 @@ def _compare(
     distance: float | None = None
     angle: float | None = None
     shift: Vec3 | None = None
+    at_via = False
     conf = None
     texts: dict[str, tuple[str, str]] = {}
     if x.instruction != y.instruction:
@@ -115,7 +99,7 @@ def _compare(
             if isinstance(p, RobTarget) and isinstance(q, RobTarget):
                 far = math.dist(p.trans, q.trans)
                 if distance is None or far > distance:
-                    distance, shift = far, subtract(q.trans, p.trans)
+                    distance, shift, at_via = far, subtract(q.trans, p.trans), p is one.via
                 angle = max(angle or 0.0, angle_between(p.rot, q.rot))
                 if p.robconf != q.robconf:
                     conf = (p.robconf, q.robconf)
@@ -131,7 +115,25 @@ def _compare(
     known = _known(of_x, x, a) & _known(of_y, y, b)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
-    return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows, shift)
+    place, speed = _place(y), _speeds(a, b)
+    return Difference(
+        "changed", "motion", place, y.instruction, x.line, y.line, distance, angle, conf, rows, shift, speed, at_via
+    )
+
+
+def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, float] | None:
+    """Speeds of the TCP [mm/s] where they differ: while the arc burns that of the weld."""
+    for one, two in zip(a, b, strict=False):
+        p, q = _speed(one), _speed(two)
+        if p is not None and q is not None and p != q:
+            return p, q
+    return None
+
+
+def _speed(event: MotionEvent) -> float | None:
+    if event.weld is not None and event.weld.phase != "start" and event.weld.speed is not None:
+        return event.weld.speed
+    return None if event.speed is None else event.speed.v_tcp
 
 
 def angle_between(p: Quat, q: Quat) -> float:

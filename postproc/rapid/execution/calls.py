@@ -24,6 +24,7 @@ from postproc.rapid.program.instructions import KNOWN, MOVING, READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
+from postproc.rapid.program.spelling import if_not, meant_name, meant_routine
 from postproc.rapid.program.write_effects import BY_NAME, LATE, STATE, WriteEffects, argument_name, paired
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
@@ -125,16 +126,17 @@ class Execution(ABC):
                 self.ways.doubt()
             return
         self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
-        meant = meant_instruction(word) if arguments >= len(MOVE) else ""
-        give = "give the file that defines it too if it moves the arm or sets a load"
-        help_ = f"did you mean `{meant}`? If not, {give}" if meant else give
+        instruction = meant_instruction(word) if arguments >= len(MOVE) else ""
+        meant = f"did you mean `{instruction}`?" if instruction else meant_routine(self.program, name)
+        help_ = if_not(meant, "give the file that defines it too if it moves the arm or sets a load")
         text = f"the routine `{name}` is called, is in none of the files, and is taken not to move the arm"
         self.report_once(Diagnostic("RAP031", "warning" if meant else "info", text, source, span, help_))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
-            self.diagnostics.append(undeclared("data", data.missing, source, data.span))
+            meant = meant_name(data.missing, (d.name for d in self.program.declarations))
+            self.diagnostics.append(undeclared("data", data.missing, source, data.span, meant))
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
         """The routine that is called by a text; None if it is not known, or in none of the files."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
@@ -57,7 +57,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     chosen = program.routine("main" if entry is None else entry)
     if entry is not None and chosen is None:
         names = ", ".join(sorted({r.name for r in program.all_routines()})) or "none"
-        help = f"the routines are: {names}"
+        help = f"{did_you_mean(entry, (r.name for r in program.all_routines()))} The routines are: {names}".lstrip()
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
     flow = _followed(program, started)

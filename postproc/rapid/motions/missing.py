@@ -10,6 +10,7 @@ from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import SpeedData
 from postproc.rapid.data.values import Data, to_zone
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.spelling import if_not, meant_data, meant_name
 from postproc.rapid.unknown import Invalid, Unknown
 
 UNKNOWN_SPEED = SpeedData(100.0)
@@ -23,6 +24,11 @@ _ASSUMED: Mapping[str, str] = {
 }
 
 _WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
+_TYPES: Mapping[str, frozenset[str]] = {
+    "tool": frozenset({"tooldata"}),
+    "work object": frozenset({"wobjdata"}),
+    "target": frozenset({"robtarget", "jointtarget"}),
+}
 _RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
 MOST_NAMED = 3  # routines in one finding
 _WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
@@ -46,7 +52,9 @@ class Missing:
         named = missing in (None, argument.text.split("{")[0].strip().lower())
         what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
         if error.missing is not None and self.is_news(error.missing):
-            self._report(undeclared(what, error.missing, statement.source, argument.span), found)
+            place = statement.module, statement.routine
+            meant = meant_data(self.program, error.missing, _TYPES.get(what, frozenset()), *place)
+            self._report(undeclared(what, error.missing, statement.source, argument.span, meant), found)
         elif isinstance(error, Invalid):
             self._say_refused(error, argument, statement, found)
 
@@ -82,6 +90,8 @@ class Missing:
         what, as_if = ("zone", "z50") if argument.role == "zone" else ("speed", as_if)
         text = f"the {what} that `{argument.text}` states is not known ({error.reason}); it is taken as {as_if}"
         help_ = "give the file that declares it: inertia and the cycle time depend on it, gravity and forces do not"
+        if error.missing is not None:
+            help_ = if_not(meant_name(error.missing, (d.name for d in self.program.declarations)), help_)
         self._report(Diagnostic("RAP021", "warning", text, source, argument.span, help_), found)
 
     def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
@@ -116,10 +126,13 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     return [*found, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
 
 
-def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
-    """A name whose value stands in none of the files."""
+def undeclared(what: str, name: str, source: Source, span: Span, meant: str = "") -> Diagnostic:
+    """A name whose value stands in none of the files.
+
+    Args:
+        meant: the question for a misspelt name.
+    """
     severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
-    return Diagnostic(
-        "RAP020", severity, f"the {what} `{name}` has no value in these files", source, span,
-        f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's",
-    )  # fmt: skip
+    give = f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's"
+    text = f"the {what} `{name}` has no value in these files"
+    return Diagnostic("RAP020", severity, text, source, span, if_not(meant, give))

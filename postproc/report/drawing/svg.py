@@ -48,7 +48,7 @@ class Frame:
         turn = f'transform="rotate(-90 12 {y_at:.0f})"'
         axes.append(f'<text x="12" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
         if self.title:
-            axes.append(f'<text x="{self.left}" y="16" class="title">{escape(self.title)}</text>')
+            axes.append(f'<text x="2" y="16" class="title">{escape(self.title)}</text>')
         return svg(*self.size, [*axes, *parts], self.title or f"{y_label} over {x_label}")
 
 

@@ -1,0 +1,159 @@
+"""Two folders, or two backups of a controller, compared file by file: RAPID modules by meaning, all others by bytes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from postproc.batch.discover import files_below
+from postproc.diagnostics import PostprocError, Source, has_errors, one_line
+from postproc.rapid.diff.compare import compare_programs
+from postproc.rapid.diff.difference import ProgramDiff
+from postproc.rapid.program.program import ENDINGS, read_program
+from postproc.tomlfile import read_source
+from postproc.watch import Watch, unwatched
+
+Status = Literal["equal", "changed", "added", "removed", "unreadable"]
+FEW = 3  # differences of a file that are printed where not all are asked for
+
+
+@dataclass(frozen=True, slots=True)
+class FileDiff:
+    """One file of two folders.
+
+    Args:
+        path: below both folders, with ``/``.
+        status: ``added`` stands in the second folder alone, ``removed`` in the first; ``unreadable`` has other bytes
+            and is no program that can be read, which ``reason`` explains.
+        found: what differs, None where no programs were compared.
+    """
+
+    path: str
+    status: Status
+    reason: str | None = None
+    found: ProgramDiff | None = None
+
+    def lines(self, all_of_them: bool) -> Iterator[str]:
+        """Text for a terminal."""
+        counts = "" if self.found is None else ", ".join(f"{n} {kind}" for kind, n in self.found.counts.items() if n)
+        largest = f"largest distance {self.found.max_distance_mm:.3f} mm" if self.found and self.found.compared else ""
+        told = "; ".join(filter(None, (counts, largest, self.reason)))
+        yield f"{self.status:10} {one_line(self.path)}" + (f"  {told}" if told else "")
+        found = () if self.found is None else self.found.differences
+        most = len(found) if all_of_them else FEW
+        yield from (f"  {difference.render()}" for difference in found[:most])
+        if len(found) > most:
+            yield f"  {len(found) - most} more; `--verbose` shows them"
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of ``files``."""
+        found = self.found or ProgramDiff(())
+        figures = {"max_distance_mm": found.max_distance_mm, "max_angle_deg": found.max_angle_deg}
+        counts = {"compared": found.compared, **found.counts}
+        differences = [d.as_json() for d in found.differences]
+        return {
+            "path": self.path,
+            "status": self.status,
+            "reason": self.reason,
+            **counts,
+            **figures,
+            "differences": differences,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class FolderDiff:
+    """All files of two folders, in the order of their paths."""
+
+    files: tuple[FileDiff, ...]
+    tolerance_mm: float
+    tolerance_deg: float
+
+    @property
+    def equal(self) -> bool:
+        return all(file.status == "equal" for file in self.files)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many files there are of each status."""
+        found = Counter(file.status for file in self.files)
+        return {status: found[status] for status in ("equal", "changed", "added", "removed", "unreadable")}
+
+    def render(self, all_of_them: bool = False) -> str:
+        """Text for a terminal: a line for each file that is not equal, its first differences, and the sum.
+
+        Args:
+            all_of_them: print equal files and every difference, too.
+        """
+        shown = (file for file in self.files if all_of_them or file.status != "equal")
+        lines = [line for file in shown for line in file.lines(all_of_them)]
+        counts = ", ".join(f"{n} {status}" for status, n in self.counts.items() if n)
+        near = f"tolerance {self.tolerance_mm:g} mm and {self.tolerance_deg:g} deg"
+        return "\n".join([*lines, f"{len(self.files)} file{'s' * (len(self.files) != 1)}: {counts}; {near}"])
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "schema": "postproc/diff-folders/1",
+            "equal": self.equal,
+            "tolerance_mm": self.tolerance_mm,
+            "tolerance_deg": self.tolerance_deg,
+            "counts": self.counts,
+            "files": [file.as_json() for file in self.files],
+        }
+
+
+def compare_folders(
+    a: Path, b: Path, tolerance_mm: float, tolerance_deg: float = 0.01, watch: Watch = unwatched
+) -> FolderDiff:
+    """Compare the files of two folders that stand under the same path.
+
+    A module is compared by itself: what it takes from other files counts by its words. Hidden files and pages
+    (``.html``) are left out.
+
+    Raises:
+        PostprocError: a folder cannot be read (BAT002), or there is no RAPID module in either (BAT001).
+    """
+    ours, theirs = _files(a), _files(b)
+    paths = sorted({*ours, *theirs})
+    if not any(Path(path).suffix.lower() in ENDINGS for path in paths):
+        help_ = "name two folders with programs, or two backups"
+        raise PostprocError.of("BAT001", f"there is no RAPID module in `{a}` or `{b}`", help=help_)
+    found = []
+    for done, path in enumerate(paths):
+        watch(path, done / len(paths))
+        if path not in theirs or path not in ours:
+            found.append(FileDiff(path, "added" if path in theirs else "removed"))
+        else:
+            found.append(_compared(path, ours[path], theirs[path], (tolerance_mm, tolerance_deg)))
+    return FolderDiff(tuple(found), tolerance_mm, tolerance_deg)
+
+
+def _files(folder: Path) -> dict[str, Path]:
+    names = (name for name in files_below(folder) if not any(p.startswith(".") for p in Path(name).parts))
+    return {name: folder / name for name in names if Path(name).suffix.lower() != ".html"}
+
+
+def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDiff:
+    one, two = (read_source(file, "BAT002") for file in (a, b))
+    if one.data == two.data:
+        return FileDiff(path, "equal")
+    if Path(path).suffix.lower() not in ENDINGS:
+        return FileDiff(path, "changed", "other bytes")
+    try:
+        found = _programs_compared(one, two, near)
+    except PostprocError as error:
+        first = error.diagnostics[0]
+        return FileDiff(path, "unreadable", f"other bytes, and not to be read: {first.code}, {first.message}")
+    return FileDiff(path, "equal" if found.equal else "changed", None, found)
+
+
+def _programs_compared(one: Source, two: Source, near: tuple[float, float]) -> ProgramDiff:
+    """Raises PostprocError where one of the files is no program that can be read, or an encrypted one."""
+    programs = [read_program(source) for source in (one, two)]
+    for program in programs:
+        if has_errors(program.diagnostics) or not program.modules:
+            raise PostprocError(d for d in program.diagnostics if d.severity == "error" or not program.modules)
+    return compare_programs(programs[0], programs[1], *near)

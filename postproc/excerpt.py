@@ -1,0 +1,74 @@
+"""Text fitted to a terminal: columns of characters, lines wrapped between words, a line of source with its carets."""
+
+from __future__ import annotations
+
+import textwrap
+import unicodedata
+
+TAB = 4  # columns between the stops of tabs
+CUT = ".."
+
+
+def columns(text: str) -> int:
+    """Columns that a line without tabs takes on a terminal: wide letters take two, accents that combine none."""
+    return len(text) if text.isascii() else sum(map(_columns, text))
+
+
+def _columns(letter: str) -> int:
+    if unicodedata.category(letter) in ("Mn", "Me", "Cf"):
+        return 0
+    return 2 if unicodedata.east_asian_width(letter) in "WF" else 1
+
+
+def spread(text: str) -> str:
+    """A line with blanks in place of its tabs, up to the next stop."""
+    done = ""
+    for part in text.split("\t")[:-1]:
+        done += part
+        done += " " * (TAB - columns(done) % TAB)
+    return done + text.rpartition("\t")[2]
+
+
+def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
+    """A line wrapped between words, what follows indented; a word that is longer than the line stays whole."""
+    if width is None or columns(text) <= width:
+        return text
+    lead = text[: len(text) - len(text.lstrip(" "))]
+    return "\n".join(
+        textwrap.wrap(
+            text,
+            width,
+            subsequent_indent=lead + indent,
+            break_long_words=False,
+            break_on_hyphens=False,
+            replace_whitespace=False,
+            drop_whitespace=True,
+        )
+    )
+
+
+def underlined(before: str, marked: str, after: str, width: int | None) -> tuple[str, str]:
+    """A line of source, and the line with carets below its marked part; cut around it where it is too long.
+
+    Args:
+        before, marked, after: the line. width: columns that there are, None for as many as it takes.
+    """
+    line = spread(before + marked + after)
+    begin = columns(spread(before))
+    end = max(begin + 1, columns(spread(before + marked)))
+    if width is None or columns(line) <= width:
+        return line, " " * begin + "^" * (end - begin)
+    # The window begins where the whole mark is in it, with some of what stands before.
+    first = max(0, min(begin - width // 4, columns(line) - width))
+    low = first + len(CUT) * (first > 0)
+    high = first + width
+    more = high < columns(line)
+    shown, at = CUT * (first > 0), 0
+    for letter in line:
+        after_it = at + _columns(letter)
+        if low <= at and after_it <= high - len(CUT) * more:
+            shown += letter
+        elif at < low < after_it:  # half of a wide letter
+            shown += " "
+        at = after_it
+    return shown + CUT * more, " " * (begin - first) + "^" * (min(end, high) - begin)

@@ -1,0 +1,177 @@
+"""Motion statements of two versions of a routine, paired so that as little as possible differs.
+
+A pair costs what differs between its targets, names and instructions, a statement without a partner costs ``ALONE``.
+The cheapest pairing in order is found by dynamic programming between statements that occur once in both versions.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.diff.align import aligned
+
+Pair = tuple[int | None, int | None]
+Array = NDArray[np.float64]
+
+ALONE = 0.6  # two of them are more than any pair of one instruction costs: that is told as a change
+HALF_MM = 2.0  # targets this far apart cost half of what any two do
+DEGREE = 5.0  # a joint's degree counts as so many millimetres
+OTHER_NAME, OTHER_INSTRUCTION, UNKNOWN = 0.1, 1.0, 0.9
+SLACK = 200  # statements by which a long pairing may wander from the shortest way
+MOST = 2e8  # cells; beyond, neighbours alone decide
+
+
+def pair_motions(
+    a: Sequence[MotionStatement],
+    b: Sequence[MotionStatement],
+    events_a: Mapping[StatementKey, Sequence[MotionEvent]],
+    events_b: Mapping[StatementKey, Sequence[MotionEvent]],
+) -> list[tuple[MotionStatement | None, MotionStatement | None]]:
+    """Pairs in order; None where one version has nothing. Those without a partner were added or removed.
+
+    Args:
+        events_a, events_b: what runs of the statements give, of which the first counts.
+    """
+    ours, theirs = _described(a, events_a), _described(b, events_b)
+    found: list[Pair] = []
+    for (i, j), (k, m) in pairwise([(-1, -1), *_anchors(ours.keys, theirs.keys), (len(a), len(b))]):
+        found += ((i + 1 + x if x is not None else None, j + 1 + y if y is not None else None)
+                  for x, y in _between(ours.part(i + 1, k), theirs.part(j + 1, m)))  # fmt: skip
+        found.append((k, m))
+    return [(None if x is None else a[x], None if y is None else b[y]) for x, y in found[:-1]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Described:
+    """What n statements are compared by.
+
+    Args:
+        keys: their words.
+        place: (n, 6) positions [mm] or joints, NaN where unknown; kind: (n,) 1 a position, 2 joints, 0 unknown.
+        name: (n,) texts of their targets, empty for numbers; instruction: (n,).
+    """
+
+    keys: list[Hashable]
+    place: Array
+    kind: NDArray[np.int64]
+    name: NDArray[np.object_]
+    instruction: NDArray[np.object_]
+
+    def part(self, begin: int, end: int) -> _Described:
+        rows = slice(begin, end)
+        return _Described(self.keys[rows], self.place[rows], self.kind[rows], self.name[rows], self.instruction[rows])
+
+    def costs(self, i: int, other: _Described, columns: slice) -> Array:
+        """What pairs of statement ``i`` with some of the other version cost, (k,)."""
+        away = np.linalg.norm(other.place[columns] - self.place[i], axis=1)
+        known = (other.kind[columns] == self.kind[i]) & (self.kind[i] > 0)
+        named = other.name[columns] == self.name[i]
+        cost = np.where(known, away / (away + HALF_MM), np.where(named & (self.name[i] != ""), 0.0, UNKNOWN))
+        if self.name[i] != "":
+            cost += OTHER_NAME * (~named & (other.name[columns] != ""))
+        return np.asarray(cost + OTHER_INSTRUCTION * (other.instruction[columns] != self.instruction[i]), dtype=float)
+
+
+def _described(
+    statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
+) -> _Described:
+    words: list[list[tuple[str, str]]] = [
+        [(g.role, g.text.lower().replace(" ", "")) for g in s.arguments] for s in statements
+    ]
+    targets = [next((text for role, text in row if role == "to"), "") for row in words]
+    instructions = [s.instruction.lower() for s in statements]
+    place, kind = np.full((len(statements), 6), np.nan), np.zeros(len(statements), dtype=np.int64)
+    for i, statement in enumerate(statements):
+        target = next((event.target for event in events.get(statement.key, ())), None)
+        if isinstance(target, RobTarget):
+            place[i], kind[i] = (*target.trans, 0.0, 0.0, 0.0), 1
+        elif isinstance(target, JointTarget):
+            place[i], kind[i] = DEGREE * np.array(target.robax), 2
+    return _Described(
+        [(name, *row) for name, row in zip(instructions, words, strict=True)],
+        place,
+        kind,
+        np.array(["" if text.startswith("[") else text for text in targets], dtype=object),
+        np.array(instructions, dtype=object),
+    )
+
+
+def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, int]]:
+    """Pairs of items that stand once in both, the longest row of them that is in the same order (patience)."""
+    once_a, once_b = Counter(a), Counter(b)
+    at = {key: j for j, key in enumerate(b) if once_b[key] == 1}
+    shared = [(i, at[key]) for i, key in enumerate(a) if once_a[key] == 1 and key in at]
+    ends, last, before = list[int](), list[int](), list[int]()  # of rows by length; the row that each pair goes on from
+    for n, (_, j) in enumerate(shared):
+        length = bisect_left(ends, j)
+        before.append(last[length - 1] if length else -1)
+        ends[length : length + 1], last[length : length + 1] = [j], [n]
+    row, n = list[tuple[int, int]](), last[-1] if last else -1
+    while n >= 0:
+        row.append(shared[n])
+        n = before[n]
+    return row[::-1]
+
+
+def _between(a: _Described, b: _Described) -> Iterator[Pair]:
+    """The cheapest pairing between two anchors."""
+    n, m = len(a.keys), len(b.keys)
+    if not n or not m:
+        yield from ((i, None) for i in range(n))
+        yield from ((None, j) for j in range(m))
+        return
+    low, high = min(0, m - n) - SLACK, max(0, m - n) + SLACK
+    if n * (high - low + 1) > MOST:
+        rows = list(range(n)), list(range(m))
+        yield from aligned(*rows, lambda i, j: float(a.costs(i, b, slice(j, j + 1))[0]) < 0.5)
+        return
+    yield from cheapest_pairs(n, m, lambda i, columns: a.costs(i, b, columns), low, high)
+
+
+def cheapest_pairs(
+    n: int, m: int, costs: Callable[[int, slice], Array], low: int, high: int
+) -> list[tuple[int | None, int | None]]:
+    """The pairing in order of n and m items that costs least.
+
+    D[i, j] = min(D[i-1, j-1] + c[i-1, j-1], D[i-1, j] + ALONE, D[i, j-1] + ALONE), in the band low <= j - i <= high.
+
+    Args:
+        costs: of one row with a slice of columns.
+    """
+    width = high - low + 1
+    step = ALONE * np.arange(width)
+    band = np.arange(width) + low  # j of row 0
+    row = np.where((band >= 0) & (band <= m), ALONE * band, np.inf)
+    taken = np.zeros((n + 1, width), dtype=np.uint8)  # 0 pair, 1 removed, 2 added
+    taken[0] = 2
+    for i in range(1, n + 1):
+        column = band + i
+        inside, outside = (column >= 1) & (column <= m), (column < 0) | (column > m)
+        pair = np.full(width, np.inf)
+        first, last = max(1, band[0] + i), min(m, band[-1] + i)
+        if first <= last:
+            pair[inside] = row[inside] + costs(i - 1, slice(first - 1, last))
+        removed = np.append(row[1:], np.inf) + ALONE
+        best = np.minimum(pair, removed)
+        best[outside] = np.inf
+        row = np.minimum.accumulate(best - step) + step
+        row[outside] = np.inf
+        added = np.append(np.inf, row[:-1]) + ALONE
+        # Of two ways that cost the same: pairs, then what was removed before what was added.
+        taken[i] = np.where(pair <= row + 1e-12, 0, np.where(added <= row + 1e-12, 2, 1))
+    found: list[tuple[int | None, int | None]] = []
+    i, j = n, m
+    while i or j:
+        choice = taken[i, j - i - low]
+        found.append((i - 1 if choice != 2 else None, j - 1 if choice != 1 else None))
+        i, j = i - (choice != 2), j - (choice != 1)
+    return found[::-1]

@@ -1,0 +1,45 @@
+"""What a name that stands in none of the files may be a misspelling of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from postproc.diagnostics import did_you_mean
+from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.program.program import Program, statements_of
+
+SURE = 0.8  # of two long names that mean different things, most letters are the same, too
+
+
+def if_not(meant: str, otherwise: str) -> str:
+    """The question for a misspelt name, if there is one, and what to do where it was spelt right."""
+    return f"{meant} If not, {otherwise}" if meant else otherwise
+
+
+def meant_name(name: str, known: Iterable[str]) -> str:
+    """The question for a misspelt name, as ``did_you_mean``.
+
+    Names that differ in their digits alone, ``p10`` and ``p20``, are no misspellings of each other.
+    """
+    own = _without_digits(name)
+    return did_you_mean(name, (other for other in known if _without_digits(other) != own), cutoff=SURE)
+
+
+def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:
+    """The question for data of one of the types (of any, without types) that can be seen in a routine."""
+    of_type = (d for d in program.declarations if not types or d.type in types)
+    seen = (d.name for d in of_type if program.declaration(d.name, module, routine) is not None)
+    predefined = (n for n, (type_, _) in PREDEFINED.items() if not types or type_ in types)
+    return meant_name(name, [*seen, *predefined])
+
+
+def meant_routine(program: Program, name: str) -> str:
+    """The question for a routine that is called: a procedure of the program that no statement calls by its name."""
+    called = {s.word for r in program.all_routines() for s in statements_of(r) if s.kind == "call"}
+    uncalled = (r for r in program.all_routines() if r.kind.upper() == "PROC" and r.name.lower() not in called)
+    return meant_name(name, (r.name for r in uncalled))
+
+
+def _without_digits(name: str) -> str:
+    return re.sub(r"\d+", "0", name.lower())

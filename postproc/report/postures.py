@@ -1,0 +1,118 @@
+"""Postures of the arm: what is tight in them, and where a program comes nearest to a joint limit or a singularity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.motion.values import Path
+from postproc.rapid.data.events import MotionStatement
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import jacobian
+
+NEAR_LIMIT = np.radians(5.0)
+NEAR_SINGULAR = 0.05
+LIMIT, WRIST, ARM = "joint limit", "singular wrist", "singular arm"
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """Where a program comes nearest to what an arm should keep away from, at its targets or between them.
+
+    Args:
+        to: joint limit, singular wrist or singular arm.
+        amount: of a limit and of a wrist an angle [deg], of an arm the smallest singular value over the largest.
+        joint: from 1, of a limit and of a wrist; angle_deg: where it stands then.
+        statement: that moves the arm there.
+    """
+
+    to: str
+    amount: float
+    joint: int | None
+    angle_deg: float | None
+    statement: MotionStatement
+
+    def render(self) -> str:
+        """One line for people."""
+        where = f"line {self.statement.line}, {self.statement.instruction}"
+        if self.joint is None:
+            return f"nearest to a {self.to}: smallest over largest singular value {self.amount:.2f}; {where}"
+        return f"nearest to a {self.to}: {self.amount:.1f} deg, joint {self.joint} at {self.angle_deg:.1f} deg; {where}"
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of ``nearest``."""
+        amount = {"singular_value_ratio" if self.joint is None else "distance_deg": self.amount}
+        place = {"line": self.statement.line, "routine": self.statement.routine}
+        found = {"to": self.to, "distance_deg": None, "singular_value_ratio": None, "joint": self.joint}
+        return {**found, **amount, "angle_deg": self.angle_deg, **place}
+
+
+def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
+    """The smallest distances along a path: to a joint limit and, with a spherical wrist, to a singularity."""
+    known = np.flatnonzero(np.isfinite(path.q).all(axis=1))
+    if not len(known):
+        return ()
+    q = path.q[known]
+
+    def at(row: int) -> MotionStatement:
+        return path.moves[path.move[known[row]]].event.statement
+
+    margin = np.minimum(q - robot.lower, robot.upper - q)
+    row, joint = (int(i) for i in np.unravel_index(int(np.argmin(margin)), margin.shape))
+    amount, angle = np.degrees([margin[row, joint], q[row, joint]]).tolist()
+    found = [Nearest(LIMIT, amount, joint + 1, angle, at(row))]
+    if robot.opw is not None:
+        bend = np.arcsin(np.abs(np.sin(q[:, 4])))
+        row = int(np.argmin(bend))
+        amount, angle = np.degrees([bend[row], q[row, 4]]).tolist()
+        found.append(Nearest(WRIST, amount, 5, angle, at(row)))
+        ratio = _singular_values(robot, q)[:, 0]
+        row = int(np.argmin(ratio))
+        found.append(Nearest(ARM, float(ratio[row]), None, None, at(row)))
+    return tuple(found)
+
+
+def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:
+    """What is tight in the postures (n, 6) [rad]: the closest joint limit, a singular arm or wrist.
+
+    Args:
+        singular: (n, 2) of `singular_postures`.
+    """
+    notes: list[str] = []
+    margin = np.minimum(q - robot.lower, robot.upper - q)
+    row, joint = np.unravel_index(int(np.argmin(margin)), margin.shape)
+    if margin[row, joint] < NEAR_LIMIT:
+        notes.append(f"joint {joint + 1} is {np.degrees(margin[row, joint]):.1f} deg from its limit")
+    if singular[:, 1].any():
+        angle = np.degrees(q[np.argmin(np.abs(np.sin(q[:, 4]))), 4])
+        notes.append(f"close to a singular wrist: joint 5 at {angle:.1f} deg")
+    if singular[:, 0].any():
+        notes.append("close to a singular arm: stretched, or the wrist above axis 1")
+    return tuple(notes)
+
+
+def singular_postures(robot: Robot, q: Array) -> NDArray[np.bool_]:
+    """Whether the arm and the wrist are close to singular in postures (n, 6) [rad], (n, 2).
+
+    Singular is a block of `_singular_values` below 5 %.
+    """
+    if robot.opw is None or not len(q):
+        return np.zeros((len(q), 2), dtype=bool)
+    return np.asarray(_singular_values(robot, q) < NEAR_SINGULAR)
+
+
+def _singular_values(robot: Robot, q: Array) -> Array:
+    """Smallest over largest singular value of arm and wrist, (n, 6) -> (n, 2); 0 is singular.
+
+    Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist.
+    """
+    assert robot.opw is not None
+    T_flange_wrist = np.eye(4)
+    T_flange_wrist[2, 3] = -robot.opw.c4
+    J = jacobian(robot, q, T_flange_wrist)
+    values = np.linalg.svd(np.stack([J[:, :3, :3], J[:, 3:, 3:]], axis=1), compute_uv=False)
+    return np.asarray(values[..., 2] / values[..., 0])

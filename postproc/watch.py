@@ -1,0 +1,31 @@
+"""Who wants to know how far a long conversion, fit or search is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
+
+T = TypeVar("T")
+Watch = Callable[[str, float], None]
+"""Is told what is being done, and the share of the work that lies behind, in [0, 1]."""
+
+
+def unwatched(what: str, share: float) -> None:
+    """Nobody does."""
+
+
+def told_of(
+    parts: Iterable[T], share: Callable[[T], float], watch: Watch, step: tuple[str, float, float]
+) -> Iterator[T]:
+    """The parts of a step, told of as each is done.
+
+    Args:
+        share: of the step that a part is.
+        step: what it is called, and the shares of the whole work that lie behind when it begins and ends.
+    """
+    what, done, end = step
+    rest = end - done
+    for part in parts:
+        yield part
+        done = min(done + rest * share(part), end)
+        watch(what, done)
