@@ -26,7 +26,7 @@ from postproc.compensate.results.accuracy import expect_accuracy, expect_remaini
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
 from postproc.compensate.results.dynamics import check_corrected
-from postproc.compensate.results.figures import Figures, figures_of
+from postproc.compensate.results.figures import figures_of, worsened
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
 from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
@@ -53,7 +53,6 @@ from postproc.watch import Watch, told_of, unwatched
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 PROOF = ("reading back and proving", 0.65, 0.98)
-WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
 
@@ -171,7 +170,8 @@ def _converted(
     watch(PROOF[0], PROOF[1])
     before, after = _proved(task, plan, drafts, function, findings, watch)
     figures = figures_of(plan, before, after)
-    _refuse_worse(figures, plan, sources[0], findings)
+    findings += worsened(figures, plan, sources[0])
+    _stop_at_errors(findings)
     through = function.keys if function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
     findings += with_advice(unlike, events, program, measured)
@@ -354,16 +354,6 @@ def _proved(
         help_ = "see the findings above" if error.diagnostics else "please report this program"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
-
-
-def _refuse_worse(figures: Figures, plan: Plan, source: Source, findings: list[Diagnostic]) -> None:
-    """CMP013 where the corrected program would be farther off than the original."""
-    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
-    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
-        if before is not None and after is not None and after > max(tolerance, WORSE * before):
-            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
-            help_ = "nothing is written; please report this program"
-            _refuse(findings, Diagnostic("CMP013", "error", text, source, help=help_))
 
 
 def _with_header(

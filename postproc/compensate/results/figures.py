@@ -9,7 +9,10 @@ import numpy as np
 from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.results.transitions import in_transition, own_moves
+from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.values import Flags
+
+WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,3 +56,15 @@ def figures_of(plan: Plan, before: Deviation, after: Deviation) -> Figures:
 def _counted(space: Flags, steady: Flags) -> Flags:
     """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
     return space & steady if (space & steady).any() else space
+
+
+def worsened(figures: Figures, plan: Plan, source: Source) -> list[Diagnostic]:
+    """CMP013 where the corrected program would be farther off than the original."""
+    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
+    found = []
+    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
+        if before is not None and after is not None and after > max(tolerance, WORSE * before):
+            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
+            help_ = "nothing is written; please report this program"
+            found.append(Diagnostic("CMP013", "error", text, source, help=help_))
+    return found
