@@ -45,7 +45,7 @@ from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched

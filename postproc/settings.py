@@ -12,7 +12,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 NAME = "postproc.toml"
 
@@ -152,8 +152,8 @@ def read_station(path: Path) -> Station:
     Raises:
         PostprocError: KIN016, it cannot be read, what it says does not fit, or it holds several arms.
     """
-    from postproc.robot.cell_file import read_cell_file
-    from postproc.robot.station import station_of
+    from postproc.robot.cells.cell_file import read_cell_file
+    from postproc.robot.cells.station import station_of
 
     cell = read_cell_file(path)
     station = station_of(cell)

@@ -24,7 +24,7 @@ from postproc.robot.controller import Backup, Drive, read_backup, read_drive, re
 from postproc.settings import NAME, Settings
 
 if TYPE_CHECKING:
-    from postproc.robot.cell import Cell
+    from postproc.robot.cells.cell import Cell
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
@@ -218,7 +218,7 @@ def _moveless(folder: Path, members: Iterable[str]) -> bool:
 
 
 def _stated(backup: Path) -> tuple[Backup, Cell]:
-    from postproc.robot.mechanical_units import read_cell
+    from postproc.robot.cells.mechanical_units import read_cell
 
     configuration = read_backup(backup)
     return configuration, read_cell(configuration)
@@ -227,7 +227,7 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
     if driven is None:
         return Task(name, tuple(files))
-    from postproc.robot.station import station_of
+    from postproc.robot.cells.station import station_of
 
     drive, cell = driven
     station = station_of(cell, drive.task)

@@ -14,7 +14,7 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.settings import Settings
 
 if TYPE_CHECKING:
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 PAGES = "report"
 """Folder of the output tree with a page for each program."""

@@ -46,7 +46,7 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
     from postproc.effects.registry import effect_library
     from postproc.model.file import parse_model
     from postproc.rapid.program.program import ENDINGS
-    from postproc.robot.cell_file import restated
+    from postproc.robot.cells.cell_file import restated
     from postproc.settings import read_station
 
     library = effect_library(effects)

@@ -18,7 +18,7 @@ from postproc.numbers import read_number
 if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
     from postproc.robot.arm import Robot
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 
 def _positive(_: object, value: float | None) -> None:

@@ -23,7 +23,7 @@ from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_program
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 
 MOST = 5000  # events of the written program that are looked at together
 

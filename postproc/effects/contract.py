@@ -19,7 +19,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_motions
 
 if TYPE_CHECKING:
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 AXES = "abcdef"
 """External axes by their letters."""

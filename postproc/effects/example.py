@@ -11,7 +11,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 
 if TYPE_CHECKING:
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 
 def example_arm() -> Robot:
@@ -29,9 +29,9 @@ def example_arm() -> Robot:
 
 def example_station() -> Station:
     """The arm on a track of 3 m, beside a table that turns about an axis which leans by 40 degrees."""
-    from postproc.robot.cell import Cell, CellArm, Joint, Unit
+    from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
+    from postproc.robot.cells.station import Station
     from postproc.robot.pose import rpy, transform
-    from postproc.robot.station import Station
 
     track = Unit("track", (Joint("track", "a", "linear", np.array([1.0, 0.0, 0.0])),))
     leaning = transform(np.array([1.0, 0.5, 0.6]), rpy(np.array([0.7, 0.0, 0.0])))

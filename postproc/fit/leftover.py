@@ -13,7 +13,7 @@ from postproc.fit.channels import fit_channels
 from postproc.fit.errors import rms
 from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.solution import Solution
-from postproc.model.places import INSTRUMENT
+from postproc.model.derivatives.places import INSTRUMENT
 
 NUMBERS = 450
 """Measured numbers that are looked at: 150 positions, or 75 poses of six encoders."""

@@ -14,9 +14,9 @@ from postproc.effects.base import Effect
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.model.derivatives.places import PLACES
+from postproc.model.derivatives.sensitivity import Sensitivity, sensitivity
 from postproc.model.equilibrium import Equilibrium, equilibrium
-from postproc.model.places import PLACES
-from postproc.model.sensitivity import Sensitivity, sensitivity
 from postproc.robot.pose import rotation_vectors
 
 

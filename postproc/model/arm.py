@@ -15,7 +15,7 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 
 GRAVITY = 9.81  # [m/s^2]
 ALL_BODIES = tuple(range(7))

@@ -20,9 +20,9 @@ from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
-from postproc.robot.cell_file import ExternalAxis, Mounting, stated_cell
+from postproc.robot.cells.cell_file import ExternalAxis, Mounting, stated_cell
+from postproc.robot.cells.station import station_of
 from postproc.robot.pose import rpy, transform
-from postproc.robot.station import station_of
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 DEFAULT_ROBOT = "irb4600_60_205"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.model.places import BODY
+from postproc.model.derivatives.places import BODY
 from postproc.robot.arm import Robot
 
 

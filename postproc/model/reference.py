@@ -8,8 +8,8 @@ import numpy as np
 
 from postproc.arrays import Array, invert
 from postproc.effects.contract import State
-from postproc.robot.cell import LETTERS
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.station import Station
 
 
 def with_axes(station: Station, state: State, positions: Array) -> State:

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.model.arm import Model
-from postproc.robot.cell_file import stated_axes
+from postproc.robot.cells.cell_file import stated_axes
 from postproc.robot.pose import rpy
 
 TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)

@@ -13,9 +13,9 @@ from postproc.arrays import Array, blocks
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.places import PLACES, flat, placed
+from postproc.model.derivatives.places import PLACES, flat, placed
+from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.reference import as_written
-from postproc.model.sensitivity import grown_sensitivity
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word

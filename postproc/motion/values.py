@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
 from postproc.rapid.data.events import MotionEvent
-from postproc.robot.cell import Kind
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import Kind
+from postproc.robot.cells.station import Station
 
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]

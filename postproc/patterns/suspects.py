@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.model.places import BODY, INSTRUMENT, TOOL
+from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import spread
 from postproc.patterns.instrument_model import Sight

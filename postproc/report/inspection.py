@@ -24,9 +24,9 @@ from postproc.rapid.execution.walk import forgiven, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.report.postures import Nearest, nearest_to, posture_notes, singular_postures
 from postproc.robot.arm import Robot
+from postproc.robot.cells.station import Station
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
-from postproc.robot.station import Station
 
 STATIONARY = "stationary tool: the robot carries the work object"
 

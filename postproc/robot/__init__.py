@@ -1,9 +1,8 @@
 """One arm as its maker describes it: nominal kinematics, inverse kinematics with confdata, limits, link inertias.
 
 `arm` is the value; `catalogue` reads it from the library or a file, `urdf` from a URDF. `type_names` are what
-controllers call arms, `controller` reads a controller's configuration. `cell` is what carries arm and work (tracks,
-gantries, positioners), `mechanical_units` reads it from a configuration, `cell_file` from a TOML file; `station` is an
-arm in it. `kinematics` goes forward, with `pose` for poses as arrays; backward: `opw` (whether there is a closed form),
+controllers call arms, `controller` reads a controller's configuration; `cells` are what carries arm and work.
+`kinematics` goes forward, with `pose` for poses as arrays; backward: `opw` (whether there is a closed form),
 `closed_form` (all eight branches), `configuration` (confdata), `inverse` (the branch that confdata means, and why there
 is none), `track` (along a path).
 """

@@ -6,10 +6,10 @@ import numpy as np
 
 from postproc.arrays import invert
 from postproc.compensate.correction.inverse import command
+from postproc.model.derivatives.stiffness import stiffness
+from postproc.model.derivatives.tangent import tangent
 from postproc.model.equilibrium import equilibrium
 from postproc.model.file import default_model
-from postproc.model.stiffness import stiffness
-from postproc.model.tangent import tangent
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.track import track
 from tests.bench.reference import paper_compensation, paper_pose

@@ -14,9 +14,9 @@ import numpy as np
 from postproc.arrays import Array, invert
 from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.derivatives.stiffness import stiffness
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.loads import loaded_state
-from postproc.model.stiffness import stiffness
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import displace, transform
 from postproc.robot.track import track

@@ -12,8 +12,8 @@ from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, parse_model
-from postproc.robot.cell import Cell, CellArm, Joint, Unit
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.cells.station import Station
 from tests.cells.test_paths import ARM, MODEL, axis, track
 from tests.independent import arm as A
 

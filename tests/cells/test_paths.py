@@ -16,9 +16,9 @@ from postproc.compensate.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
+from postproc.robot.cells.mechanical_units import read_cell
+from postproc.robot.cells.station import station_of
 from postproc.robot.controller import Backup, read_entries
-from postproc.robot.mechanical_units import read_cell
-from postproc.robot.station import station_of
 from tests.cells import world as W
 from tests.independent import arm as A
 from tests.independent import rapid as R

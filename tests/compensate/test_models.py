@@ -19,9 +19,9 @@ from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import pose_matrix
 from postproc.report.certificate import NOT_SHOWN, program_certificate
 from postproc.report.compensation import compensation_page
-from postproc.robot.cell import Cell, CellArm
+from postproc.robot.cells.cell import Cell, CellArm
+from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import jacobian
-from postproc.robot.station import Station
 from tests.compensate.build import arm, body_of, codes, convert, events, module, places, target, written
 
 TEXT = module(

@@ -14,8 +14,8 @@ from postproc.effects.example import example_arm
 from postproc.effects.library.cell.external_axis_compliance import ExternalAxisCompliance
 from postproc.effects.library.cell.external_axis_error import ExternalAxisError
 from postproc.effects.library.cell.external_axis_frame import ExternalAxisFrame
-from postproc.robot.cell import Cell, CellArm, Joint, Unit
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.cells.station import Station
 
 UP = 0.3
 """Height of the end of the example's pedestal [m]."""

@@ -33,9 +33,9 @@ from postproc.measure.observations import observations
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.together import read_tables
 from postproc.model.arm import Model
+from postproc.model.derivatives.places import TOOL
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
-from postproc.model.places import TOOL
 from postproc.model.rewrite import render_model
 from postproc.model.uncertainty import predict_sigma
 from postproc.robot.catalogue import load_robot

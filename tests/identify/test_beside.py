@@ -13,7 +13,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.identify.acceptance import convincing
 from postproc.identify.forward import accepted
 from postproc.identify.state import SearchState
-from postproc.model.places import INSTRUMENT
+from postproc.model.derivatives.places import INSTRUMENT
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.identify.test_whole import two_rates

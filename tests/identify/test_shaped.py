@@ -19,8 +19,8 @@ from postproc.identify.add import add_effects
 from postproc.identify.candidates.candidate import Screen
 from postproc.identify.candidates.composition import compose
 from postproc.identify.candidates.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
+from postproc.model.derivatives.places import carried
 from postproc.model.equilibrium import predict
-from postproc.model.places import carried
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent.arm import Wrenches, point_load

@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.sensitivity import grown_sensitivity
+from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.robot.arm import Robot
 from tests.independent import arm as A
 

@@ -8,14 +8,14 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
+from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
 from postproc.model.reference import with_axes
 from postproc.model.rewrite import render_model
-from postproc.model.sensitivity import grown_sensitivity
 from postproc.model.uncertainty import beyond_range, range_table
-from postproc.robot.cell_file import restated
-from postproc.robot.station import station_of
+from postproc.robot.cells.cell_file import restated
+from postproc.robot.cells.station import station_of
 from tests.independent import external_axes as X
 from tests.independent.arm import TABLE_2, irb4600
 from tests.independent.cells import Cell, States, settle

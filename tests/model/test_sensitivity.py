@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from postproc.effects.registry import effect_library
-from postproc.model import sensitivity as module
+from postproc.model.derivatives import sensitivity as module
+from postproc.model.derivatives.sensitivity import sensitivity
 from postproc.model.equilibrium import equilibrium
-from postproc.model.sensitivity import sensitivity
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 

@@ -14,10 +14,10 @@ from postproc.effects.library.loads.gravity_compensator import GravityCompensato
 from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
+from postproc.model.derivatives.stiffness import natural_frequencies, stiffness, tcp_compliance
+from postproc.model.derivatives.tangent import tangent
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
-from postproc.model.stiffness import natural_frequencies, stiffness, tcp_compliance
-from postproc.model.tangent import tangent
 from postproc.robot.kinematics import jacobian
 from postproc.robot.pose import pose_error
 from tests.model.arms import parameters, pose_derivatives, with_parameters
@@ -112,7 +112,7 @@ def test_natural_frequencies_are_those_of_equation_6() -> None:
     state = loaded(model)
     rest = equilibrium(model, state)
     at = tangent(model, rest)
-    from postproc.model.stiffness import inertia
+    from postproc.model.derivatives.stiffness import inertia
 
     M = inertia(rest, at.frame)
     M_cart = np.linalg.inv(at.J @ np.linalg.inv(M) @ np.swapaxes(at.J, 1, 2))

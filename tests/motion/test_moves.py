@@ -15,9 +15,9 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import matrix_pose
 from postproc.rapid.program.program import read_program
+from postproc.robot.cells.station import Station
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
-from postproc.robot.station import Station
 from tests.motion.build import ROBOT, tcp
 
 E = "[9E9,9E9,9E9,9E9,9E9,9E9]"

@@ -12,8 +12,8 @@ from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
 from postproc.robot.catalogue import load_robot
-from postproc.robot.cell import Cell, CellArm, Joint, Unit
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.cells.station import Station
 from tests.independent import arm as A
 from tests.independent import inverse as I
 

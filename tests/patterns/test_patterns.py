@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.model.places import BODY, INSTRUMENT, TOOL
+from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
 from postproc.patterns.dictionary import Patterns, patterns, swelling
 from postproc.patterns.formula import Group, block

@@ -11,11 +11,11 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.model.file import parse_model
 from postproc.model.rewrite import render_model
 from postproc.robot.catalogue import load_robot
-from postproc.robot.cell import Cell, axis_positions, base_frames, gravity_at, unit_frames
-from postproc.robot.cell_file import ROBOT, read_cell_file
+from postproc.robot.cells.cell import Cell, axis_positions, base_frames, gravity_at, unit_frames
+from postproc.robot.cells.cell_file import ROBOT, read_cell_file
+from postproc.robot.cells.mechanical_units import read_cell
 from postproc.robot.controller import Backup, read_entries
 from postproc.robot.kinematics import forward
-from postproc.robot.mechanical_units import read_cell
 
 HEAD = "MOC:CFG_1.0:6:0::\n#\n"
 # The numbers of four public cells (docs/robot.md), in MOC.cfg's own form: only what carries the geometry.

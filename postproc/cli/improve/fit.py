@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.fit.fitted import Fit
-    from postproc.robot.station import Station
+    from postproc.robot.cells.station import Station
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
@@ -104,7 +104,7 @@ def run(
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
     """The arm in its cell, if that is named."""
-    from postproc.robot.cell_file import restated
+    from postproc.robot.cells.cell_file import restated
     from postproc.settings import read_station
 
     if cell is not None and mounting is not None:

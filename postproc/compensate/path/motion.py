@@ -16,7 +16,7 @@ from postproc.model.arm import Model
 from postproc.model.reference import as_written
 from postproc.motion.path.places import unit_of
 from postproc.motion.values import Flags, Index, Move
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 
 BLOCK = 10_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach

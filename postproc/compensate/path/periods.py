@@ -7,8 +7,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.derivatives.stiffness import natural_frequencies
 from postproc.model.equilibrium import carries_load
-from postproc.model.stiffness import natural_frequencies
 from postproc.motion.values import Path
 
 _MOST = 200  # poses at which frequencies are computed; they change slowly along a path

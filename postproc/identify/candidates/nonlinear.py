@@ -19,7 +19,7 @@ from postproc.fit.worth import f_test
 from postproc.identify.candidates.candidate import Candidate, Screen, kind
 from postproc.identify.candidates.composition import corrected
 from postproc.identify.evidence import NEARLY, laplace
-from postproc.model.places import carried, placed
+from postproc.model.derivatives.places import carried, placed
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""

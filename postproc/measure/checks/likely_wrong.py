@@ -27,7 +27,7 @@ from postproc.measure.checks.readings import (
 from postproc.measure.checks.sizes import check_sizes
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
-from postproc.measure.read.turns import FOLLOWS, Turns
+from postproc.measure.read.values.turns import FOLLOWS, Turns
 from postproc.robot.arm import Robot
 
 SHOWN = 5

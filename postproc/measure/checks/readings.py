@@ -12,7 +12,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.measure.alignment import SAME, Alignment, align
-from postproc.measure.read.units import UNITS
+from postproc.measure.read.values.units import UNITS
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.kinematics import forward

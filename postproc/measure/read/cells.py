@@ -13,9 +13,9 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.measure.read.layout import ColumnMap
-from postproc.measure.read.numbers import EMPTY, as_number, find_decimal, holds_numbers
 from postproc.measure.read.spreadsheet import MARK, sheet_text
-from postproc.measure.read.units import is_unit, stated_unit
+from postproc.measure.read.values.numbers import EMPTY, as_number, find_decimal, holds_numbers
+from postproc.measure.read.values.units import is_unit, stated_unit
 from postproc.numbers import read_number
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from postproc.effects.contract import COLUMNS
 from postproc.measure.read.layout import MappedColumn
-from postproc.measure.read.units import fitting
+from postproc.measure.read.values.units import fitting
 
 _UNIT_OF_SUFFIX = ("deg_s2", "deg_s", "deg", "mm", "kg", "Nm", "N", "C", "s")
 

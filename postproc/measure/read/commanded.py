@@ -19,9 +19,9 @@ from postproc.rapid.motions.units import flange_matrix, tool_matrix
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.spelling import if_not, meant_name
 from postproc.robot.arm import Robot
+from postproc.robot.cells.station import Station
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
-from postproc.robot.station import Station
 
 MANY = 0.2
 """Share of poses that cannot be reached beyond which the table does not mean what it says."""

@@ -13,12 +13,12 @@ from postproc.effects.contract import State
 from postproc.measure.checks.readings import CLEARER, Arm, fits, seen
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
-from postproc.measure.read.units import UNITS, fitting
+from postproc.measure.read.values.units import UNITS, fitting
 from postproc.model.reference import in_world, with_axes
 from postproc.rapid.data.records import NO_AXIS
 from postproc.robot.arm import Robot
-from postproc.robot.cell import LETTERS, Joint
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS, Joint
+from postproc.robot.cells.station import Station
 
 FEW = 8
 UNIT = {"linear": "mm", "rotary": "deg", "fixed": "mm"}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.columns import LABELS
-from postproc.measure.read.numbers import as_number, is_number
+from postproc.measure.read.values.numbers import as_number, is_number
 
 
 def join(seen: Cells, beside: Cells, diagnostics: list[Diagnostic]) -> Cells:

@@ -14,10 +14,10 @@ from postproc.measure.read import columns as names
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.columns import unit_of
 from postproc.measure.read.layout import QUATERNIONS, ColumnMap, MappedColumn, MappedRotation
-from postproc.measure.read.numbers import EMPTY
-from postproc.measure.read.times import seconds
-from postproc.measure.read.turns import Turns
-from postproc.measure.read.units import UNITS, fitting
+from postproc.measure.read.values.numbers import EMPTY
+from postproc.measure.read.values.times import seconds
+from postproc.measure.read.values.turns import Turns
+from postproc.measure.read.values.units import UNITS, fitting
 
 UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.measure.read import columns as names
 from postproc.measure.read.lookup import Table
-from postproc.measure.read.units import fitting
+from postproc.measure.read.values.units import fitting
 
 MOST_LEVELS = 12
 """A column of more different words holds names or remarks."""

@@ -23,7 +23,7 @@ from postproc.measure.read.own import own_channels, row_order
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 
 ANGLES = (
     "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "

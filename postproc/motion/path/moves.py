@@ -22,8 +22,8 @@ from postproc.rapid.data.records import LoadData, ToolData, WobjData
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
-from postproc.robot.cell import LETTERS
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _BESIDE = 1e-5  # [m], [rad]: six digits of a configuration beside a limit

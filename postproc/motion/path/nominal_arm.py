@@ -17,11 +17,11 @@ from postproc.rapid.data.records import NO_AXIS, Ax6, JointTarget, RobTarget
 from postproc.rapid.motions.units import matrix_pose, object_matrix, pose_matrix, tool_matrix
 from postproc.rapid.unknown import Kind, Unknown
 from postproc.robot.arm import Robot
-from postproc.robot.cell import LETTERS
+from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.station import Station
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import forward
-from postproc.robot.station import Station
 
 
 @dataclass(frozen=True, slots=True)

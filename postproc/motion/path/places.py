@@ -16,8 +16,8 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXES, NO_AXIS, Ax6
 from postproc.rapid.unknown import Kind, Unknown
-from postproc.robot.cell import LETTERS
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.station import Station
 
 NOWHERE: Ax6 = (nan,) * 6
 

@@ -8,8 +8,8 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import place
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXIS
-from postproc.robot.cell import LETTERS
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.station import Station
 
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.

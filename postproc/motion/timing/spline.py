@@ -13,8 +13,8 @@ from postproc.arrays import Array
 from postproc.motion.path.samples import starts_chain
 from postproc.motion.values import Flags, Index, Move, Path
 from postproc.robot.arm import Robot
-from postproc.robot.cell import LETTERS, Joint, Kind
-from postproc.robot.station import Station
+from postproc.robot.cells.cell import LETTERS, Joint, Kind
+from postproc.robot.cells.station import Station
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands

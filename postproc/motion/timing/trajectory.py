@@ -12,8 +12,8 @@ from postproc.motion.timing.sustained import sustained
 from postproc.motion.timing.timelaw import times_at
 from postproc.motion.values import Flags, Path, Trajectory, frames_at
 from postproc.robot.arm import Robot
+from postproc.robot.cells.station import INSTANT, Station
 from postproc.robot.kinematics import body_poses
-from postproc.robot.station import INSTANT, Station
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows

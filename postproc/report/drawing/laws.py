@@ -17,7 +17,7 @@ from postproc.effects.contract import State
 from postproc.fit.channels import fit_channels, unit_of
 from postproc.fit.fitted import Fit
 from postproc.identify.trends import DAMPING
-from postproc.model.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
+from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
 from postproc.report.drawing.charts import Curve, scatter
 from postproc.robot.kinematics import body_poses
 
@@ -93,7 +93,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
 
 
 def coordinates(effect: Effect, state: State) -> Array:
-    """(n, 60) where an effect moves the arm, by place [rad or m] (`model.places`)."""
+    """(n, 60) where an effect moves the arm, by place [rad or m] (`model.derivatives.places`)."""
     return flat(placed(displacement_of(effect, state)), len(state), PLACES)
 
 
@@ -119,7 +119,7 @@ def forces(effect: Effect, state: State) -> dict[int, Array]:
 
 
 def place_name(k: int) -> tuple[str, str]:
-    """What a coordinate of `model.places` is called, and the unit of a thousandth of it."""
+    """What a coordinate of `model.derivatives.places` is called, and the unit of a thousandth of it."""
     if k < BODY:
         return f"joint {k - JOINT + 1}", "mrad"
     begin = next(start for start in (INSTRUMENT, TOOL, BODY) if k >= start)

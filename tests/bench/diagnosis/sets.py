@@ -17,7 +17,7 @@ from postproc.measure.read.terms import Reading
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
 from postproc.robot.catalogue import load_robot
-from postproc.robot.station import Station
+from postproc.robot.cells.station import Station
 from tests.independent import arm as A
 from tests.independent import external_axes as X
 from tests.independent import library_effects as K

@@ -20,7 +20,7 @@ from postproc.effects.geometry import distal_point
 from postproc.robot.kinematics import skew
 
 if TYPE_CHECKING:
-    from postproc.robot.cell import Joint
+    from postproc.robot.cells.cell import Joint
 
 Mask = NDArray[np.bool_]
 

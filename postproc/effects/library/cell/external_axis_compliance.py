@@ -12,7 +12,7 @@ from postproc.effects.geometry import distal_point
 from postproc.effects.library.cell.axis_motion import AxisMotion, Mask, across, side_of, small_motion
 
 if TYPE_CHECKING:
-    from postproc.robot.cell import Joint
+    from postproc.robot.cells.cell import Joint
 
 SEEN = 1e-3
 """Share of the largest by which a sag must change from row to row to be looked for."""

@@ -15,7 +15,7 @@ from postproc.effects.files import FieldProblem
 from postproc.effects.library.cell.axis_motion import AxisMotion, position_of, small_motion
 
 if TYPE_CHECKING:
-    from postproc.robot.cell import Joint
+    from postproc.robot.cells.cell import Joint
 
 ORDERS = (1, 2, 3, 4, 5, 6, 8, 10, 13)
 WHOLE = {"": (slice(0, 2), slice(0, 3)), ", shifts": (slice(0, 1), slice(0, 3)), ", turns": (slice(1, 2), slice(0, 3))}

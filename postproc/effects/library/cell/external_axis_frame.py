@@ -11,7 +11,7 @@ from postproc.effects.base import State, Variant, param, variant
 from postproc.effects.library.cell.axis_motion import AxisMotion, across, position_of, small_motion
 
 if TYPE_CHECKING:
-    from postproc.robot.cell import Joint
+    from postproc.robot.cells.cell import Joint
 
 
 class ExternalAxisFrame(

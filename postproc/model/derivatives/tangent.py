@@ -12,10 +12,10 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
+from postproc.model.derivatives.places import BODY, LOADS, PLACES, carried, flat, placed
 from postproc.model.equilibrium import Equilibrium, carries_load
 from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
-from postproc.model.places import BODY, LOADS, PLACES, carried, flat, placed
 
 LOAD_STEP = 0.1  # [N, N m]: effects are linear in the load, or smooth over tens of N m
 POSE_STEP = 1e-6  # [rad, m]

@@ -19,10 +19,10 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
+from postproc.model.derivatives.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
+from postproc.model.derivatives.tangent import tangent
 from postproc.model.equilibrium import Equilibrium, active_bodies, carries_load, equilibrium
 from postproc.model.loads import borne
-from postproc.model.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
-from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import left_jacobian
 

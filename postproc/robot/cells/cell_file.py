@@ -18,11 +18,11 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import PostprocError, Source
-from postproc.robot.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.cells.mechanical_units import GRAVITY, read_cell
+from postproc.robot.cells.station import ROBOT, Station
 from postproc.robot.controller import Backup, read_backup, read_entries
-from postproc.robot.mechanical_units import GRAVITY, read_cell
 from postproc.robot.pose import rpy, transform
-from postproc.robot.station import ROBOT, Station
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Letter = Literal["a", "b", "c", "d", "e", "f"]

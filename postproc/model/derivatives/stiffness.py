@@ -8,9 +8,9 @@ from postproc.arrays import Array, blocks
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
+from postproc.model.derivatives.tangent import Frame, tangent
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.loads import payload_point
-from postproc.model.tangent import Frame, tangent
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS, Ax6
-from postproc.robot.cell import (
+from postproc.robot.cells.cell import (
     Cell,
     CellArm,
     Joint,

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.measure.checks.readings import CLEARER
 from postproc.measure.read.layout import QUATERNIONS
-from postproc.measure.read.units import UNITS
+from postproc.measure.read.values.units import UNITS
 
 USUAL = ("xyz", "ZYX", "ZYZ", "rotvec")
 TRIPLES = ["".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]

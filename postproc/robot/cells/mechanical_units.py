@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
-from postproc.robot.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit, unit_frames
+from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit, unit_frames
 from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name, read_calibration
 from postproc.robot.pose import rpy, transform
 

@@ -1,0 +1,1 @@
+"""Single values as tables write them: `numbers`, `times`, `units`, `turns` (orientations)."""
