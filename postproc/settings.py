@@ -62,7 +62,8 @@ class Settings:
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
         already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
-        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){already}; {near}; scope {o.scope}"
+        cell = f"; cell `{self.cell}`" if self.cell is not None else ""
+        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}; {near}; scope {o.scope}"
 
     def document(self, robot: str) -> dict[str, str]:
         """The same for documents."""
@@ -92,6 +93,7 @@ def told(settings: Settings) -> dict[str, str]:
         "tolerance in the air [mm]": f"{1e3 * o.air_tolerance_m:g}",
         "scope": o.scope,
         "at run time": o.run_time,
+        **({"cell": str(settings.cell)} if settings.cell is not None else {}),
         **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
     }
 

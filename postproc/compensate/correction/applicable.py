@@ -115,8 +115,8 @@ def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]
     if station is not None:
         stated = station.gravity(np.zeros((1, 6)))
         if stated is not None and not np.allclose(model.gravity, stated[0], atol=0.01):
-            text = "the controller's configuration hangs the arm otherwise than the model's [mounting]"
-            help_ = "give [mounting] rpy_deg in the model: gravity pulls along it"
+            text = "the cell (a controller's configuration, or `--cell`) hangs the arm otherwise than the model"
+            help_ = "state the same `[mounting]` `rpy_deg` in both files: gravity pulls along it"
             yield Diagnostic("CMP014", "error", text, source, None, help_)
     elif not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):
         text = "the arm's base is turned ([mounting]), and the program's work objects are read in axes of that base"
