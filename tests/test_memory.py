@@ -9,7 +9,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PEAK = """
-import resource, sys
+from tests.peak import peak_mb
+import sys
 from postproc import arrays
 whole = arrays.blocks
 arrays.blocks = lambda n, size: whole(n, size // 10)  # so that a short program has many of them
@@ -20,7 +21,7 @@ from postproc.model.file import default_model
 from tests.bench.programs import program
 done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
 assert done.exit_code == 0, done.diagnostics
-print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(round(1048576 * peak_mb()))
 """
 MOST = 12_500  # bytes a target; 20,000 with the states of a whole program held at once
 

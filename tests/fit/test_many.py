@@ -21,12 +21,13 @@ from tests.identify.cells import base_fit
 
 ROOT = Path(__file__).resolve().parents[2]
 PEAK = """
-import resource, sys
+from tests.peak import peak_mb
+import sys
 import numpy as np
 from tests.fit.test_many import table
 from tests.identify.cells import base_fit
 fit = base_fit(table(int(sys.argv[1])))
-print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, fit.rms)
+print(round(1048576 * peak_mb()), fit.rms)
 """
 MOST = 6_000  # bytes a row beyond those that are fitted; 25,000 with all of them in the fit
 NOISE = 2e-5

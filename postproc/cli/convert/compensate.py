@@ -40,8 +40,6 @@ def run(
     """
     from postproc.compensate.results.document import estimated_stiffness
     from postproc.convert import compensate_program
-    from postproc.report.certificate import program_certificate
-    from postproc.report.compensation import compensation_page
     from postproc.settings import told
 
     if in_place and program == STDIN:
@@ -62,8 +60,12 @@ def run(
         result = compensate_program(sources, arm, settings.options, watch)
     show(named_files(result.diagnostics))
     if report is not None:
+        from postproc.report.compensation import compensation_page
+
         write(report, compensation_page(Path(source.path).name, result, told(settings)))
     if certificate is not None:
+        from postproc.report.certificate import program_certificate
+
         write(certificate, program_certificate(Path(source.path).name, result, told(settings)))
     code = max(1, result.exit_code)
     if result.output is not None:

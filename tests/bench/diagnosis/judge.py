@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -22,6 +21,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
 from tests.bench.diagnosis.sets import Set, Truth
+from tests.peak import peak_mb
 
 HARMLESS = 1.2
 """Error, in that of the true model refitted, up to which leaving an effect unnamed costs nobody anything."""
@@ -105,7 +105,7 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     result |= answer(d)
     before, after = error(base.model, one.true), error(d.final.model, one.true)
     result |= {"before": before, "after": after, "unnamed": d.unnamed, "claimed": d.final.held_out_rms}
-    result["memory_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    result["memory_mb"] = peak_mb()
     if one.truth is None or one.noise is None:
         return result
     named = [k for k in result["named"] if k not in ABOUT_DATA]

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bench.speed.table import CALIBRATION, Figure
+from tests.peak import peak_mb
 
 SAMPLE = Path(__file__).resolve().parents[3] / "samples" / "hull_seam.mod"
 LIBRARIES = "import numpy, scipy.interpolate, pinocchio, toppra, ruckig, jinja2, py_opw_kinematics"
@@ -61,7 +62,7 @@ def repeated(work: Callable[[], Any], times: int) -> tuple[float, ...]:
 
 def peak() -> float:
     """Peak memory of this process [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return peak_mb()
 
 
 def calibration(sizes: Sizes) -> list[Figure]:
