@@ -12,6 +12,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
+    from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
 
 NAME = "postproc.toml"
@@ -132,8 +133,17 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
-        model = replace(model, robot=load_robot(settings.robot), robot_name=settings.robot)
+        model = _moved_to(model, load_robot(settings.robot), settings.robot)
     return model if station is None else replace(model, station=station)
+
+
+def _moved_to(model: Model, robot: Robot, name: str) -> Model:
+    """The model with another robot; what a fit knows of its accuracy holds for the arm that was measured alone."""
+    import numpy as np
+
+    before = model.robot
+    alike = np.allclose(before.link, robot.link, atol=1e-9) and np.allclose(before.axis, robot.axis, atol=1e-9)
+    return replace(model, robot=robot, robot_name=name, fit=model.fit if alike else {})
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:

@@ -26,7 +26,7 @@ def closed_form(robot: Robot) -> Opw:
             "KIN005",
             f"robot `{robot.name}` does not stand as ABB arms do at zero: {fault(robot.link, robot.axis)}; confdata and"
             " the closed-form inverse do not apply to it",
-            help="give joint angles instead of poses; fitting and prediction work for any serial arm",
+            help="mend that in the robot's file; an arm that is built so is fitted and predicted from joint angles",
         )
     return robot.opw
 

@@ -9,7 +9,7 @@ import pytest
 
 from postproc.choices import settings_at
 from postproc.diagnostics import PostprocError
-from postproc.settings import read_arm
+from postproc.settings import Settings, read_arm
 from tests.batch.test_tree import SYS, backup
 
 from .conftest import ARM, Call
@@ -190,3 +190,14 @@ def test_the_former_name_of_taught_data_is_still_read(tmp_path: Path) -> None:
     (tmp_path / "postproc.toml").write_text('already = ["gravety"]\n')
     with pytest.raises(PostprocError, match="CLI014"):
         settings_at(tmp_path)
+
+
+def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp_path: Path) -> None:
+    fitted = tmp_path / "fitted.toml"
+    text = (samples / "models" / "hull_cell.toml").read_text(encoding="utf-8")
+    fitted.write_text(f"{text}\n[fit]\nnoise_mm = 0.05\n", encoding="utf-8")
+    own, other = (
+        read_arm(Settings(model=fitted, robot=name), "p.mod") for name in ("irb4600_60_205", "irb2600id_15_185")
+    )
+    assert own.fit and not other.fit
+    assert [e.key for e in own.effects] == [e.key for e in other.effects]
