@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.correction.abrupt import intervals_for_jumps
 from postproc.compensate.correction.curve import Transition
 from postproc.compensate.path.motion import approach_side, feels_sides
 from postproc.compensate.path.samples import Samples, sample_moves
@@ -22,11 +23,12 @@ CROSSING = 0.1  # [s]: nor closer than the arm moves in this time, to cross the 
 
 
 def sample_for(model: Model, moves: Sequence[Move], dense: Array) -> Samples:
-    """Samples of every move, closer together in moves in which, or at whose ends, a joint turns back.
+    """Samples of every move, closer together where a law jumps on the way, or a joint turns back on it or at its ends.
 
     Args:
         moves, dense: see ``sample_moves``.
     """
+    dense = intervals_for_jumps(model, moves, dense)
     samples = sample_moves(model.robot, moves, dense=dense)
     if not feels_sides(model):
         return samples
