@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 from postproc.diagnostics import Diagnostic, Source, Span
-from postproc.grouping import grouped
+from postproc.grouping import grouped, shared
 from postproc.rapid.data.records import (
     Ax6,
     JointTarget,
@@ -111,34 +111,54 @@ class Argument:
     whole: Span
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StatementShape:
+    """What the motion statements of a routine share that read alike but for their targets: thousands have one shape.
+
+    Args:
+        instruction: canonical spelling, ``MoveL``, ``ArcLStart``.
+        module: name of the module, routine: name of the routine.
+        interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
+        roles: of the arguments, in the order of the text.
+        places: begin and end of each argument's span and of its whole. They are counted from the end of the target
+            before, or of the last one; where there is none from the statement's first byte.
+        complete: whether there are exactly the positional arguments that the instruction needs, where that is known.
+        words: that stand beside the targets, in lower case.
+    """
+
+    instruction: str
+    module: str
+    routine: str
+    interpolation: Interpolation
+    roles: tuple[str, ...]
+    places: tuple[int, ...]
+    complete: bool
+    words: frozenset[str]
+
+
 @dataclass(frozen=True, slots=True)
 class MotionStatement:
     """One motion statement as it stands in the file.
 
     Args:
-        instruction: canonical spelling, ``MoveL``, ``ArcLStart``.
         source: the file.
         span: from the first byte of the instruction name to the byte after ``;``.
-        module: name of the module, routine: name of the routine.
-        roles: of the arguments, in the order of the text.
-        places: begin and end of each argument's span and of its whole, counted from the statement's first byte: small
-            numbers are kept once, however many statements there are.
-        interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
+        shape: all but its targets.
+        ends: where its targets end, counted from its first byte; they are its first arguments.
         key: what tells it from every other statement of the program.
     """
 
-    instruction: str
     source: Source
     span: Span
-    module: str
-    routine: str
-    roles: tuple[str, ...]
-    places: tuple[int, ...]
-    interpolation: Interpolation
-    key: StatementKey = field(init=False)
+    shape: StatementShape
+    ends: tuple[int, ...]
+    key: StatementKey
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "key", (self.source.path, self.span[0]))
+    instruction: ClassVar[str] = shared("shape.instruction")
+    module: ClassVar[str] = shared("shape.module")
+    routine: ClassVar[str] = shared("shape.routine")
+    interpolation: ClassVar[Interpolation] = shared("shape.interpolation")
+    roles: ClassVar[tuple[str, ...]] = shared("shape.roles")
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
@@ -147,20 +167,25 @@ class MotionStatement:
 
     def argument(self, role: str) -> Argument | None:
         """The first argument of a role."""
-        return self._argument(self.roles.index(role)) if role in self.roles else None
+        return self._argument(self.roles.index(role)) if role in self.shape.roles else None
 
     def span_of(self, role: str) -> Span | None:
         """Where the expression of the first argument of a role stands."""
-        if role not in self.roles:
-            return None
-        at, i = self.span[0], 4 * self.roles.index(role)
-        return at + self.places[i], at + self.places[i + 1]
+        return self._spans(self.roles.index(role))[0] if role in self.shape.roles else None
+
+    def _spans(self, i: int) -> tuple[Span, Span]:
+        """Where the expression of an argument stands, and the whole of it."""
+        at, ends = self.span[0], self.ends
+        start, end, first, last = self.shape.places[4 * i : 4 * i + 4]
+        if i < len(ends):
+            before, behind = at + (ends[i - 1] if i else 0), at + ends[i]
+        else:
+            before = behind = at + (ends[-1] if ends else 0)
+        return (before + start, behind + end), (before + first, behind + last)
 
     def _argument(self, i: int) -> Argument:
-        at = self.span[0]
-        start, end, first, last = self.places[4 * i : 4 * i + 4]
-        text = self.source.data[at + start : at + end].decode("latin-1")
-        return Argument(self.roles[i], (at + start, at + end), text, (at + first, at + last))
+        span, whole = self._spans(i)
+        return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), whole)
 
     @property
     def line(self) -> int:

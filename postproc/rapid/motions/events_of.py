@@ -17,7 +17,6 @@ from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import Targets
-from postproc.rapid.program.arguments import fits
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
@@ -120,7 +119,7 @@ class EventMaker:
         origin, via_origin = Origin("runtime"), None
         if signature.why_not and not signature.roles:
             target = Unknown(Kind.UNSUPPORTED, signature.why_not)
-        elif signature.roles and not fits(statement, signature):
+        elif not statement.shape.complete:
             target = Unknown(Kind.ARGUMENTS)
         elif to is not None and signature.jointed:
             target, origin = self.targets.jointtarget(statement.source, to, memory)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.data.arm import Arm
 from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.program.arguments import fits, read_motion
+from postproc.rapid.program.arguments import MotionReader
 from postproc.rapid.program.scopes import (
     all_declarations,
     check_taught,
@@ -113,24 +113,28 @@ def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = (),
     names = declared_names(modules, diagnostics)
     diagnostics += check_taught(taught, names)
     routines = named_routines(modules)
-    motions: dict[str, dict[int, MotionStatement]] = {}
-    for module in modules:
-        known = motions.setdefault(module.source.path, {})
-        for routine in module.routines:
-            for statement in statements_of(routine):
-                if statement.kind != "call" or statement.word not in SIGNATURES:
-                    continue
-                # A routine of the user's with that name wins over the instruction.
-                if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
-                    continue
-                motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
-                if motion is not None:
-                    known[statement.span[0]] = motion
-                    diagnostics += _check(motion)
+    motions = _read_motions(modules, routines)
     statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
+    diagnostics += [_incomplete(statement) for statement in statements if not statement.shape.complete]
     declarations = tuple(all_declarations(modules))
     told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
     return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated, arm)
+
+
+def _read_motions(
+    modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
+) -> dict[str, dict[int, MotionStatement]]:
+    """The motion statements of all files, by path and offset."""
+    motions: dict[str, dict[int, MotionStatement]] = {}
+    for module in modules:
+        known, reader = motions.setdefault(module.source.path, {}), MotionReader(module.source)
+        # A routine of the user's with that name wins over the instruction.
+        own = {name for home, name in routines if home in ("", module.name.lower())}
+        for routine in module.routines:
+            for statement in statements_of(routine):
+                if statement.kind == "call" and statement.word in SIGNATURES and statement.word not in own:
+                    known[statement.span[0]] = reader.read(statement.span, statement.word, module.name, routine.name)
+    return motions
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
@@ -162,11 +166,7 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
     return modules, problems
 
 
-def _check(motion: MotionStatement) -> Iterator[Diagnostic]:
-    signature = SIGNATURES[motion.instruction.lower()]
-    if signature.roles and not fits(motion, signature):
-        wanted = ", ".join(signature.roles)
-        yield Diagnostic(
-            "RAP014", "error", f"`{motion.instruction}` does not have the arguments it needs: {wanted}",
-            motion.source, motion.span, "check commas and backslashes of this statement",
-        )  # fmt: skip
+def _incomplete(motion: MotionStatement) -> Diagnostic:
+    wanted = ", ".join(SIGNATURES[motion.instruction.lower()].roles)
+    text, help = f"does not have the arguments it needs: {wanted}", "check commas and backslashes of this statement"
+    return Diagnostic("RAP014", "error", f"`{motion.instruction}` {text}", motion.source, motion.span, help)

@@ -7,7 +7,7 @@ argument.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
 
@@ -25,6 +25,11 @@ class Signature:
     older: tuple[str, ...] = ()  # positional arguments in S4 programs, where they differ
     why_not: str = ""  # why its target is never changed
     jointed: bool = False  # the target is a jointtarget
+    targets: int = field(init=False)  # how many of the first arguments are targets
+
+    def __post_init__(self) -> None:
+        others = [i for i, role in enumerate(self.roles) if role not in ("via", "to")]
+        object.__setattr__(self, "targets", others[0] if others else len(self.roles))
 
 
 MOVE = ("to", "speed", "zone", "tool")
