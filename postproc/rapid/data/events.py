@@ -111,14 +111,41 @@ class Argument:
     whole: Span
 
 
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """How to read one motion instruction.
+
+    Args:
+        name: canonical spelling, ``MoveL``, ``ArcLStart``.
+        interpolation: how the controller moves to the target; ``none`` for what does not move the arm.
+        roles: of the positional arguments; older: in S4 programs, where they differ.
+        phase: of the seam, for arc and cap welding.
+        why_not: why its target is never changed.
+        jointed: the target is a jointtarget.
+        targets: how many of the first arguments are targets.
+    """
+
+    name: str
+    interpolation: Interpolation
+    roles: tuple[str, ...]
+    phase: str = ""
+    older: tuple[str, ...] = ()
+    why_not: str = ""
+    jointed: bool = False
+    targets: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        others = [i for i, role in enumerate(self.roles) if role not in ("via", "to")]
+        object.__setattr__(self, "targets", others[0] if others else len(self.roles))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StatementShape:
     """What the motion statements of a routine share that read alike but for their targets: thousands have one shape.
 
     Args:
-        instruction: canonical spelling, ``MoveL``, ``ArcLStart``.
+        signature: of the instruction.
         module: name of the module, routine: name of the routine.
-        interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
         roles: of the arguments, in the order of the text.
         places: begin and end of each argument's span and of its whole. They are counted from the end of the target
             before, or of the last one; where there is none from the statement's first byte.
@@ -126,10 +153,9 @@ class StatementShape:
         words: that stand beside the targets, in lower case.
     """
 
-    instruction: str
+    signature: Signature
     module: str
     routine: str
-    interpolation: Interpolation
     roles: tuple[str, ...]
     places: tuple[int, ...]
     complete: bool
@@ -154,10 +180,11 @@ class MotionStatement:
     ends: tuple[int, ...]
     key: StatementKey
 
-    instruction: ClassVar[str] = shared("shape.instruction")
+    instruction: ClassVar[str] = shared("shape.signature.name")
     module: ClassVar[str] = shared("shape.module")
     routine: ClassVar[str] = shared("shape.routine")
-    interpolation: ClassVar[Interpolation] = shared("shape.interpolation")
+    interpolation: ClassVar[Interpolation] = shared("shape.signature.interpolation")
+    signature: ClassVar[Signature] = shared("shape.signature")
     roles: ClassVar[tuple[str, ...]] = shared("shape.roles")
 
     @property
@@ -192,6 +219,34 @@ class MotionStatement:
         return self.source.position(self.span[0])[0]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class InForce:
+    """What a motion runs with beside its target; one value for all that share it.
+
+    Args:
+        duration: ``\\T`` [s]. gripload: in the tool frame. displacement: PDispSet or PDispOn, in the object frame.
+        options: ``conf_l``, ``conf_j`` and ``singarea_wrist`` as far as known.
+        velocity_override: VelSet [%]; velocity_limit: VelSet [mm/s]; acceleration: AccSet [%].
+        axis_offset: EOffsSet [mm], [deg].
+        units: what ActUnit and DeactUnit have done, by name; None: not known.
+    """
+
+    tool: ToolData
+    wobj: WobjData
+    speed: SpeedData
+    zone: ZoneData
+    weld: Weld | None
+    duration: float | None
+    gripload: LoadData
+    displacement: Pose
+    options: Mapping[str, bool]
+    velocity_override: float
+    velocity_limit: float | None
+    acceleration: float
+    axis_offset: Ax6
+    units: tuple[tuple[str, bool], ...] | None
+
+
 @dataclass(frozen=True, slots=True)
 class MotionEvent:
     """One execution of a motion statement, with everything that is in force at that moment.
@@ -204,22 +259,11 @@ class MotionEvent:
     via: RobTarget | None
     target_origin: Origin
     via_origin: Origin | None
-    tool: ToolData
-    wobj: WobjData
-    speed: SpeedData
-    zone: ZoneData
-    weld: Weld | None = None
-    duration: float | None = None  # \T [s]
-    gripload: LoadData = LoadData()  # GripLoad, in the tool frame
-    displacement: Pose = Pose()  # PDispSet / PDispOn, applied in the object frame
+    in_force: InForce
     conditional: bool = False  # on a branch whose condition is not known
     reason: str | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
-    options: Mapping[str, bool] = field(default_factory=dict)  # conf_l, conf_j, ... as far as known
     detached: bool = False  # the arm may come from elsewhere than the event before
-    velocity_override: float = 100.0  # VelSet [%]
-    velocity_limit: float | None = None  # VelSet [mm/s]
-    acceleration: float = 100.0  # AccSet [%]
     elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed
     first: bool = False  # where the arm comes from is not known
     loose: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
@@ -228,10 +272,23 @@ class MotionEvent:
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
-    axis_offset: Ax6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # EOffsSet [mm], [deg]
-    units: tuple[tuple[str, bool], ...] | None = ()  # what ActUnit and DeactUnit have done, by name; None: unknown
     axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
+
+    tool: ClassVar[ToolData] = shared("in_force.tool")
+    wobj: ClassVar[WobjData] = shared("in_force.wobj")
+    speed: ClassVar[SpeedData] = shared("in_force.speed")
+    zone: ClassVar[ZoneData] = shared("in_force.zone")
+    weld: ClassVar[Weld | None] = shared("in_force.weld")
+    duration: ClassVar[float | None] = shared("in_force.duration")
+    gripload: ClassVar[LoadData] = shared("in_force.gripload")
+    displacement: ClassVar[Pose] = shared("in_force.displacement")
+    options: ClassVar[Mapping[str, bool]] = shared("in_force.options")
+    velocity_override: ClassVar[float] = shared("in_force.velocity_override")
+    velocity_limit: ClassVar[float | None] = shared("in_force.velocity_limit")
+    acceleration: ClassVar[float] = shared("in_force.acceleration")
+    axis_offset: ClassVar[Ax6] = shared("in_force.axis_offset")
+    units: ClassVar[tuple[tuple[str, bool], ...] | None] = shared("in_force.units")
 
     @property
     def searched(self) -> bool:

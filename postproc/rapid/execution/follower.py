@@ -21,7 +21,6 @@ from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.loops import counted
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown, without_causes
@@ -229,7 +228,7 @@ class _Follower(Flow):
             if self.own > MOST_MOTIONS:
                 raise _Stop
         arguments = {argument.role: argument for argument in motion.arguments}
-        to, circle, signature = arguments.get("to"), arguments.get("via"), SIGNATURES[motion.instruction.lower()]
+        to, circle, signature = arguments.get("to"), arguments.get("via"), motion.signature
         target = self.joints(to, memory) if signature.jointed else self.place(to, memory)
         via = self.place(circle, memory)
         tool, wobj = self.frames(arguments.get("tool"), arguments.get("\\wobj"), memory)

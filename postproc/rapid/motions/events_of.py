@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from types import MappingProxyType
-from typing import TypeVar
+from operator import is_, itemgetter
 
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
-from postproc.rapid.data.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.data.records import NO_AXIS, JointTarget, RobTarget
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import NO_MASS, NO_OFFSET
+from postproc.rapid.evaluation.state import State
 from postproc.rapid.motions.missing import Missing
+from postproc.rapid.motions.moments import FIXED_AXES, Moment, moment_of
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
-from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
+from postproc.rapid.program.write_effects import SETTERS
+from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
-T = TypeVar("T")
+_SET = itemgetter(*SETTERS)  # what instructions have set
 NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
@@ -33,7 +32,7 @@ class EventMaker:
         self.targets = Targets()
         self.missing = Missing(program, diagnostics)
         self.settings = SettingsReader(program, self.missing)
-        self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
+        self.last = moment_of(_SET(State.initial().values))
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""
@@ -48,52 +47,39 @@ class EventMaker:
             acting = sorted({called[1].decode("latin-1") for called in found_at if called is not None})
             reasons += [Unknown(Kind.ACTS, name) for name in acting]
         settings = self.settings.read(statement, memory, reasons, found)
-        tool, wobj, total = settings.tool, settings.wobj, settings.total
-        state = memory.changed
-        payload, causes = self.state(state, "@gripload", LoadData(), Kind.PAYLOAD, reasons)
-        if total is not None and total.mass > NO_MASS:
-            tool, payload = replace(tool, tload=total), LoadData()
-        displacement, more = self.state(state, "@pdisp", Pose(), Kind.DISPLACEMENT, reasons)
-        assumed = joined_causes(tuple(memory.noted), causes, more)
+        moment = self.moment(memory.changed)
+        in_force = moment.in_force(statement.shape, settings)
+        reasons += moment.reasons
+        wobj = in_force.wobj
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
-        offset, more = without_causes(state.get("@eoffs"))
-        if isinstance(offset, Unknown) or more or statement.argument("\\noeoffs") is not None:
-            stated = any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ()))
-            if stated and statement.argument("\\noeoffs") is None:
-                reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
-            offset = NO_OFFSET
-        units, unsure = without_causes(state.get("@units", ()))
-        self.missing.say_assumed(state, statement, found)
-        override, limit = _pair(without_causes(state.get("@velset"))[0])
-        acceleration, _ = without_causes(state.get("@accset", 100.0))
+        shifted = moment.offset is None and FIXED_AXES not in statement.roles
+        if shifted and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
+            reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
+        if not moment.known:
+            self.missing.say_assumed(memory.changed, statement, found)
+        causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
         return MotionEvent(
             statement,
             target,
             via,
             origin,
             via_origin,
-            tool,
-            wobj,
-            settings.speed,
-            settings.zone,
-            settings.weld,
-            settings.duration,
-            payload,
-            displacement,
+            in_force,
             conditional,
-            "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) or None,
+            "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
-            self.known_options(state),
-            velocity_override=override,
-            velocity_limit=limit,
-            acceleration=100.0 if isinstance(acceleration, Unknown) else acceleration,
-            axis_offset=offset,
-            units=None if isinstance(units, Unknown) or unsure else units,
             numbers=named_numbers(statement, origin, memory),
-            assumed=tuple(cause.reason for cause in assumed),
+            assumed=tuple(cause.reason for cause in causes) if causes else (),
             unknowns=tuple(reasons),
         )
+
+    def moment(self, state: Mapping[str, Data]) -> Moment:
+        """What instructions have set so far; the same value as long as none sets anything."""
+        now = _SET(state)
+        if not all(map(is_, now, self.last.values)):
+            self.last = moment_of(now)
+        return self.last
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
         """What the program calls the target of the event before here; None where that has no name or means another."""
@@ -112,7 +98,7 @@ class EventMaker:
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
         """Target and circle point with their origins; without target where one of the two is not known."""
-        signature = SIGNATURES[statement.instruction.lower()]
+        signature = statement.shape.signature
         to, circle = statement.span_of("to"), statement.span_of("via")
         target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
         via: RobTarget | Unknown | None = None
@@ -135,27 +121,3 @@ class EventMaker:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
         known = None if isinstance(via, Unknown) else via
         return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
-
-    @staticmethod
-    def state(state: Mapping[str, Data], key: str, default: T, kind: Kind, reasons: list[Unknown]) -> tuple[T, Causes]:
-        """What an instruction has set, and why it is not certain."""
-        value, causes = without_causes(state.get(key, default))
-        if isinstance(value, Unknown):
-            reasons.append(Unknown(kind, cause=value))
-            return default, ()
-        return value, causes
-
-    def known_options(self, state: Mapping[str, Data]) -> Mapping[str, bool]:
-        conf_l, conf_j, singarea = key = tuple(
-            without_causes(state.get(name))[0] for name in ("@conf_l", "@conf_j", "@singarea")
-        )
-        if key not in self.options:
-            found = {name: value for name, value in (("conf_l", conf_l), ("conf_j", conf_j)) if isinstance(value, bool)}
-            if isinstance(singarea, str):
-                found["singarea_wrist"] = singarea == "wrist"
-            self.options[key] = MappingProxyType(found)
-        return self.options[key]
-
-
-def _pair(value: Data) -> tuple[float, float | None]:
-    return value if isinstance(value, tuple) else (100.0, None)

@@ -16,7 +16,6 @@ from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.unknown import Invalid, Kind, Unknown
 
@@ -51,7 +50,7 @@ class SettingsReader:
     def read(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> Settings:
-        """The data a statement names beside its target; remembered by their text if they cannot change."""
+        """The data a statement names beside its target; remembered by its shape if they cannot change."""
         shape, routine = statement.shape, memory.frame.routine
         lasting = shape.words.isdisjoint(memory.frame.varying())
         if lasting and shape in self.settled:
@@ -122,7 +121,7 @@ class SettingsReader:
 
     def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
         """Phase of the seam and the speed while welding: the first number of welddata."""
-        signature = SIGNATURES[statement.instruction.lower()]
+        signature = statement.signature
         if not signature.phase:
             return None
         roles = statement.roles

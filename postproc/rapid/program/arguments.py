@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from sys import intern
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.data.events import MotionStatement, StatementShape
-from postproc.rapid.program.signatures import SIGNATURES, Signature
+from postproc.rapid.data.events import MotionStatement, Signature, StatementShape
+from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax import patterns
 from postproc.rapid.syntax.tokens import identifiers
 
@@ -104,4 +104,4 @@ def _shape(
     roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in counted])
     places = tuple([place for _, span, whole in counted for place in (*span, *whole)])
     complete = not signature.roles or count == len(given)
-    return StatementShape(signature.name, *home, signature.interpolation, roles, places, complete, names)
+    return StatementShape(signature, *home, roles, places, complete, names)

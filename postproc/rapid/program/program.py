@@ -167,6 +167,6 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
 
 
 def _incomplete(motion: MotionStatement) -> Diagnostic:
-    wanted = ", ".join(SIGNATURES[motion.instruction.lower()].roles)
+    wanted = ", ".join(motion.signature.roles)
     text, help = f"does not have the arguments it needs: {wanted}", "check commas and backslashes of this statement"
     return Diagnostic("RAP014", "error", f"`{motion.instruction}` {text}", motion.source, motion.span, help)

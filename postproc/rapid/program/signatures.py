@@ -7,30 +7,10 @@ argument.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
 
-from postproc.rapid.data.events import Interpolation
-
-
-@dataclass(frozen=True, slots=True)
-class Signature:
-    """How to read one instruction: canonical spelling, interpolation, roles; ``phase`` for arc and cap welding."""
-
-    name: str
-    interpolation: Interpolation
-    roles: tuple[str, ...]
-    phase: str = ""
-    older: tuple[str, ...] = ()  # positional arguments in S4 programs, where they differ
-    why_not: str = ""  # why its target is never changed
-    jointed: bool = False  # the target is a jointtarget
-    targets: int = field(init=False)  # how many of the first arguments are targets
-
-    def __post_init__(self) -> None:
-        others = [i for i, role in enumerate(self.roles) if role not in ("via", "to")]
-        object.__setattr__(self, "targets", others[0] if others else len(self.roles))
-
+from postproc.rapid.data.events import Interpolation, Signature
 
 MOVE = ("to", "speed", "zone", "tool")
 ARC = ("to", "speed", "seam", "weld", "zone", "tool")
