@@ -196,9 +196,9 @@ class MotionStatement:
         """The first argument of a role."""
         return self._argument(self.roles.index(role)) if role in self.shape.roles else None
 
-    def span_of(self, role: str) -> Span | None:
-        """Where the expression of the first argument of a role stands."""
-        return self._spans(self.roles.index(role))[0] if role in self.shape.roles else None
+    def span_of(self, role: str) -> Span:
+        """Where the expression of the first argument of a role stands, which the statement has."""
+        return self._spans(self.shape.roles.index(role))[0]
 
     def _spans(self, i: int) -> tuple[Span, Span]:
         """Where the expression of an argument stands, and the whole of it."""

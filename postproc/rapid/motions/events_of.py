@@ -15,7 +15,7 @@ from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.moments import FIXED_AXES, Moment, moment_of
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
-from postproc.rapid.motions.targets import Targets
+from postproc.rapid.motions.targets import RUNTIME, Targets
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import SETTERS
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
@@ -98,21 +98,20 @@ class EventMaker:
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
         """Target and circle point with their origins; without target where one of the two is not known."""
-        signature = statement.shape.signature
-        to, circle = statement.span_of("to"), statement.span_of("via")
+        shape = statement.shape
+        signature, roles = shape.signature, shape.roles
         target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
         via: RobTarget | Unknown | None = None
-        origin, via_origin = Origin("runtime"), None
+        origin, via_origin = RUNTIME, None
         if signature.why_not and not signature.roles:
             target = Unknown(Kind.UNSUPPORTED, signature.why_not)
-        elif not statement.shape.complete:
+        elif not shape.complete:
             target = Unknown(Kind.ARGUMENTS)
-        elif to is not None and signature.jointed:
-            target, origin = self.targets.jointtarget(statement.source, to, memory)
-        elif to is not None:
-            target, origin = self.targets.robtarget(statement.source, to, memory)
-            if circle is not None:
-                via, via_origin = self.targets.robtarget(statement.source, circle, memory)
+        elif "to" in roles:
+            read = self.targets.jointtarget if signature.jointed else self.targets.robtarget
+            target, origin = read(statement.source, statement.span_of("to"), memory)
+            if "via" in roles and not signature.jointed:
+                via, via_origin = self.targets.robtarget(statement.source, statement.span_of("via"), memory)
         for place, role in ((target, "to"), (via, "via")):
             if isinstance(place, Unknown):
                 self.missing.explain(place, statement.argument(role), statement, found)
