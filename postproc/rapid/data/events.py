@@ -198,9 +198,9 @@ class MotionStatement:
 
     def span_of(self, role: str) -> Span:
         """Where the expression of the first argument of a role stands, which the statement has."""
-        return self._spans(self.shape.roles.index(role))[0]
+        return self.spans(self.shape.roles.index(role))[0]
 
-    def _spans(self, i: int) -> tuple[Span, Span]:
+    def spans(self, i: int) -> tuple[Span, Span]:
         """Where the expression of an argument stands, and the whole of it."""
         at, ends = self.span[0], self.ends
         start, end, first, last = self.shape.places[4 * i : 4 * i + 4]
@@ -211,7 +211,7 @@ class MotionStatement:
         return (before + start, behind + end), (before + first, behind + last)
 
     def _argument(self, i: int) -> Argument:
-        span, whole = self._spans(i)
+        span, whole = self.spans(i)
         return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), whole)
 
     @property

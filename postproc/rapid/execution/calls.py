@@ -82,8 +82,7 @@ class Execution(ABC):
         motion = self.program.motion(source, statement)
         if motion is not None:
             self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
-            found = motion.argument("found")
-            if found is not None:
+            if (found := motion.argument("found")) is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)

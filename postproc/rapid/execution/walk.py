@@ -205,19 +205,21 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
 
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine that have no event yet."""
-    known = flow.program.motions.get(routine.source.path, {})
-    seen = flow.recorder.visited.setdefault(routine.source.path, set())
+    path, known = routine.source.path, flow.program.motions
     for statement in statements_of(routine):
-        if statement.span[0] in known and statement.span[0] not in seen:
+        key = (path, statement.span[0])
+        if key in known and key not in flow.recorder.visited:
             yield statement
 
 
 def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
     """The places from which each routine is called by its name."""
     found: dict[str, set[tuple[str, int]]] = {}
+    names = {name for _, name in program.routines}
     for routine in program.all_routines():
         for statement in statements_of(routine):
-            called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
+            named = statement.kind == "call" and statement.word in names
+            called = program.routine(statement.word, routine.module) if named else None
             if called is not None and program.motion(routine.source, statement) is None:
                 found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
     return found
@@ -226,21 +228,21 @@ def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
 def _uncalled(program: Program) -> list[Routine]:
     """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
     named: set[str] = set()
+    for motion in program.statements:
+        if "procedure" in motion.roles:
+            start, end = motion.span_of("procedure")
+            named.add(motion.source.data[start:end].decode("latin-1").strip('" ').rpartition(":")[2].lower())
     for routine in program.all_routines():
         for statement in statements_of(routine):
-            if statement.kind in ("call", "connect"):
+            moves = (routine.source.path, statement.span[0]) in program.motions
+            if statement.kind in ("call", "connect") and not moves:
                 _add_names(program, routine.source, statement, named)
     own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
     return [r for r in own if r.name.lower() not in named]
 
 
 def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:
-    motion = program.motion(source, statement)
-    if motion is not None:
-        procedure = motion.argument("procedure")
-        if procedure is not None:
-            named.add(procedure.text.strip('" ').rpartition(":")[2].lower())
-        return
+    """Add the routines that a statement names which is no motion."""
     named.add(statement.word)
     late = late_call(statement, source.data, program, "")
     if late is not None and statement.word == "callbyvar":

@@ -21,7 +21,7 @@ class Recorder:
 
     Args:
         ways: the events, and after which of them the arm may stand.
-        visited: offsets of the statements that have an event, by file; first: indices of their first events; went: of
+        visited: statements that have an event; first: indices of their first events; went: of
             the first event of a statement to each target.
         elsewhere: statements that run again with another target; astray: that begin elsewhere.
         others: what numbers statements name on ways that are not followed, and where they go there.
@@ -38,7 +38,7 @@ class Recorder:
         self.maker = maker
         self.repeats = Repeats(maker)
         self.ways = Predecessors()
-        self.visited: dict[str, set[int]] = {}
+        self.visited: set[StatementKey] = set()
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
@@ -59,9 +59,8 @@ class Recorder:
         return more
 
     def _go(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
-        seen = self.visited.setdefault(statement.source.path, set())
-        new = statement.span[0] not in seen
-        seen.add(statement.span[0])
+        new = statement.key not in self.visited
+        self.visited.add(statement.key)
         if not new and self.only_new:
             before_it = self.first.get(statement.key) if self.supposed else self._earlier(statement, memory)
             if self.supposed or before_it is not None:
