@@ -21,7 +21,7 @@ def rapid_number(value: float, decimals: int) -> str:
 
 def _shortened(text: str) -> str:
     """A decimal text without trailing zeros or a negative zero."""
-    if "." in text:
+    if text[-1] == "0" and "." in text:
         text = text.rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -45,5 +45,7 @@ def number_like(original: str, value: float, least_decimals: int) -> str:
     decimals = written if written > least_decimals else least_decimals
     if -0.5 < (before - value) * 10.0**decimals < 0.5:
         return original
-    text = f"{round(value, decimals) + 0.0:.{decimals}f}"
-    return text if written >= decimals else _shortened(text)
+    text = f"{value:.{decimals}f}"
+    if written < decimals:
+        return _shortened(text)
+    return text if float(text) else text.lstrip("-")

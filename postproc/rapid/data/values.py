@@ -175,8 +175,8 @@ def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
     Raises:
         Unknown: an axis that has turned a thousand times.
     """
-    a, b, c, d = (round(number) for number in numbers)
-    if max(abs(a), abs(b), abs(c), abs(d)) > MOST_QUARTERS:
+    a, b, c, d = map(round, numbers)
+    if max(map(abs, (a, b, c, d))) > MOST_QUARTERS:
         raise Unknown(Kind.CONFIGURATION)
     return a, b, c, d
 

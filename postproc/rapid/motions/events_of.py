@@ -82,9 +82,9 @@ class EventMaker:
         return self.last
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
-        """What the program calls the target of the event before here; None where that has no name or means another."""
+        """What the program calls the target of the event before, one of ``NAMED``; None where it means another here."""
         last, origin = before.statement, before.target_origin
-        to = last.argument("to") if origin.kind in NAMED else None
+        to = last.argument("to")
         if to is None or "\n" in to.text:
             return None
         here = event.statement
