@@ -61,6 +61,7 @@ def seam_module(
     T_flange_tcp: Array,
     options: SeamOptions,
     side_files: Sequence[Source] = (),
+    *,
     template_dir: Path | None = None,
 ) -> tuple[bytes, tuple[str, ...]]:
     """The module as it is programmed, not yet compensated, and what was taken by default.

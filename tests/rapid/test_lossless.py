@@ -96,7 +96,7 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
     found = read_program(Source("a.mod", data))
     event = walk_program(found).events[0]
     assert event.target_origin.spans is not None
-    start, stop = event.target_origin.spans.trans[1]
+    start, stop = event.target_origin.spans.numbers[1]
     assert data[start:stop] == b"-2.25"
     changed = b"".join(edited(data, [Edit(start, stop, b"-2.361")]))
     assert changed == data.replace(b"-2.25", b"-2.361")

@@ -201,7 +201,7 @@ def test_numbers(spelling: str, value: float) -> None:
     assert places([event]) == [(value, 0, 0)]
     assert event.target_origin.kind == "inline"
     assert event.target_origin.spans is not None
-    start, end = event.target_origin.spans.trans[0]
+    start, end = event.target_origin.spans.numbers[0]
     assert event.statement.source.data[start:end] == spelling.encode()
 
 
@@ -220,7 +220,7 @@ def test_arrays_of_targets() -> None:
     assert found[0].target_origin.declaration == "m..a"
     spans = found[1].target_origin.spans
     assert spans is not None
-    assert spans.source.data[slice(*spans.trans[0])] == b"5"
+    assert spans.source.data[slice(*spans.numbers[0])] == b"5"
     assert found[3].reason == "`a` has no element 3"
 
 

@@ -6,7 +6,6 @@ Optional arguments (``\\Rx:=5``) are Python's by keyword; a function that does n
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping
 
 from postproc.rapid.data.pose import (
@@ -25,6 +24,7 @@ from postproc.rapid.data.pose import (
 )
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
+from postproc.rapid.syntax.tokens import word_set
 from postproc.rapid.unknown import Kind, Unknown
 
 
@@ -137,15 +137,10 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "dnumtonum": ("num", float),
 }
 
-RUN_TIME = frozenset(
-    re.findall(
-        r"\w+",
-        """
+RUN_TIME = word_set("""
     ainput aoutput cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym gettime ginput goutput
     isstoppos poserror reltime testdi
-    """,
-    )
-)
+    """)
 
 
 def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:

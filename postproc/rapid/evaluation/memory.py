@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
-from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
@@ -150,11 +149,6 @@ class Memory:
 
     def call(self, call: Call) -> Value | None:
         return self.function(call, self)
-
-    def is_builtin(self, name: str) -> bool:
-        """Whether a function is the controller's own here; the program may have another of that name."""
-        routine = self.program.routine(name, self.frame.routine.module)
-        return name in FUNCTIONS and (routine is None or routine.kind != "FUNC")
 
     def present(self, name: str) -> bool:
         return name in self.frame.present

@@ -33,10 +33,9 @@ class Loops(Execution):
         return data if isinstance(data, bool) else None
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run a FOR loop; whether its end is reached."""
         hidden = memory.frame.bindings.get(loop.word)
-        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
-        known = all(isinstance(bound, float) for bound in bounds)
-        turns = counted(*bounds) if known else None
+        turns = self.turns(loop, memory)
         reached = True
         done = turns is not None
         for index in turns or ():
@@ -53,6 +52,11 @@ class Loops(Execution):
         if hidden is not None:
             memory.frame.bindings[loop.word] = hidden
         return reached
+
+    def turns(self, loop: Statement, memory: Memory) -> list[float] | None:
+        """Values of the index of a FOR loop; None where they are not known."""
+        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
+        return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         condition = loop.parts[0] if loop.parts else (0, 0)

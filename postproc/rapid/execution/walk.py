@@ -5,16 +5,17 @@ A branch whose condition is not known is followed both ways; what the ways leave
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import State
+from postproc.rapid.evaluation.state import AT_START, start_without
 from postproc.rapid.execution.calls import MAX_STEPS
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
@@ -63,7 +64,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     flow = _followed(program, started)
     count, found = len(flow.ways.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
-    unknown = State.initial().forgotten(flow.changes.everything)
+    unknown = start_without(flow.changes.everything)
     for routine in uncalled:
         if routine.key not in flow.entered:
             _start(flow, routine, unknown)
@@ -89,7 +90,7 @@ def _followed(program: Program, started: Sequence[Routine]) -> Flow:
         for forced in ways or [{}]:
             flow.choices = Choices(forced, met)
             for routine in started:
-                flow.check_end(_start(flow, routine, State.initial()))
+                flow.check_end(_start(flow, routine, AT_START))
         more = flow.choices.lacking(flow.ways.events) if ways else {}
         if not more:
             flow.choices = Choices()
@@ -106,7 +107,7 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_rest(flow: Flow, unknown: State) -> None:
+def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     """Motions that no known way leads to, and routines that some call means which no known way leads to."""
     for routine in flow.program.all_routines():
         if not routine.source.lent:
@@ -151,7 +152,7 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     return found
 
 
-def _start(flow: Flow, routine: Routine, state: State) -> Memory:
+def _start(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Run a routine as if somebody had started it; its parameters are not known."""
     flow.ways.lose()
     memory = _memory(flow, routine, state)
@@ -159,9 +160,9 @@ def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     return memory
 
 
-def _memory(flow: Flow, routine: Routine, state: State) -> Memory:
+def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Data and state before a routine that somebody has started; taught data that may be written is as in the file."""
-    frame, values = unbound_frame(routine), dict(state.values)
+    frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():
         declaration = flow.program.names.get(key)
@@ -171,7 +172,7 @@ def _memory(flow: Flow, routine: Routine, state: State) -> Memory:
     return memory
 
 
-def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
+def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
     """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):

@@ -10,7 +10,7 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.records import NO_AXIS, JointTarget, RobTarget
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import State
+from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.moments import FIXED_AXES, Moment, moment_of
 from postproc.rapid.motions.regressors import named_numbers
@@ -32,7 +32,7 @@ class EventMaker:
         self.targets = Targets()
         self.missing = Missing(program, diagnostics)
         self.settings = SettingsReader(program, self.missing)
-        self.last = moment_of(_SET(State.initial().values))
+        self.last = moment_of(_SET(AT_START))
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""

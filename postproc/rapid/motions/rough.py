@@ -58,4 +58,4 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
             found = literal(spans.source.data, *spans.whole)
             if found is not None:
                 length = math.hypot(*numbers_of(found)[3:7])
-                yield _rough("the orientation", length, spans.source, (spans.rot[0][0], spans.rot[-1][1]))
+                yield _rough("the orientation", length, spans.source, (found.start(4), found.end(7)))

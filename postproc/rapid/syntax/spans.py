@@ -46,19 +46,8 @@ class TargetSpans:
     whole: Span
     rough: bool = False
 
-    def _groups(self, first: int, last: int) -> tuple[Span, ...]:
-        found = literal(self.source.data, *self.whole)
-        return found.regs[first:last] if found else ()
-
-    @property
-    def trans(self) -> tuple[Span, ...]:
-        return self._groups(1, 4)
-
-    @property
-    def rot(self) -> tuple[Span, ...]:
-        return self._groups(4, 8)
-
     @property
     def numbers(self) -> tuple[Span, ...]:
-        """Position, orientation and configuration in the order of the text."""
-        return self._groups(1, 12)
+        """Spans of the 17 numbers in the order of the text."""
+        found = literal(self.source.data, *self.whole)
+        return found.regs[1:] if found else ()

@@ -72,3 +72,8 @@ def number_text(data: bytes, span: Span) -> str:
 def identifiers(data: bytes) -> set[str]:
     """Every word of the text in lower case, those in comments and strings too (a superset is safe for new names)."""
     return {word.decode("latin-1").lower() for word in set(NAMES.findall(data))}
+
+
+def word_set(text: str) -> frozenset[str]:
+    """The words of a text, for long lists of names."""
+    return frozenset(text.split())
