@@ -118,7 +118,7 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
 
 @contextmanager
 def _parser_words(into: list[str]) -> Iterator[None]:
-    """Collects what the URDF parser, a C++ library, writes to the error stream: the only place where it names a joint."""
+    """Collects what the URDF parser, a C++ library, writes to the error stream: only there it names a joint."""
     sys.stderr.flush()
     kept = os.dup(2)
     with tempfile.TemporaryFile() as words:
