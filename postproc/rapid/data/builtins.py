@@ -48,6 +48,7 @@ def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool
 
 
 def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
+    """DefFrame: the frame of three points, see ``frame_of_points``."""
     return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
 
 
@@ -59,6 +60,7 @@ def def_dframe(*points: Data) -> Data:
 
 
 def pose_vect(frame: Data, place: Data) -> Data:
+    """PoseVect: a position given in a frame, outside of it."""
     pose = to_pose(frame)
     return add(pose.trans, rotate(pose.rot, place))
 
@@ -75,6 +77,7 @@ def shortened(value: float, decimals: float, up: bool) -> float:
 
 
 def dimension(array: Data, level: float) -> float:
+    """Dim: number of elements along one dimension of an array, counted from 1."""
     for _ in range(int(level) - 1):
         array = array[0]
     return float(len(array))
@@ -96,6 +99,7 @@ def whole_text(value: Data) -> str:
 
 
 def magnitude(v: Vec3) -> float:
+    """VectMagn: length of a vector."""
     return math.sqrt(dot(v, v))
 
 

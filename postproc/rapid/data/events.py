@@ -216,6 +216,7 @@ class MotionStatement:
 
     @property
     def line(self) -> int:
+        """Number of its first line, from 1."""
         return self.source.position(self.span[0])[0]
 
 

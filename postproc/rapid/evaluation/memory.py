@@ -82,6 +82,7 @@ class Memory:
 
     @property
     def records(self) -> Mapping[str, Fields]:
+        """See ``Scope``."""
         return self.constants.records
 
     def aside(self) -> Memory:
@@ -92,6 +93,7 @@ class Memory:
     # -- Scope ---------------------------------------------------------------------------------------------------
 
     def lookup(self, name: Name) -> Value:
+        """See ``Scope``: parameters and loop indices first, then declared data, then what every controller has."""
         bound = self.frame.bindings.get(name.name)
         if isinstance(bound, Unknown):
             raise bound
@@ -125,6 +127,7 @@ class Memory:
         return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        """See ``Scope``: read alone where nothing has written the array."""
         bound = self.frame.bindings.get(name.name)
         declaration = self.find(name.name) if bound is None else None
         if isinstance(bound, Reference) and all(isinstance(step, int) for step in bound.path):
@@ -148,9 +151,11 @@ class Memory:
         return Value(data, declaration.type, rank, declaration.key, indices)
 
     def call(self, call: Call) -> Value | None:
+        """See ``Scope``."""
         return self.function(call, self)
 
     def present(self, name: str) -> bool:
+        """See ``Scope``."""
         return name in self.frame.present
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
@@ -170,6 +175,7 @@ class Memory:
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
+        """The declaration that a name means in the present routine."""
         routine = self.frame.routine
         return self.program.declaration(name, routine.module, routine.name)
 

@@ -29,6 +29,7 @@ class Loops(Execution):
         """Run statements; whether the end of them is reached."""
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
+        """Value of a condition; None where it is not known."""
         data = self.data.value_or_not(condition, memory)
         return data if isinstance(data, bool) else None
 
@@ -59,6 +60,7 @@ class Loops(Execution):
         return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run WHILE; whether its end is reached."""
         condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):

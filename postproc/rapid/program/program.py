@@ -100,6 +100,7 @@ def is_encrypted(data: bytes) -> bool:
 
 
 def is_utf16(data: bytes) -> bool:
+    """Whether bytes are UTF-16 text."""
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
