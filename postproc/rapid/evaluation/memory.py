@@ -179,8 +179,9 @@ class Memory:
 
     def find(self, name: str) -> Declaration | None:
         """The declaration that a name means in the present routine."""
-        routine = self.frame.routine
-        return self.program.declaration(name, routine.module, routine.name)
+        own, module, task = self.frame.routine.scopes
+        names, low = self.program.names, name.lower()
+        return names.get(own + low) or names.get(module + low) or names.get(task + low)
 
     def is_initial(self, declaration: Declaration) -> bool:
         """Whether the declaration's own value holds: it is CONST, or nothing writes it while the program runs."""

@@ -34,8 +34,10 @@ class EventMaker:
         self.settings = SettingsReader(program, self.missing)
         self.last = Moment(_SET(AT_START))
 
-    def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
-        """The event of one execution."""
+    def event(
+        self, statement: MotionStatement, memory: Memory, conditional: bool, before: MotionEvent | None = None
+    ) -> MotionEvent:
+        """The event of one execution; ``before``: the one where the arm comes from, where that is one."""
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []
         memory.noted.clear()
@@ -70,6 +72,7 @@ class EventMaker:
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
             numbers=named_numbers(statement, origin, memory),
+            start=self.start(before, statement, memory),
             assumed=tuple(cause.reason for cause in causes) if causes else (),
             unknowns=tuple(reasons),
         )
@@ -81,13 +84,14 @@ class EventMaker:
             self.last = Moment(now)
         return self.last
 
-    def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
-        """What the program calls the target of the event before, one of ``NAMED``; None where it means another here."""
+    def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
+        """What the program calls the target of the event before; None where that has no name or means another here."""
+        if before is None or before.target_origin.kind not in NAMED:
+            return None
         last, origin = before.statement, before.target_origin
         to = last.argument("to")
         if to is None or "\n" in to.text:
             return None
-        here = event.statement
         same = last.source is here.source and last.routine == here.routine and last.module == here.module
         if same and origin.kind == "declared" and origin.handed is None:
             return to.text

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.elements import Choice, elements
-from postproc.rapid.motions.events_of import NAMED, EventMaker
+from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.predecessors import NOWHERE, Predecessors, reached
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.motions.repeats import Repeats
@@ -71,7 +70,7 @@ class Recorder:
                 self._pass(statement.key, before_it)
                 return 0
         make = self.maker.event if new else self.repeats.event
-        event = make(statement, memory, conditional)
+        event = make(statement, memory, conditional, self._before(self.ways.ends))
         if not new and self.only_new and event.reason is not None:
             self.elsewhere.add(statement.key)
             self.ways.lose()
@@ -80,16 +79,16 @@ class Recorder:
             return self._each(statement, cases)
         if self.returning and event.reason is not None:
             return 0
-        return self._add(event, memory)
+        return self._add(event)
 
-    def _add(self, event: MotionEvent, memory: Memory) -> int:
+    def _before(self, ends: frozenset[int]) -> MotionEvent | None:
+        """The event after which the arm stands, where that is the last one."""
+        return self.ways.events[self.ways.last] if self.ways.events and ends == {self.ways.last} else None
+
+    def _add(self, event: MotionEvent) -> int:
         """Add an event; how many it takes beyond the first."""
         statement = event.statement
         events, before = self.ways.events, len(self.ways.events)
-        came_from = events[self.ways.last] if before and self.ways.ends == {self.ways.last} else None
-        if came_from is not None and came_from.target_origin.kind in NAMED:
-            start = self.maker.start(came_from, event, memory)
-            event = event if start is None else replace(event, start=start)
         self.ways.go(event)
         index = before
         while events[index].again is not None:
@@ -107,20 +106,20 @@ class Recorder:
         last = self.cases.get(self.ways.events[self.ways.last].statement.key, {}) if self.ways.known else {}
         ends: dict[Choice, int] = {}
         for choice, memory in cases:
-            event = self.maker.event(statement, memory, conditional=True)
+            own = {last[choice]} if choice in last and begin == {*last.values()} else begin
+            own = frozenset(own if len(own) == 1 else {NOWHERE})
+            event = self.maker.event(statement, memory, True, self._before(own))
             if event.target is None:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
                     self.elsewhere.add(statement.key)
                 continue
-            own = {last[choice]} if choice in last and begin == {*last.values()} else begin
-            own = frozenset(own if len(own) == 1 else {NOWHERE})
             place = reached(event)
             index, came = self.reached.get(place, (NOWHERE, own))
             if came != own or self.returning:
                 self.astray.add(statement.key)  # another turn, which begins elsewhere
             if index == NOWHERE and not self.returning:
                 self.ways.ends = own
-                self._add(event, memory)
+                self._add(event)
                 index = self.ways.last
                 self.reached[place] = index, own
             ends[choice] = index

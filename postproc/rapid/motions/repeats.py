@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.values import Data
@@ -35,12 +35,15 @@ class Repeats:
         self.maker = maker
         self.kept: dict[StatementKey, Kept] = {}
 
-    def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
+    def event(
+        self, statement: MotionStatement, memory: Memory, conditional: bool, before: MotionEvent | None
+    ) -> MotionEvent:
         """The event of a further execution."""
         kept = self.kept.get(statement.key)
         if kept is not None and kept.holds(memory, conditional):
-            return kept.event
-        event = self.maker.event(statement, memory, conditional)
+            start = self.maker.start(before, statement, memory)
+            return kept.event if kept.event.start == start else replace(kept.event, start=start)
+        event = self.maker.event(statement, memory, conditional, before)
         if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:
             words = frozenset(identifiers(statement.source.data[slice(*statement.span)]))
             self.kept[statement.key] = Kept(event, dict(memory.changed), words)

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.data.events import Origin, OriginKind, Root
+from postproc.rapid.data.events import Origin, Root
 from postproc.rapid.data.pose import about, add, quat_mult, subtract
 from postproc.rapid.data.records import JointTarget, Pose, RobTarget, Vec3
 from postproc.rapid.data.values import Value, to_jointtarget, to_robtarget
@@ -16,7 +16,6 @@ from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory, Reference
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration
-from postproc.rapid.syntax.spans import TargetSpans
 from postproc.rapid.syntax.trees import Aggregate, Call, Component, Expression, Index, Name, Star
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -32,7 +31,7 @@ class Targets:
     def robtarget(self, source: Source, span: Span, memory: Memory) -> tuple[RobTarget | Unknown, Origin]:
         """Value (or why there is none) and origin of a robtarget argument."""
         try:
-            literal = read_literal_target(source, *span)
+            literal = read_literal_target(source, *span) if source.data[span[0] : span[0] + 1] == b"[" else None
             if literal is not None:
                 return literal[0], Origin("inline", literal[1])
             tree = read_whole_expression(source.data, *span, "the target")
@@ -41,12 +40,13 @@ class Targets:
         if isinstance(tree, Star):
             return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
-        if declaration is not None and isinstance(tree, Name):
-            done = self.declared.get((declaration.key, ()))
-            if done is not None and memory.is_initial(declaration) and tree.name not in memory.frame.bindings:
-                return done
         before = memory.aside() if isinstance(tree, Call) else memory
         try:
+            plain = declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings
+            if declaration is not None and plain and memory.is_initial(declaration):
+                found = self.declared.get((declaration.key, ())) or self._written(declaration, (), memory)
+                if found is not None:
+                    return found
             target, origin = self._of_value(evaluate(tree, memory), memory)
             if isinstance(tree, Call):
                 origin = replace(origin, root=self._root(tree, target, before))
@@ -92,20 +92,26 @@ class Targets:
         return target, origin if handed is None else replace(origin, handed=handed)
 
     def _declared(self, name: str, at: tuple[int, ...], value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
-        key = (name, at)
-        done = self.declared.get(key)
+        done = self.declared.get((name, at))
         if done is None:
             declaration = memory.program.names[name]
-            spans = self._spans(declaration, at, memory)
-            kind: OriginKind = "expression" if spans is None else "element" if at else "declared"
-            origin = Origin(kind, spans, name, declaration.storage)
-            done = self.declared[key] = (to_robtarget(value.data), origin)
+            done = self._written(declaration, at, memory)
+            if done is None:
+                origin = Origin("expression", None, name, declaration.storage)
+                done = self.declared[name, at] = (to_robtarget(value.data), origin)
         return done
 
-    def _spans(self, declaration: Declaration, at: tuple[int, ...], memory: Memory) -> TargetSpans | None:
+    def _written(
+        self, declaration: Declaration, at: tuple[int, ...], memory: Memory
+    ) -> tuple[RobTarget, Origin] | None:
+        """The target that stands as numbers in a declaration, or in a part of it."""
         span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
-        return literal[1] if literal else None
+        if literal is None:
+            return None
+        origin = Origin("element" if at else "declared", literal[1], declaration.key, declaration.storage)
+        found = self.declared[declaration.key, at] = literal[0], origin
+        return found
 
     def jointtarget(self, source: Source, span: Span, memory: Memory) -> tuple[JointTarget | Unknown, Origin]:
         """Value (or why there is none) and origin of a jointtarget argument."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from postproc.diagnostics import Diagnostic, Source
@@ -104,7 +104,7 @@ def is_utf16(data: bytes) -> bool:
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
-def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = (), arm: Arm | None = None) -> Program:
+def read_program(sources: Sequence[Source] | Source, taught: Collection[str] = (), arm: Arm | None = None) -> Program:
     """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
 
     Args:

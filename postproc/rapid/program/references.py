@@ -64,7 +64,9 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
     """
     found: dict[str, list[Use]] = {}
     records = known_records(program.modules)
-    declared = {d.name.lower() for d in program.declarations if _holds_target(d.type.lower(), records, 0)}
+    types = {d.type for d in program.declarations}
+    holding = {kind for kind in types if _holds_target(kind.lower(), records, 0)}
+    declared = {d.name.lower() for d in program.declarations if d.type in holding}
     for declaration in program.declarations:
         for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
             if not _numbers_only(declaration.source, span):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -83,9 +83,9 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
     return names
 
 
-def check_taught(taught: Iterable[str], names: Mapping[str, Declaration]) -> Iterator[Diagnostic]:
+def check_taught(taught: Collection[str], names: Mapping[str, Declaration]) -> Iterator[Diagnostic]:
     """RAP034 for names of taught data that no module declares with a value."""
-    known = {d.name.lower(): d for d in names.values() if not d.routine}
+    known = {d.name.lower(): d for d in names.values() if not d.routine} if taught else {}
     for name in dict.fromkeys(taught):
         declared = known.get(name.lower())
         if declared is not None and declared.init is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from postproc.diagnostics import Source, Span
 
@@ -38,7 +38,10 @@ class Branch:
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """A data declaration; ``init`` spans the expression after ``:=``, ``dims`` the expressions between braces."""
+    """A data declaration; ``init`` spans the expression after ``:=``, ``dims`` the expressions between braces.
+
+    ``key`` is its canonical name: ``module.routine.name`` or ``module..name``, lower case.
+    """
 
     source: Source
     span: Span
@@ -50,11 +53,10 @@ class Declaration:
     name: str
     dims: tuple[Span, ...] = ()
     init: Span | None = None
+    key: str = field(init=False)
 
-    @property
-    def key(self) -> str:
-        """Canonical name: ``module.routine.name`` or ``module..name``, lower case."""
-        return f"{self.module}.{self.routine}.{self.name}".lower()
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key", f"{self.module}.{self.routine}.{self.name}".lower())
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +72,11 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """PROC, FUNC or TRAP; ``handlers`` are the bodies of BACKWARD, ERROR and UNDO."""
+    """PROC, FUNC or TRAP; ``handlers`` are the bodies of BACKWARD, ERROR and UNDO.
+
+    ``key`` is its canonical name: ``module.routine``, lower case; ``scopes`` are what ``Declaration.key`` begins with for
+    data that the routine sees: its own, the module's, the task's.
+    """
 
     source: Source
     span: Span
@@ -83,11 +89,13 @@ class Routine:
     declarations: tuple[Declaration, ...]
     body: tuple[Statement, ...]
     handlers: tuple[tuple[Statement, ...], ...] = ()
+    key: str = field(init=False)
+    scopes: tuple[str, str, str] = field(init=False)
 
-    @property
-    def key(self) -> str:
-        """Canonical name: ``module.routine``, lower case."""
-        return f"{self.module}.{self.name}".lower()
+    def __post_init__(self) -> None:
+        module, name = self.module.lower(), self.name.lower()
+        object.__setattr__(self, "key", f"{module}.{name}")
+        object.__setattr__(self, "scopes", (f"{module}.{name}.", f"{module}..", ".."))
 
     def parameter_key(self, name: str) -> str:
         """Canonical name of a parameter: ``module.routine.%name``, lower case."""
