@@ -81,7 +81,7 @@ class Execution(ABC):
     def call(self, statement: Statement, memory: Memory) -> None:
         """Run a statement that begins with a name: a motion, a routine, an instruction."""
         source = memory.frame.routine.source
-        motion = self.program.motion(source, statement)
+        motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
             self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
             if (found := motion.argument("found")) is not None:

@@ -220,7 +220,7 @@ class WriteEffects:
 
     def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         data = routine.source.data
-        motion = self.program.motion(routine.source, statement)
+        motion = self.program.motions.get((routine.source.path, statement.span[0]))
         if motion is not None:
             changed.add("@moves")
             if "found" in motion.roles:
