@@ -74,8 +74,8 @@ class Parameter:
 class Routine:
     """PROC, FUNC or TRAP; ``handlers`` are the bodies of BACKWARD, ERROR and UNDO.
 
-    ``key`` is its canonical name: ``module.routine``, lower case; ``scopes`` are what the keys of the data begin with that
-    it sees: its own, the module's, the task's.
+    ``key`` is its canonical name: ``module.routine``, lower case.
+    ``scopes`` are how the keys of the data begin that it sees: its own, the module's, the task's.
     """
 
     source: Source
