@@ -43,7 +43,7 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
             return None
         n = numbers_of(found)
         trans, rest = (n[0], n[1], n[2]), _behind(n[3:])
-    if not isfinite(sum(trans)):
+    if not isfinite(trans[0] + trans[1] + trans[2]):
         raise Unknown(Kind.NUMBER_TOO_LARGE)
     rot, conf, extax, rough = rest
     return RobTarget(trans, rot, conf, extax), TargetSpans(source, (start, end), rough)

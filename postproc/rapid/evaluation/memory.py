@@ -62,7 +62,10 @@ class Frame:
 
     def varying(self) -> set[str]:
         """Names that may mean something else in another call or another turn of a loop."""
-        return {*self.bindings, *(p.name for p in self.routine.parameters)}
+        names = {*self.bindings}
+        for parameter in self.routine.parameters:
+            names.add(parameter.name)
+        return names
 
 
 @dataclass(slots=True)

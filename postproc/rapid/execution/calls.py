@@ -84,7 +84,7 @@ class Execution(ABC):
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
             self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
-            if (found := motion.argument("found")) is not None:
+            if "found" in motion.roles and (found := motion.argument("found")) is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)

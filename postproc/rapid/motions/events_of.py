@@ -60,6 +60,9 @@ class EventMaker:
             reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
         if not moment.known:
             self.missing.say_assumed(memory.changed, statement, found)
+        # Numbers tell executions apart whose target is worked out or whose frames may have changed.
+        settled = self.settings.settled.get(statement.shape) is settings and "@pdisp" not in memory.changes.everything
+        apart = not settled or origin.kind in ("expression", "element") or origin.handed is not None
         causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
         return MotionEvent(
             statement,
@@ -71,8 +74,8 @@ class EventMaker:
             conditional,
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
-            numbers=named_numbers(statement, origin, memory),
-            start=self.start(before, statement, memory),
+            numbers=named_numbers(statement, origin, memory) if apart else (),
+            start=self.start(before, statement, memory) if before is not None else None,
             assumed=tuple(cause.reason for cause in causes) if causes else (),
             unknowns=tuple(reasons),
         )
@@ -84,12 +87,10 @@ class EventMaker:
             self.last = Moment(now)
         return self.last
 
-    def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
+    def start(self, before: MotionEvent, here: MotionStatement, memory: Memory) -> str | None:
         """What the program calls the target of the event before; None where that has no name or means another here."""
-        if before is None or before.target_origin.kind not in NAMED:
-            return None
         last, origin = before.statement, before.target_origin
-        to = last.argument("to")
+        to = last.argument("to") if origin.kind in NAMED else None
         if to is None or "\n" in to.text:
             return None
         same = last.source is here.source and last.routine == here.routine and last.module == here.module

@@ -41,7 +41,7 @@ class Repeats:
         """The event of a further execution."""
         kept = self.kept.get(statement.key)
         if kept is not None and kept.holds(memory, conditional):
-            start = self.maker.start(before, statement, memory)
+            start = self.maker.start(before, statement, memory) if before is not None else None
             return kept.event if kept.event.start == start else replace(kept.event, start=start)
         event = self.maker.event(statement, memory, conditional, before)
         if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:

@@ -64,7 +64,9 @@ class MotionReader:
         """
         signature = SIGNATURES[word]
         data, start = self.source.data, span[0]
-        at, found, beside = start + len(word), list[int](), list[bytes]()
+        at = start + len(word)
+        ends: tuple[int, ...] = ()
+        beside: tuple[bytes, ...] = ()
         for _ in range(signature.targets):
             target = patterns.TARGET.match(data, at, span[1])
             if target is None:
@@ -72,15 +74,12 @@ class MotionReader:
             first, last = target.span(1)
             if data[last - 1] <= 32 or b"!" in target[1]:
                 last = patterns.trimmed(data, first, last)
-            beside.append(data[at:first])
-            found.append(last - start)
-            at = last
-        ends = tuple(found)
+            beside, ends, at = (*beside, data[at:first]), (*ends, last - start), last
         key = (word, module, routine, *beside, data[at : span[1]])
         shape = self.shapes.get(key)
         if shape is None:
             pieces = read_arguments(data, start + len(word), span[1])
-            names = frozenset(identifiers(b" ".join([*beside, data[at : span[1]]])))
+            names = frozenset(identifiers(b" ".join((*beside, data[at : span[1]]))))
             shape = self.shapes[key] = _shape(signature, (module, routine), names, _counted(pieces, start, ends))
         return MotionStatement(self.source, span, shape, self.ends.setdefault(ends, ends), (self.source.path, start))
 

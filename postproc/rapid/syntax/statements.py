@@ -75,7 +75,7 @@ class StatementReader(Cursor):
             if word in SIMPLE:
                 part = self.part(lead.end(1), end)
                 return Statement(SIMPLE[word], span, text(data[part[0] : part[1]]).lower(), (part,))
-            return Statement("call", span, text(word))
+            return Statement("call", span, word.decode("latin-1"))
         if mark == b":":
             self.at = lead.end()
             return Statement("label", (start, self.at), text(word))
