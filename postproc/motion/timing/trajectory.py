@@ -19,6 +19,7 @@ GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
+NEGLIGIBLE = 1e-4  # [rad/s^2], [m/s^2]: no arm bends by a hundredth of a micrometre under so little
 _BLOCK = 5000  # samples
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
@@ -71,7 +72,7 @@ def retime(
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = a
     if runs.count:
-        rows = slope.any(axis=1)  # where nothing acts nothing lasts
+        rows = (np.abs(slope) > NEGLIGIBLE).any(axis=1)  # where nothing acts nothing lasts
         kept = np.zeros_like(slope)
         kept[rows] = sustained(
             lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
