@@ -1,6 +1,25 @@
-"""How processes are set up: threads of the linear algebra, and how often Python looks for garbage."""
+"""How processes are set up: threads of the linear algebra, how often Python looks for garbage, what scipy loads."""
 
 # The names that numpy's libraries read when they are first loaded.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 COLLECT = (200_000, 20, 20)
 """Thresholds: a long program is a million objects that live to the end; a menu of many parts took twice its time."""
+SPARED = ("f2py", "testing")
+
+
+def load_scipy() -> None:
+    """Load scipy without a Fortran compiler and tools for tests: a twentieth of a second.
+
+    scipy takes over all names of numpy (`from numpy import *`), and numpy loads these two parts when they are asked
+    for. Whoever asks for them later gets them as always.
+    """
+    import numpy
+
+    absent = [name for name in SPARED if name not in vars(numpy)]
+    vars(numpy).update(dict.fromkeys(absent))
+    try:
+        import scipy.linalg  # noqa: F401
+    finally:
+        for name in absent:
+            if vars(numpy)[name] is None:
+                delattr(numpy, name)

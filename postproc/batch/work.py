@@ -12,7 +12,7 @@ import traceback
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from postproc.batch.threads import COLLECT, THREADS
+from postproc.batch.threads import COLLECT, THREADS, load_scipy
 from postproc.batch.values import COUNTED, Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -45,6 +45,7 @@ def _follow_parent() -> None:
 
 def convert(job: Job) -> Result:
     """Convert one task; whatever is wrong with it becomes a finding of its result."""
+    load_scipy()
     from postproc.convert import compensate_program
 
     gc.set_threshold(*COLLECT)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from postproc.batch.threads import load_scipy
 from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
@@ -38,6 +39,7 @@ def run(
         diff: write nothing; print the textual difference, exit 1 if there is one.
         json: print the postproc/compensate/1 document.
     """
+    load_scipy()
     from postproc.compensate.results.document import estimated_stiffness
     from postproc.convert import compensate_program
     from postproc.settings import told

@@ -76,7 +76,7 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return K
 
     def _end(self, i: int, sign: float, ends: tuple[float, float]) -> float:
-        """The slowest (sign 1) or fastest (-1) squared speed at a grid point that leads between ``ends`` at the next."""
+        """The slowest (sign 1) or fastest (-1) squared speed at a grid point that leads to between ``ends``."""
         found = np.nan
         for weight in (FIRST if sign > 0 else -FIRST, *NEARLY):
             self.objective[:2] = weight, sign
