@@ -162,7 +162,7 @@ class Trajectory:
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
-        axes_v, axes_a, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
+        axes_v, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
     """
 
     path: Path
@@ -173,5 +173,4 @@ class Trajectory:
     tcp_speed: Array
     profile: Any = None
     axes_v: Array = field(default_factory=lambda: np.zeros((0, 6)))
-    axes_a: Array = field(default_factory=lambda: np.zeros((0, 6)))
     axes_a_sustained: Array = field(default_factory=lambda: np.zeros((0, 6)))

@@ -69,14 +69,14 @@ class Transition:
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
-    changing = np.zeros(len(moves), dtype=bool)
+    changing = [False] * len(moves)
     for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
-        other = other or not np.array_equal(a.T_mount_tcp, b.T_mount_tcp)
+        other = other or (a.T_mount_tcp is not b.T_mount_tcp and not np.array_equal(a.T_mount_tcp, b.T_mount_tcp))
         switched = options.force_on == "arc" and a.welding != b.welding
         if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
-            changing[i : i + 2] = True
-    return changing
+            changing[i : i + 2] = True, True
+    return np.array(changing)
 
 
 def invert_model(model: Model, motion: Motion) -> Exact:

@@ -18,7 +18,7 @@ from postproc.motion.path.places import unit_of
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.cells.station import Station
 
-BLOCK = 10_000  # samples whose states are held at a time
+BLOCK = 4_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 

@@ -91,7 +91,9 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
         return None, once(findings)
-    place, t, q, v, a, axes_v, axes_a = (np.concatenate(column) for column in zip(*parts, strict=True))
+    place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    # Of axes that never move nothing is kept.
+    axes_v, axes_a = (x if x.any() else np.broadcast_to(0.0, x.shape) for x in axes)
     return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
 
 

@@ -60,8 +60,8 @@ def retime(
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
-    axes_v, axes_a, axes_kept = np.zeros((3, n, 6))
-    axes_v[:, runs.axes], axes_a[:, runs.axes] = v[:, 6:], a[:, 6:]
+    axes_v, axes_kept = np.zeros((2, n, 6))
+    axes_v[:, runs.axes] = v[:, 6:]
     tcp_speed = np.empty(n)
     for part in blocks(n, _BLOCK):
         # The work goes past a stationary tool as fast as the tool goes over the work.
@@ -81,7 +81,7 @@ def retime(
         in_space = np.array([m.kind in ("line", "arc") for m in path.moves])[path.move]
         a_sustained = _bridged(a - slope + kept, path.blend, in_space & ~changes_speed(tcp_speed))
     axes_kept[:, runs.axes] = a_sustained[:, 6:]
-    return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_a, axes_kept)
+    return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_kept)
 
 
 def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:
