@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.grouping import numbered
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.places import NOWHERE, unit_of
@@ -20,6 +18,7 @@ from postproc.motion.path.refusals import refuse_events
 from postproc.motion.path.weights import doubt_weights
 from postproc.motion.values import Frame, Move, frames_at
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import LoadData, ToolData, WobjData
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
@@ -29,6 +28,16 @@ from postproc.robot.cells.station import Station
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _BESIDE = 1e-5  # [m], [rad]: six digits of a configuration beside a limit
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """Mount of the tool and load on the flange: T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
+
+    T_mount_tcp: Array
+    stationary: bool
+    mass: float
+    center: Array
 
 
 def read_moves(
@@ -50,10 +59,16 @@ def read_moves(
         where a displacement of target or work alone puts them out of reach (see ``only_displaced``).
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
-    stated = _stated([events[i] for i in known])
+    held: dict[tuple[ToolData, LoadData, WobjData], _Held] = {}
+    loads = []
+    for i in known:
+        key = (events[i].tool, events[i].gripload, events[i].wobj)
+        if key not in held:
+            held[key] = _on_flange(*key)
+        loads.append(held[key])
     station = station or Station()
     places = _places([events[i] for i in known], station)
-    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(stated, places))
+    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
     refused = refuse_events(events, free_axes, station)
     beyond = _beyond_limits(events, known, station, places)
     astray = {i for i, _ in beyond}
@@ -74,18 +89,12 @@ def read_moves(
     moves: list[Move] = []
     of_event: dict[int, int] = {}
     previous = -1
-    posed = np.isfinite(T_work_tcp[:, 0, 0]).tolist()
-    for row, i in enumerate(known):
+    for row, (i, load) in enumerate(zip(known, loads, strict=True)):
         e = events[i]
-        kind = e.statement.interpolation
-        if i in bad or kind == "none":
+        if i in bad:
             continue
-        broken = e.first or not moves or (i - previous > 1 and any(map(_moves_arm, events[previous + 1 : i])))
-        via = via_matrix(e) if kind == "arc" and e.via is not None else None
-        goal, (frame, axes) = T_work_tcp[row] if posed[row] else None, places[row]
-        move = Move(
-            i, e, kind, q[row], T_work_tcp=goal, T_work_via=via, first=broken, frame=frame, axes=axes, **stated[row]
-        )
+        broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
+        move = _move(i, e, load, places[row], (q[row], T_work_tcp[row]), broken)
         if e.again is not None:
             if e.again not in of_event:
                 continue  # nothing brings the arm there
@@ -105,14 +114,12 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
-    rows = list(axes) if np.isfinite(axes).any() else [np.full(6, np.nan)] * len(units)
-    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]
+    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, axes, strict=True)]
 
 
-def _mounts(stated: Sequence[_Stated], places: Sequence[_Place]) -> Mounts:
+def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
     """The mounts at the goals of events."""
-    tools, stationary = ([each[name] for each in stated] for name in ("T_mount_tcp", "stationary"))
-    found = Mounts(np.array(tools), np.array(stationary))
+    found = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
     frames = list(dict.fromkeys(frame for frame, _ in places))
     if not any(frames):
         return found
@@ -155,56 +162,56 @@ def _moves_arm(event: MotionEvent) -> bool:
     return event.statement.interpolation != "none" or event.reason is not None
 
 
-_Stated = dict[str, Any]  # fields of `Move` that the data of a motion state
-_STATING = (
-    "tool", "gripload", "wobj", "speed", "zone", "weld", "duration", "velocity_override", "velocity_limit",
-    "acceleration",
-)  # fmt: skip
-
-
-def _stated(events: Sequence[MotionEvent]) -> list[_Stated]:
-    """What tool, loads, speed and zone mean for every event; motions that name the same data share it."""
-    kinds = numbered(*([getattr(e, name) for e in events] for name in _STATING))
-    of_kind = {kind: _on_flange(e) | _paced(e) for kind, e in dict(zip(kinds, events, strict=True)).items()}
-    return [of_kind[kind] for kind in kinds]
-
-
-def _on_flange(e: MotionEvent) -> _Stated:
+def _on_flange(tool: ToolData, grip: LoadData, wobj: WobjData) -> _Held:
     """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass.
 
     The load of a stationary tool is that of the gripper which holds the work object, and the centre of GripLoad is then
     given in the object frame (ABB RAPID reference manual, tooldata and loaddata).
     """
-    tool, grip = e.tool, e.gripload
     T_mount_tcp = tool_matrix(tool)
     mass = tool.tload.mass + grip.mass
     tool_center = pose_matrix(tool.tload.cog, _UPRIGHT)[:3, 3]
-    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(e.wobj)
+    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(wobj)
     grip_center = (T_flange_grip @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
     center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
-    mount = {"T_mount_tcp": T_mount_tcp, "stationary": not tool.robhold}
-    return {**mount, "payload_mass": mass, "payload_center": center}
-
-
-def _paced(e: MotionEvent) -> _Stated:
-    """Speeds, duration, acceleration and zone."""
-    welding = e.weld is not None and e.weld.phase != "start"
-    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
-    return {
-        "speed": speed * MM,
-        "rotation_speed": float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
-        "axis_speed": {"linear": e.speed.v_leax * MM, "rotary": float(np.radians(e.speed.v_reax))},
-        "duration": e.duration,
-        "ease": min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
-        "fine": e.zone.finep,
-        "zone": e.zone.pzone_tcp * MM,
-        "zone_rotation": e.zone.pzone_ori * MM,
-        "zone_angle": float(np.radians(e.zone.zone_ori)),
-        "welding": welding,
-    }
+    return _Held(T_mount_tcp, not tool.robhold, mass, center)
 
 
 def _programmed_speed(e: MotionEvent) -> float:
     """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
     speed = e.speed.v_tcp * e.velocity_override / 100
     return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
+
+
+def _move(row: int, e: MotionEvent, load: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
+    kind = e.statement.interpolation
+    assert kind != "none"
+    welding = e.weld is not None and e.weld.phase != "start"
+    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
+    q, T_work_tcp = goal
+    T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
+    return Move(
+        row=row,
+        event=e,
+        kind=kind,
+        q=q,
+        T_mount_tcp=load.T_mount_tcp,
+        stationary=load.stationary,
+        T_work_tcp=None if np.isnan(T_work_tcp[0, 0]) else T_work_tcp,
+        T_work_via=T_work_via,
+        payload_mass=load.mass,
+        payload_center=load.center,
+        speed=speed * MM,
+        rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
+        axis_speed={"linear": e.speed.v_leax * MM, "rotary": float(np.radians(e.speed.v_reax))},
+        duration=e.duration,
+        ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
+        fine=e.zone.finep,
+        zone=e.zone.pzone_tcp * MM,
+        zone_rotation=e.zone.pzone_ori * MM,
+        zone_angle=float(np.radians(e.zone.zone_ori)),
+        welding=welding,
+        first=first,
+        frame=place[0],
+        axes=place[1],
+    )

@@ -22,10 +22,8 @@ def only_displaced(runs: Reached) -> frozenset[StatementKey]:
     What a robtarget itself states has to exist; where a displacement carries it over a quadrant or a limit, that run
     alone is not possible. Of a program of which nothing can be run nothing is.
     """
-    lost = {e.statement.key for e, code in runs if code is not None}
-    if not lost:
-        return frozenset()
     run = {e.statement.key for e, code in runs if code is None and isinstance(e.target, RobTarget)}
+    lost = {e.statement.key for e, code in runs if code is not None}
     taught = {e.statement.key for e, code in runs if code is not None and _as_taught(e)}
     return frozenset(lost & run | lost - taught if run else ())
 
@@ -40,8 +38,6 @@ def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
     Each target counts once, however many statements lead there, so one that is mistyped is one. A configuration that
     does not exist is no sign of another arm where the target can be reached.
     """
-    if sum(code is not None for _, code in runs) < FEW:
-        return []
     targets: dict[Hashable, set[str | None]] = {}
     for e, code in runs:
         if not e.loose:

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from postproc.diagnostics import Diagnostic, Severity
-from postproc.grouping import numbered
 from postproc.motion.findings import place
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import LoadData, ToolData
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.robot.arm import Robot
 
@@ -28,10 +28,13 @@ def doubt_weights(robot: Robot, events: Sequence[MotionEvent]) -> list[Diagnosti
         MOT011 (error) a negative mass, one far above what the arm carries, a TCP in metres; MOT012 a tool without
         weight (info), a load above what the arm carries, or a centre of gravity in the flange or far from it (warning).
     """
-    known = [event for event in events if event.reason is None and event.target is not None]
-    held = numbered([event.tool for event in known], [event.gripload for event in known])
-    first = dict(zip(reversed(held), reversed(known), strict=True))
-    return [finding for number in sorted(first) for finding in _doubts(robot, first[number])]
+    findings: list[Diagnostic] = []
+    seen: set[tuple[ToolData, LoadData]] = set()
+    for event in events:
+        if event.reason is None and event.target is not None and (event.tool, event.gripload) not in seen:
+            seen.add((event.tool, event.gripload))
+            findings += _doubts(robot, event)
+    return findings
 
 
 def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:

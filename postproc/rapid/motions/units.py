@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
-from postproc.grouping import numbered
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import Pose, RobTarget, ToolData, WobjData
 
@@ -93,9 +92,9 @@ def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
 
 def object_matrices(events: Sequence[MotionEvent]) -> Array:
     """``object_matrix`` of many events at once, (n, 4, 4) [m]."""
-    rows = numbered([event.wobj for event in events], [event.displacement for event in events])
-    frames = dict(zip(rows, events, strict=True)).values()
-    return np.stack([object_matrix(event.wobj, event.displacement) for event in frames])[rows]
+    frames: dict[tuple[WobjData, Pose], int] = {}
+    rows = [frames.setdefault((event.wobj, event.displacement), len(frames)) for event in events]
+    return np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])[rows]
 
 
 def target_poses(events: Sequence[MotionEvent], T_frame_tcp: Array) -> list[Pose]:
