@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.batch.threads import load_scipy
 from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
@@ -13,6 +12,7 @@ from postproc.cli.programs import named_files, read_lent, read_program_file, set
 from postproc.cli.progress import watching
 from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
+from postproc.process import load_scipy
 
 
 def run(

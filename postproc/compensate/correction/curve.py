@@ -84,9 +84,10 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():
-        mounts, wanted = samples.mounts_at(rows), samples.T_work_tcp[rows]
-        commanded = command(model, motion.at(rows), mounts.base_tcp(wanted))
-        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted), commanded.q
+        own, of_own = motion.distinct(rows)
+        mounts, wanted = samples.mounts_at(own), samples.T_work_tcp[own]
+        commanded = command(model, motion.at(own), mounts.base_tcp(wanted))
+        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[of_own], commanded.q[of_own]
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]
     welding = np.array([m.welding for m in samples.moves])
