@@ -116,6 +116,8 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
     Args:
         shifts: (6,) from the programmed pose, work axes, by move.
     """
+    if not shifts:
+        return exact
     T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
     for i, shift in shifts.items():
         move = samples.moves[i]
@@ -142,7 +144,9 @@ def commanded_curve(
     space = ~samples.curves.joint & ~first
     T = written.T_work_tcp
     found: list[Transition] = []
-    for jumps, of_load, is_goal in zip(_jumps(samples, written), _jumps(samples, exact), (False, True), strict=True):
+    asked = _jumps(samples, exact)
+    given = asked if written is exact else _jumps(samples, written)
+    for jumps, of_load, is_goal in zip(given, asked, (False, True), strict=True):
         beside = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, constant
 from postproc.compensate.options import Options
 from postproc.compensate.path.periods import first_periods
 from postproc.compensate.path.samples import Samples
@@ -92,8 +92,7 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
     if has_errors(findings):
         return None, once(findings)
     place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
-    # Of axes that never move nothing is kept.
-    axes_v, axes_a = (x if x.any() else np.broadcast_to(0.0, x.shape) for x in axes)
+    axes_v, axes_a = map(constant, axes)
     return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
 
 
