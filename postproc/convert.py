@@ -35,6 +35,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
+from postproc.process import seldom_collecting
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.measured import say_measured, with_advice
@@ -131,7 +132,8 @@ def compensate_program(
     sources = (source,) if isinstance(source, Source) else tuple(source)
     findings: list[Diagnostic] = []
     try:
-        return _converted(sources, model, options, findings, watch)
+        with seldom_collecting():
+            return _converted(sources, model, options, findings, watch)
     except _Unsafe as stop:
         kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
         return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)

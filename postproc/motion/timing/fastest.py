@@ -44,14 +44,16 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
     ease = grid.ease[:, None]
     eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
+    fixed, may_rest = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
+    if robot.torque is not None:
+        # M q' u + (M q'' + C(q') q') x + g
+        terms = _torque_terms(robot, runs, grid, values, gravity)
+        fixed.append(JointLimits(terms, robot.torque, dof))
+        may_rest = may_rest & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
-        acceleration = JointLimits(eased, share * runs.limits.acceleration, dof)
-        limits = [JointVelocityConstraint(runs.limits.speed), acceleration, bounds]
-        if robot.torque is not None:
-            # M q' u + (M q'' + C(q') q') x + g
-            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque, dof))
-        solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        limits = [*fixed, JointLimits(eased, share * runs.limits.acceleration, dof)]
+        solver = TOPPRA(may_rest, limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
         if speed is not None and not np.isnan(speed).any():
