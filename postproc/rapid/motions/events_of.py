@@ -153,7 +153,7 @@ class EventMaker:
         if key not in self.options:
             found = {name: value for name, value in (("conf_l", conf_l), ("conf_j", conf_j)) if isinstance(value, bool)}
             if isinstance(singarea, str):
-                found["singarea_wrist"] = singarea == "wrist"
+                found["wrist_in_joints"] = singarea in ("wrist", "lockaxis4")
             self.options[key] = MappingProxyType(found)
         return self.options[key]
 
