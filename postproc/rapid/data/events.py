@@ -202,6 +202,7 @@ class MotionEvent:
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
+    touched: bool = False  # its frames, or the target before it, may have been written since the arm was there
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
     axis_offset: Ax6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # EOffsSet [mm], [deg]
     units: tuple[tuple[str, bool], ...] | None = ()  # what ActUnit and DeactUnit have done, by name; None: unknown

@@ -11,7 +11,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.data.values import Data
-from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.memory import Memory, Reference
 from postproc.rapid.evaluation.state import NO_MASS, NO_OFFSET
 from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.regressors import named_numbers
@@ -20,10 +20,12 @@ from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.arguments import fits
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
 
 T = TypeVar("T")
 NAMED = ("declared", "element", "expression")  # kinds of origins
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 class EventMaker:
@@ -104,10 +106,23 @@ class EventMaker:
             return None
         here = event.statement
         same = last.source is here.source and last.routine == here.routine and last.module == here.module
-        if same and origin.kind == "declared" and origin.handed is None:
+        if (
+            same
+            and origin.kind == "declared"
+            and origin.handed is None
+            and not _keys(to.text, memory) & memory.changed.keys()
+        ):
             return to.text
         known = self.targets.robtarget(last.source, to.span, memory.aside())
         return to.text if known == (before.target, origin) else None
+
+    def touched(self, event: MotionEvent, memory: Memory, since: int) -> bool:
+        """Whether something unseen may have written the frames of an event, or the target before it, since a time."""
+        if memory.time <= since:
+            return False
+        given = (event.statement.argument(role) for role in FRAMES)
+        texts = [event.start or "", *(argument.text for argument in given if argument is not None)]
+        return any(memory.invalidated(key)[1] > since for key in {"@pdisp", *_keys(" ".join(texts), memory)})
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
@@ -156,6 +171,16 @@ class EventMaker:
                 found["wrist_in_joints"] = singarea in ("wrist", "lockaxis4")
             self.options[key] = MappingProxyType(found)
         return self.options[key]
+
+
+def _keys(text: str, memory: Memory) -> set[str]:
+    """Keys of the data that some text names here."""
+    found = set()
+    for name in identifiers(text.encode("latin-1")):
+        bound = memory.frame.bindings.get(name)
+        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(name)
+        found |= {declaration.key} if declaration is not None else set()
+    return found
 
 
 def _pair(value: Data) -> tuple[float, float | None]:
