@@ -159,6 +159,12 @@ def test_what_a_world_answers_does_not_depend_on_other_questions() -> None:
     assert [m.target for m in followed(body)] == [m.target for m in followed(more)]
 
 
+def test_data_that_is_read_once_more_stays_what_it_is() -> None:
+    """An added target reads what the original does not, between two calls that may have written it."""
+    last = "n:=Seen(); MoveL pOut,v5,z0,tool0;"
+    assert differing(f"n:=Seen(); {last}", f"n:=Seen(); r:=pOut; {last}") == []
+
+
 def test_a_program_without_end_is_left() -> None:
     assert len(followed("WHILE TRUE DO MoveL p,v5,z0,tool0; ENDWHILE")) == 3000
     assert followed("k:=0; WHILE TRUE DO k:=k+1; ENDWHILE MoveL p,v5,z0,tool0;") == []

@@ -9,7 +9,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.records import NO_AXIS, JointTarget, RobTarget
 from postproc.rapid.data.values import Data
-from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.memory import Memory, Reference
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.moments import FIXED_AXES, Moment, moment_of
@@ -18,10 +18,12 @@ from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import SETTERS
+from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set
 NAMED = ("declared", "element", "expression")  # kinds of origins
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 class EventMaker:
@@ -89,10 +91,19 @@ class EventMaker:
             return None
         here = event.statement
         same = last.source is here.source and last.routine == here.routine and last.module == here.module
-        if same and origin.kind == "declared" and origin.handed is None:
+        unwritten = not _keys(to.text, memory) & memory.changed.keys()
+        if same and origin.kind == "declared" and origin.handed is None and unwritten:
             return to.text
         known = self.targets.robtarget(last.source, to.span, memory.aside())
         return to.text if known == (before.target, origin) else None
+
+    def touched(self, event: MotionEvent, memory: Memory, since: int) -> bool:
+        """Whether something unseen may have written the frames of an event, or the target before it, since a time."""
+        if memory.time <= since:
+            return False
+        given = (event.statement.argument(role) for role in FRAMES)
+        texts = [event.start or "", *(argument.text for argument in given if argument is not None)]
+        return any(memory.invalidated(key)[1] > since for key in {"@pdisp", *_keys(" ".join(texts), memory)})
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
@@ -120,3 +131,13 @@ class EventMaker:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
         known = None if isinstance(via, Unknown) else via
         return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
+
+
+def _keys(text: str, memory: Memory) -> set[str]:
+    """Keys of the data that some text names here."""
+    found = set()
+    for name in identifiers(text.encode("latin-1")):
+        bound = memory.frame.bindings.get(name)
+        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(name)
+        found |= {declaration.key} if declaration is not None else set()
+    return found

@@ -76,7 +76,7 @@ def moment_of(values: tuple[Data, ...]) -> Moment:
     velocity, acceleration = state["@velset"][0], state["@accset"][0]
     options = {name: on for name in ("conf_l", "conf_j") if isinstance(on := state[f"@{name}"][0], bool)}
     if isinstance(singarea := state["@singarea"][0], str):
-        options["singarea_wrist"] = singarea == "wrist"
+        options["wrist_in_joints"] = singarea in ("wrist", "lockaxis4")
     return Moment(
         values,
         not any(isinstance(value, Unknown) for value in values),

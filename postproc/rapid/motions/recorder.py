@@ -48,6 +48,7 @@ class Recorder:
         self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
+        self.time = 0  # of the last motion, see ``Memory.time``
 
     def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
         """One execution; how many events it takes beyond the first."""
@@ -90,6 +91,9 @@ class Recorder:
         if came_from is not None and came_from.target_origin.kind in NAMED:
             start = self.maker.start(came_from, event, memory)
             event = event if start is None else replace(event, start=start)
+        if self.maker.touched(event, memory, self.time):
+            event = replace(event, touched=True)
+        self.time = memory.time
         self.ways.go(event)
         index = before
         while events[index].again is not None:
