@@ -30,6 +30,8 @@ from postproc.patterns.suspects import Suspect
 
 MOST = 6
 """Effects and patterns that are taken at most."""
+ROUNDS = 2
+"""Times that a search goes on after its pass back at most."""
 PATTERNS = 3
 """Patterns that stand beside one another at most."""
 
@@ -40,18 +42,34 @@ def search(start: SearchState) -> SearchState:
     1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
        `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
     and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
+    5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
+    were found: again, by names alone where patterns stand, while the whole is worth more.
     """
-    return backward(forward(start))
+    state = backward(forward(start))
+    for _ in range(ROUNDS if state.missing or state.outside else 0):
+        named = forward(state.beside(()), unnamed=False)
+        if named.fit is state.beside(()).fit:
+            break
+        named = with_patterns(backward(named))
+        if named.log_evidence <= state.log_evidence:
+            break
+        state = named
+    return state
 
 
-def forward(state: SearchState) -> SearchState:
-    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later."""
+def forward(state: SearchState, unnamed: bool = True) -> SearchState:
+    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later.
+
+    Args:
+        unnamed: whether patterns are asked, too.
+    """
     refused: set[str] = set()
     for _ in range(MOST):
         name = next(
             (c for c in state.ranked if c.key not in refused and convincing(c, state.fit, len(state.classes))), None
         )
-        pattern = next(iter(state.patterns_left(name.evidence if name else 0.0)), None)
+        left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
+        pattern = next(iter(left), None)
         if pattern is not None and (name is None or pattern.evidence > _beside(name, pattern)):
             if len(state.outside) == PATTERNS:
                 break
