@@ -43,17 +43,18 @@ def search(start: SearchState) -> SearchState:
        `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
     and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
     5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
-    were found: again, by names alone where patterns stand, while the whole is worth more.
+    were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
     """
     state = backward(forward(start))
-    for _ in range(ROUNDS if state.missing or state.outside else 0):
-        named = forward(state.beside(()), unnamed=False)
-        if named.fit is state.beside(()).fit:
+    for _ in range(ROUNDS if state.keys or state.outside else 0):
+        bare, most = state.beside(()), len(state.outside) - 1
+        other = forward(bare, unnamed=most < 0)
+        if other is bare:
             break
-        named = with_patterns(backward(named))
-        if named.log_evidence <= state.log_evidence:
+        other = backward(other) if most < 0 else with_patterns(backward(other), most)
+        if other.log_evidence <= state.log_evidence:
             break
-        state = named
+        state = other
     return state
 
 
@@ -66,7 +67,7 @@ def forward(state: SearchState, unnamed: bool = True) -> SearchState:
     refused: set[str] = set()
     for _ in range(MOST):
         name = next(
-            (c for c in state.ranked if c.key not in refused and convincing(c, state.fit, len(state.classes))), None
+            (c for c in state.ranked if c.key not in refused and convincing(c, state.fit)), None
         )
         left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
         pattern = next(iter(left), None)
@@ -122,7 +123,7 @@ def backward(state: SearchState) -> SearchState:
         done.add(one.key)
         bare = state.without(one.key)
         mine = next((c for c in bare.ranked if c.key == one.key), None)
-        needed = mine is not None and convincing(mine, bare.fit, len(state.classes))
+        needed = mine is not None and convincing(mine, bare.fit)
         rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
         best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
@@ -144,14 +145,14 @@ def _instead(
     Args:
         mine: the effect as it would be taken beside the others; None where it is not needed.
     """
-    effect, tried = state.fit.model.effect(one.key), len(state.classes)
+    effect = state.fit.model.effect(one.key)
     empty = with_patterns(bare, len(state.outside)) if state.outside else bare
     if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
         yield empty
     if len(state.missing) + len(state.outside) > 1:
         if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
             yield from filter(None, [accepted(bare, mine)])
-        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, tried))
+        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit))
         other = next(others, None)
         if other is not None and (mine is None or other.evidence > mine.evidence):
             yield from filter(None, [accepted(bare, other)])

@@ -75,7 +75,8 @@ class SearchState:
     @cached_property
     def log_evidence(self) -> float:
         """What all that was taken is worth beside the base (`evidence.log_evidence`)."""
-        return log_evidence(self.base, self.fit, len(self.missing), len(self.outside))
+        names = [m.candidate.searched for m in self.missing]
+        return log_evidence(self.base, self.fit, names, [s.searched for s in self.outside])
 
     @cached_property
     def given(self) -> frozenset[str]:
@@ -152,7 +153,8 @@ class SearchState:
             first, more = self.missing[at], one.candidate
             told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
             label = "; ".join(filter(None, told))
-            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
+            paid = first.candidate.searched + more.searched
+            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label, searched=paid)
             one = replace(first, candidate=whole)
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
