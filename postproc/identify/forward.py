@@ -66,9 +66,7 @@ def forward(state: SearchState, unnamed: bool = True) -> SearchState:
     """
     refused: set[str] = set()
     for _ in range(MOST):
-        name = next(
-            (c for c in state.ranked if c.key not in refused and convincing(c, state.fit)), None
-        )
+        name = next((c for c in state.ranked if c.key not in refused and convincing(c, state.fit)), None)
         left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
         pattern = next(iter(left), None)
         if pattern is not None and (name is None or pattern.evidence > _beside(name, pattern)):

@@ -153,7 +153,7 @@ class Look:
             first = Suspect(
                 one.channels[0],
                 found.where,
-                one.told(tuple(found.alike())),
+                one.told(tuple(found.alike())).rstrip(","),
                 share,
                 found.fall,
                 found.worth,
