@@ -42,7 +42,7 @@ def run(
     """
     from postproc.identify.diagnose import diagnose
     from postproc.identify.interventions import hold_out_levels
-    from postproc.identify.words.sentences import of_little_worth, too_few
+    from postproc.identify.words.sentences import of_little_worth, to_record, too_few
     from postproc.identify.words.text import diagnosis_json, diagnosis_text
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
@@ -74,7 +74,8 @@ def run(
         elif found.verdict == "complete":
             words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
             say_next("corrects a program with this model", *words)
-        told = code is not None and not found.misleading
+        lacking = to_record(found)
+        told = code is not None and not found.misleading and not lacking
         if told and draft is not None:
             own = [*table.words([*effects, draft]), *cell_words(cell)]
             words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
@@ -85,7 +86,7 @@ def run(
         elif told:
             words = ("diagnose", model, *data, *table.words(effects), *cell_words(cell), "--draft", "OWN.py")
             say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
-        elif found.suspects and draft is None:
+        elif found.suspects and draft is None and not lacking:
             say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
     return 0
 
