@@ -226,7 +226,7 @@ class InForce:
 
     Args:
         duration: ``\\T`` [s]. gripload: in the tool frame. displacement: PDispSet or PDispOn, in the object frame.
-        options: ``conf_l``, ``conf_j`` and ``singarea_wrist`` as far as known.
+        options: ``conf_l``, ``conf_j`` and ``wrist_in_joints`` (SingArea) as far as known.
         velocity_override: VelSet [%]; velocity_limit: VelSet [mm/s]; acceleration: AccSet [%].
         axis_offset: EOffsSet [mm], [deg].
         units: what ActUnit and DeactUnit have done, by name; None: not known.
