@@ -9,6 +9,7 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import read_program
+from postproc.rapid.syntax.spans import literal
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
 P = f"CONST robtarget p:={target(1, 2, 3)};"
@@ -202,8 +203,8 @@ def test_numbers(spelling: str, value: float) -> None:
     assert places([event]) == [(value, 0, 0)]
     assert event.target_origin.kind == "inline"
     assert event.target_origin.spans is not None
-    start, end = event.target_origin.spans.numbers[0]
-    assert event.statement.source.data[start:end] == spelling.encode()
+    numbers = literal(event.statement.source.data, *event.target_origin.spans.whole)
+    assert numbers is not None and numbers[1] == spelling.encode()
 
 
 def test_a_number_without_its_zero_after_an_instruction() -> None:
@@ -221,7 +222,8 @@ def test_arrays_of_targets() -> None:
     assert found[0].target_origin.declaration == "m..a"
     spans = found[1].target_origin.spans
     assert spans is not None
-    assert spans.source.data[slice(*spans.numbers[0])] == b"5"
+    numbers = literal(spans.source.data, *spans.whole)
+    assert numbers is not None and numbers[1] == b"5"
     assert found[3].reason == "`a` has no element 3"
 
 

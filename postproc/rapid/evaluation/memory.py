@@ -10,12 +10,12 @@ from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import Declared
-from postproc.rapid.evaluation.evaluate import component, pick
+from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import UNSEEN, WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
-from postproc.rapid.syntax.trees import Call, Name
+from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name
 from postproc.rapid.unknown import (
     Causes,
     Kind,
@@ -38,6 +38,7 @@ def set_first(unknowns: Iterable[Unknown]) -> str | None:
 
 
 CLOCK = ""  # the key of the present time in ``Memory.unseen``
+Path = tuple[int | str, ...]  # indices, from 1, and components
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class Reference:
     """A parameter that stands for the caller's data: its declaration, and indices and components of a part of it."""
 
     declaration: Declaration
-    path: tuple[int | str, ...] = ()
+    path: Path = ()
     assumed: Causes = ()  # why it is not certain which part
 
 
@@ -270,3 +271,25 @@ class Memory:
         if routine is None:
             routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())
         return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})
+
+
+def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:
+    """Name of the data that an expression is or is a part of, the way to that part, and why that is not certain; None
+    for what is no data.
+
+    Raises:
+        Unknown: which part it is.
+    """
+    path: Path = ()
+    causes: Causes = ()
+    while not isinstance(tree, Name):
+        if isinstance(tree, Component):
+            path = (tree.name, *path)
+        elif isinstance(tree, Index):
+            values = [evaluate(index, memory) for index in tree.indices]
+            causes = joined_causes(*(value.assumed for value in values), causes)
+            path = (*(whole(value.data) for value in values), *path)
+        else:
+            return None
+        tree = tree.base
+    return tree.name, path, causes

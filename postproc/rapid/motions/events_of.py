@@ -12,7 +12,7 @@ from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory, Reference
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.motions.missing import Missing
-from postproc.rapid.motions.moments import FIXED_AXES, Moment, moment_of
+from postproc.rapid.motions.moments import FIXED_AXES, Moment
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
@@ -34,7 +34,7 @@ class EventMaker:
         self.targets = Targets()
         self.missing = Missing(program, diagnostics)
         self.settings = SettingsReader(program, self.missing)
-        self.last = moment_of(_SET(AT_START))
+        self.last = Moment(_SET(AT_START))
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""
@@ -80,7 +80,7 @@ class EventMaker:
         """What instructions have set so far; the same value as long as none sets anything."""
         now = _SET(state)
         if not all(map(is_, now, self.last.values)):
-            self.last = moment_of(now)
+            self.last = Moment(now)
         return self.last
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:

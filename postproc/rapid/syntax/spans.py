@@ -37,7 +37,7 @@ def literal_parts(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
 
 @dataclass(frozen=True, slots=True)
 class TargetSpans:
-    """Byte spans of the numbers of a ``literal``, found again whenever they are asked for: eleven take 1.5 kB.
+    """Where a ``literal`` stands; its numbers are found again when they are asked for, their spans would take 1.5 kB.
 
     ``rough`` says whether its quaternion has to be stretched by more than rounding.
     """
@@ -45,9 +45,3 @@ class TargetSpans:
     source: Source
     whole: Span
     rough: bool = False
-
-    @property
-    def numbers(self) -> tuple[Span, ...]:
-        """Spans of the 17 numbers in the order of the text."""
-        found = literal(self.source.data, *self.whole)
-        return found.regs[1:] if found else ()
