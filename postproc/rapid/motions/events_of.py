@@ -58,6 +58,9 @@ class EventMaker:
             tool, payload = replace(tool, tload=total), LoadData()
         displacement, more = self.state(state, "@pdisp", Pose(), Kind.DISPLACEMENT, reasons)
         assumed = joined_causes(tuple(memory.noted), causes, more)
+        # Where a trap reads where the arm stands, that holds the correction: it would count twice.
+        read = [why for why in assumed if why.kind is Kind.WRITTEN_AT_ANY_TIME and why.key in memory.changes.measured]
+        reasons += read
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
         offset, more = without_causes(state.get("@eoffs"))
@@ -118,11 +121,12 @@ class EventMaker:
 
     def touched(self, event: MotionEvent, memory: Memory, since: int) -> bool:
         """Whether something unseen may have written the frames of an event, or the target before it, since a time."""
-        if memory.time <= since:
+        if memory.time <= since and not memory.changes.volatile and not memory.changes.unseen_any_time:
             return False
         given = (event.statement.argument(role) for role in FRAMES)
         texts = [event.start or "", *(argument.text for argument in given if argument is not None)]
-        return any(memory.invalidated(key)[1] > since for key in {"@pdisp", *_keys(" ".join(texts), memory)})
+        keys = {"@pdisp", *_keys(" ".join(texts), memory)}
+        return any(memory.invalidated(k)[1] > since or memory.changes.may_be_written_any_time(k) for k in keys)
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
