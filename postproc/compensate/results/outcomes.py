@@ -234,15 +234,11 @@ def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey
 
 
 def _shifts(plan: Plan) -> Array:
-    """(m, 2) how far the goal of every move is corrected, of an arc the way with its circle point, too [m], [rad]."""
+    """(m, 2) how far the goal of every move is corrected [m], [rad]."""
     samples = plan.motion.samples
     T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
     error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
-    found = np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
-    rows = np.flatnonzero(samples.curves.arc[samples.move])
-    along = np.linalg.norm(plan.curve[rows, :3, 3] - samples.T_work_tcp[rows, :3, 3], axis=1)
-    np.maximum.at(found[:, 0], samples.move[rows], along)
-    return found
+    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
 
 
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
