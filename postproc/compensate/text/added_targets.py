@@ -43,7 +43,7 @@ from postproc.robot.configuration import confdata
 NO_START = "where its line begins has no name here"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
 MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
-FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "sin")
+FUNCTIONS = ("offs", "pow", "distance", "dotprod", "sqrt", "atan2", "cos", "sin")
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced

@@ -52,6 +52,10 @@ class EventMaker:
         moment = self.moment(memory.changed)
         in_force = moment.in_force(statement.shape, settings)
         reasons += moment.reasons
+        causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
+        # Where a trap reads where the arm stands, that holds the correction: it would count twice.
+        measured = memory.changes.measured
+        reasons += [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME and why.key in measured]
         wobj = in_force.wobj
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))
@@ -60,7 +64,6 @@ class EventMaker:
             reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
         if not moment.known:
             self.missing.say_assumed(memory.changed, statement, found)
-        causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
         return MotionEvent(
             statement,
             target,
@@ -99,11 +102,12 @@ class EventMaker:
 
     def touched(self, event: MotionEvent, memory: Memory, since: int) -> bool:
         """Whether something unseen may have written the frames of an event, or the target before it, since a time."""
-        if memory.time <= since:
+        if memory.time <= since and not memory.changes.volatile and not memory.changes.unseen_any_time:
             return False
         given = (event.statement.argument(role) for role in FRAMES)
         texts = [event.start or "", *(argument.text for argument in given if argument is not None)]
-        return any(memory.invalidated(key)[1] > since for key in {"@pdisp", *_keys(" ".join(texts), memory)})
+        keys = {"@pdisp", *_keys(" ".join(texts), memory)}
+        return any(memory.invalidated(k)[1] > since or memory.changes.may_be_written_any_time(k) for k in keys)
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
