@@ -153,8 +153,9 @@ class SearchState:
             first, more = self.missing[at], one.candidate
             told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
             label = "; ".join(filter(None, told))
-            whole = replace(more, label=label, evidence=first.candidate.evidence)
-            one = replace(first, candidate=replace(whole, searched=first.candidate.searched + more.searched))
+            paid = first.candidate.searched + more.searched
+            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
+            one = replace(first, candidate=replace(whole, searched=paid))
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: SelectedEffect) -> SearchState:
