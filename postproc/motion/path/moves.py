@@ -121,7 +121,8 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
-    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, axes, strict=True)]
+    rows = [np.full(6, np.nan)] * len(units) if np.isnan(axes).all() else axes
+    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]
 
 
 def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:

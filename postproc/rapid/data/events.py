@@ -226,7 +226,7 @@ class InForce:
 
     Args:
         duration: ``\\T`` [s]. gripload: in the tool frame. displacement: PDispSet or PDispOn, in the object frame.
-        options: ``conf_l``, ``conf_j`` and ``singarea_wrist`` as far as known.
+        options: ``conf_l``, ``conf_j`` and ``wrist_in_joints`` (SingArea) as far as known.
         velocity_override: VelSet [%]; velocity_limit: VelSet [mm/s]; acceleration: AccSet [%].
         axis_offset: EOffsSet [mm], [deg].
         units: what ActUnit and DeactUnit have done, by name; None: not known.
@@ -272,6 +272,7 @@ class MotionEvent:
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
+    touched: bool = False  # its frames, or the target before it, may have been written since the arm was there
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
     axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values

@@ -199,6 +199,8 @@ class Execution(ABC):
             if not isinstance(bound, Reference):
                 forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{routine.name}`")
             elif bound.assumed:
+                for key in keys:
+                    memory.invalidate(key)
                 assume(memory, keys, f"`{routine.name}`")
 
     def endless(self, routine: Routine, frame: Frame) -> bool:

@@ -20,6 +20,7 @@ from postproc.rapid.execution.calls import MAX_STEPS
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
+from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.write_effects import holds_word
@@ -73,12 +74,12 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
         others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
         flow.recorder.elsewhere |= others
-        events = _marked(flow)[:count]
-        return Walk(events, (*found, *rough_orientations(events), *rough_frames(program)))
-    events = _marked(flow)
+        events, flips = assume_wrist(_marked(flow)[:count])
+        return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
+    events, flips = assume_wrist(_marked(flow))
     loose = [replace(event, loose=True) for event in events[count:]]
     later = map(forgiven, flow.diagnostics[len(found) :])
-    return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events), *rough_frames(program)))
+    return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
 def _followed(program: Program, started: Sequence[Routine]) -> Flow:

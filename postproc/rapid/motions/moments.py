@@ -43,7 +43,7 @@ class Moment:
         self.acceleration = 100.0 if isinstance(acceleration, Unknown) else acceleration
         options = {name: on for name in ("conf_l", "conf_j") if isinstance(on := state[f"@{name}"][0], bool)}
         if isinstance(singarea, str):
-            options["singarea_wrist"] = singarea == "wrist"
+            options["wrist_in_joints"] = singarea in ("wrist", "lockaxis4")
         self.options = MappingProxyType(options)
         self._motions: dict[StatementShape, tuple[Settings, InForce]] = {}  # the last of each shape
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
@@ -47,6 +48,7 @@ class Recorder:
         self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
+        self.time = 0  # of the last motion, see ``Memory.time``
 
     def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
         """One execution; how many events it takes beyond the first."""
@@ -79,16 +81,19 @@ class Recorder:
             return self._each(statement, cases)
         if self.returning and event.reason is not None:
             return 0
-        return self._add(event)
+        return self._add(event, memory)
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
         """The event after which the arm stands, where that is the last one."""
         return self.ways.events[self.ways.last] if self.ways.events and ends == {self.ways.last} else None
 
-    def _add(self, event: MotionEvent) -> int:
+    def _add(self, event: MotionEvent, memory: Memory) -> int:
         """Add an event; how many it takes beyond the first."""
         statement = event.statement
         events, before = self.ways.events, len(self.ways.events)
+        if self.maker.touched(event, memory, self.time):
+            event = replace(event, touched=True)
+        self.time = memory.time
         self.ways.go(event)
         index = before
         while events[index].again is not None:
@@ -119,7 +124,7 @@ class Recorder:
                 self.astray.add(statement.key)  # another turn, which begins elsewhere
             if index == NOWHERE and not self.returning:
                 self.ways.ends = own
-                self._add(event)
+                self._add(event, memory)
                 index = self.ways.last
                 self.reached[place] = index, own
             ends[choice] = index

@@ -20,8 +20,9 @@ READING = word_set("""
     corrread cosdnum crossprod cspeedoverride dectohex defaccframe div dnumtostr eventtype exechandler execlevel
     filesize filetime fssize getmaxnumberofcyclicbool getmecunitname getmodalpayloadmode getserviceinfo getsysinfo
     gettaskname ginputdnum goutputdnum hextodec indinpos indspeed iounitstate isfile isleadthrough ismechunitactive
-    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxrobspeed min mirpos mod modexist modtime
-    modtimednum motionplannerno nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
+    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxextlinearspeed
+    maxextreorientspeed maxrobreorientspeed maxrobspeed min mirpos mod modexist modtime modtimednum motionplannerno
+    nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
     pathrecvalidbwd pathrecvalidfwd pfrestart powdnum ppmovedinmanmode present progmemfree rawbyteslen readbin
     readmotor readnum readstr readstrbin readvar remainingretries rmqgetslotname robname robos rounddnum runmode
     sindnum socketgetstatus socketpeek sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen

@@ -11,6 +11,7 @@ from postproc.rapid.program.arguments import Piece, read_arguments
 from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
 from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
+from postproc.rapid.program.measured_places import measured_places
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
@@ -152,6 +153,11 @@ class WriteEffects:
     def may_be_written_any_time(self, key: str) -> bool:
         """Whether a trap, a handler or what a motion starts may write data, whatever runs."""
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
+
+    @cached_property
+    def measured(self) -> frozenset[str]:
+        """Keys of data that is set to where the arm stands (see ``measured_places``)."""
+        return measured_places(self.program)
 
     @cached_property
     def may_be_written(self) -> frozenset[str]:
