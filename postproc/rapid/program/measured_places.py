@@ -17,8 +17,10 @@ def measured_places(program: Program) -> frozenset[str]:
     A routine that reads the position may hand it on: to what it is called with, and where its value is assigned.
     """
     routines = list(program.all_routines())
-    words = {r.name.lower(): identifiers(r.source.data[slice(*r.span)]) for r in routines}
     reading = {r.name.lower() for r in routines if _READS_POSITION.search(r.source.data, *r.span)}
+    if not reading and not any(["found" in motion.roles for motion in program.statements]):
+        return frozenset()
+    words = {r.name.lower(): identifiers(r.source.data[slice(*r.span)]) for r in routines}
     while more := {name for name, own in words.items() if own & reading} - reading:
         reading |= more
     found: set[str] = set()
