@@ -788,3 +788,11 @@ def test_the_root_of_what_a_function_displaces_is_its_target_among_others() -> N
     root = found.target_origin.root
     assert root is not None and root.target.trans == (10, 0, 0)
     assert root.lever == pytest.approx((0, 0, -3))
+
+
+def test_a_move_starts_where_a_function_in_its_target_has_moved_the_arm() -> None:
+    data = "".join(f"CONST robtarget p{k}:={target(1000 + k, 0, 700)};\n" for k in range(3))
+    function = "ENDPROC\nFUNC robtarget fPlace()\nMoveL p1,v100,z10,tool0;\nRETURN p2;\nENDFUNC\nPROC other()"
+    body = f"MoveL p0,v100,z10,tool0;\nMoveL fPlace(),v100,z10,tool0;\nMoveL p2,v100,z10,tool0;\n{function}"
+    found = walk(program(module(body, data)))
+    assert [event.start for event in found] == [None, "p0", "p1", "fPlace()"]

@@ -72,7 +72,11 @@ class Recorder:
                 self._pass(statement.key, before_it)
                 return 0
         make = self.maker.event if new else self.repeats.event
-        event = make(statement, memory, conditional, self._before(self.ways.ends))
+        ends = self.ways.ends
+        event = make(statement, memory, conditional, self._before(ends))
+        if self.ways.ends is not ends:  # a function in its target has moved the arm
+            before = self._before(self.ways.ends)
+            event = replace(event, start=None if before is None else self.maker.start(before, statement, memory))
         if not new and self.only_new and event.reason is not None:
             self.elsewhere.add(statement.key)
             self.ways.lose()
