@@ -796,3 +796,16 @@ def test_a_move_starts_where_a_function_in_its_target_has_moved_the_arm() -> Non
     body = f"MoveL p0,v100,z10,tool0;\nMoveL fPlace(),v100,z10,tool0;\nMoveL p2,v100,z10,tool0;\n{function}"
     found = walk(program(module(body, data)))
     assert [event.start for event in found] == [None, "p0", "p1", "fPlace()"]
+
+
+def test_what_is_in_force_is_one_value_until_something_sets_it() -> None:
+    data = f"CONST robtarget p:={target(1, 2, 3)};\nVAR speeddata v:=[100,500,5000,1000];"
+    plain = f"MoveL p,v100,z10,tool0;\nMoveL {target(4, 5, 6)},v100,z10,tool0;\n"
+    first, second, third, fourth = events(f"{plain}VelSet 50,400;\n{plain}", data)
+    assert first.in_force is second.in_force and third.in_force is fourth.in_force
+    assert [(e.velocity_override, e.velocity_limit) for e in (second, third)] == [(100.0, None), (50.0, 400.0)]
+    assert first.tool is third.tool and first.zone == third.zone
+    slow, fast = events("v.v_tcp:=50;\nMoveL p,v,z10,tool0;\nv.v_tcp:=900;\nMoveL p,v,z10,tool0;", data)
+    assert (slow.speed.v_tcp, fast.speed.v_tcp) == (50.0, 900.0)
+    on, off = events("MoveL p,v100,z10,tool0;\nMoveL p,v100,z10,tool0\\NoEOffs;", f"{data}\nVAR num n;")
+    assert on.in_force is not off.in_force
