@@ -43,6 +43,7 @@ class Motion:
 
     @property
     def moves(self) -> tuple[Move, ...]:
+        """Those of the samples."""
         return self.samples.moves
 
     def at(self, rows: slice | Index) -> State:
