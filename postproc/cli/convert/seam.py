@@ -65,7 +65,7 @@ def run(
     show(doubts)
     sides = read_lent(settings.side_files)
     said = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, settings.options.template_dir)
+    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, templates=settings.options.template_dir)
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)
