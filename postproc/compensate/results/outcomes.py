@@ -157,7 +157,8 @@ def _outcome(
         why = "the correction is below the last decimal"
         return Outcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
     edited = plan.places.get(statement.key)
-    begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
+    moves = plan.motion.moves
+    begun = [_begins_anywhere(moves[i]) for i in rows]
     if any(begun):
         reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
     if any(i in plan.relaxed for i in rows):

@@ -119,11 +119,11 @@ class Assigner:
         requests = incidence.requests
         self.shift = np.array([r.shift for r in requests]).reshape(-1, 3)
         self.turn = np.array([r.turn for r in requests]).reshape(-1, 3)
-        levers = [r.origin.root.lever if r.origin.root else (0.0, 0.0, 0.0) for r in requests]
-        self.lever = np.array(levers).reshape(-1, 3)
+        roots = [r.origin.root for r in requests]
+        self.lever = np.array([root.lever if root else (0.0, 0.0, 0.0) for root in roots]).reshape(-1, 3)
         self.within = np.array([r.within_mm for r in requests])
         self.relaxed = np.maximum(self.within, SHARE * np.linalg.norm(self.shift, axis=1))
-        self.derived = np.array([r.origin.root is not None for r in requests], dtype=bool)
+        self.derived = np.array([root is not None for root in roots], dtype=bool)
 
     def assign(self) -> Assignment:
         """Raise levels until every argument is served or left."""

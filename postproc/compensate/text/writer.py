@@ -81,7 +81,8 @@ class Writer:
 
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
         """What is written for goals, or for circle points beside the ``goals`` that have been assigned."""
-        rows = {self.motion.moves[r.move].row for r in requests}
+        moves = self.motion.moves
+        rows = {moves[r.move].row for r in requests}
         complete: Set[StatementKey] = fully_requested(self.runs, rows) if goals is None else goals.served
         fixed = {} if goals is None else goals.assignment.slots
         shared = set[SlotKey]() if goals is None else goals.links.of_slot.keys() - fixed.keys()
@@ -157,8 +158,8 @@ class Writer:
                 value = part.assignment.slots.get(slot) if slot is not None else None
                 if key in part.left or slot is None or value is None:
                     continue
-                base = request.origin.base
-                derived = request.origin.root is not None
+                origin = request.origin
+                base, derived = origin.base, origin.root is not None
                 called = base.handed is not None and (slot[0] == "call" or base.kind == "inline")
                 places.setdefault(key, "derived" if derived else "call" if called else KINDS.get(base.kind, "call"))
                 if slot not in done:
@@ -172,7 +173,8 @@ class Writer:
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
         """The numbers of a target, or an offset in the argument of a call."""
-        base, root = request.origin.base, request.origin.root
+        origin = request.origin
+        base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
             return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target
