@@ -108,6 +108,8 @@ class TargetAdder:
             path_mm: (m,) largest deviation along each move [mm].
         """
         divided = {p.move: p for p in pieces if p.goals}
+        if not divided:
+            return Added([], {}, {})
         runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.again is None)
         found: list[Insertion] = []
         refused: dict[int, str] = {}
