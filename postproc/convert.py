@@ -205,7 +205,6 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     findings += more
     judged = Judged(outcomes, seams, figures, accuracy, limits)
     report = document(model.robot.name, plan, events, judged, findings)
-    report["already"] = list(options.already)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
@@ -252,7 +251,7 @@ def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
-    report |= {"already": list(task.options.already), "run_time": function.as_json(task.options.run_time)}
+    report["run_time"] = function.as_json(task.options.run_time)
     env = environment(task.options.template_dir)
     head = header_values(task.model, task.options, report)
     edits = _with_header(env, program, {s.path: [] for s in program.sources}, function, head)

@@ -74,6 +74,7 @@ class FolderDiff:
 
     @property
     def equal(self) -> bool:
+        """Whether no file differs."""
         return all(file.status == "equal" for file in self.files)
 
     @property

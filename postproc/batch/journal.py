@@ -61,6 +61,7 @@ class Journal:
         return None
 
     def holds(self, path: str, hash_: str) -> bool:
+        """Whether a file stands in the tree with these bytes."""
         return self._inside(path) and _hash(self.root / path) == hash_
 
     def _inside(self, path: str) -> bool:
@@ -103,6 +104,7 @@ class Journal:
         return edited
 
     def note(self, line: Line) -> Line:
+        """Write a line, where it has a key to be found by."""
         self.now[subject(line)] = line
         if line["key"]:
             self.log.write(encoded(line))

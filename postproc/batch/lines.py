@@ -18,10 +18,12 @@ Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may
 
 
 def subject(line: Line) -> Subject:
+    """What a line speaks of."""
     return line["key"] == COPY, str(line["name"])
 
 
 def encoded(line: Mapping[str, Any]) -> bytes:
+    """A line as it stands in the file."""
     return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
 
 

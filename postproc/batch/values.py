@@ -127,6 +127,7 @@ def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
 
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
+    """The result of a task that has no outputs, with the reasons."""
     return Result(name, key, "failed", findings=tuple(d.as_json() for d in findings), final=final)
 
 
@@ -138,11 +139,13 @@ class Shard:
     count: int = 1
 
     def owns(self, name: str) -> bool:
+        """Whether a task or file belongs to this part."""
         number = int.from_bytes(sha256(name.encode("utf-8", "surrogateescape")).digest()[:8], "big")
         return number % self.count == self.index - 1
 
     @property
     def part(self) -> str:
+        """What the part is called in names of files."""
         return "all" if self.count == 1 else f"{self.index}-of-{self.count}"
 
 
@@ -163,6 +166,7 @@ class Outcome:
     page: str | None = None
 
     def as_json(self) -> dict[str, Any]:
+        """The row of a task in the ``postproc/batch/1`` document."""
         return {
             "name": self.task.name,
             "status": self.status,
@@ -185,6 +189,7 @@ class Batch:
 
     @property
     def failed(self) -> bool:
+        """Whether anything has failed."""
         return any(f["severity"] == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
 
     @property

@@ -42,6 +42,7 @@ class Worlds:
     differing: int
 
     def as_json(self) -> dict[str, int]:
+        """The key ``worlds`` of the document."""
         return {"count": self.count, "differing": self.differing}
 
 

@@ -14,6 +14,7 @@ def place(event: MotionEvent, role: str = "to") -> tuple[Source, Span]:
 
 
 def at_move(move: Move, code: str, severity: Severity, message: str, help: str = "") -> Diagnostic:
+    """A finding at the target of a move's statement."""
     source, span = place(move.event)
     return Diagnostic(code, severity, message, source, span, help)
 

@@ -51,7 +51,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
             sentence = (
                 "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
             )
-        return _page(f"Acceptance of {name}", NOT_KEPT, sentence, facts, (), [COMPUTED])
+        return _page((f"Acceptance of {name}", NOT_KEPT, sentence), facts, (), [COMPUTED])
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
     along = (document["max_error_before_mm"], document["max_error_after_mm"])
@@ -72,7 +72,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
     verdict = NOT_KEPT if not kept else KEPT if shown_on_the_arm(document, tolerance) else NOT_SHOWN
-    return _page(f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}", facts, parts, [COMPUTED])
+    return _page((f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}"), facts, parts, [COMPUTED])
 
 
 def arm_certificate(name: str, found: Comparison) -> str:
@@ -96,17 +96,14 @@ def arm_certificate(name: str, found: Comparison) -> str:
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     parts = [Part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
-    return _page("Accuracy of an arm", "", found.text().splitlines()[0], facts, parts, ())
+    return _page(("Accuracy of an arm", "", found.text().splitlines()[0]), facts, parts, ())
 
 
 def _page(
-    title: str,
-    verdict: str,
-    sentence: str,
-    facts: Sequence[tuple[str, str]],
-    parts: Sequence[Part],
-    remarks: Sequence[str],
+    head: tuple[str, str, str], facts: Sequence[tuple[str, str]], parts: Sequence[Part], remarks: Sequence[str]
 ) -> str:
+    """HTML of a certificate; ``head``: its title, verdict and sentence."""
+    title, verdict, sentence = head
     page = render(
         "certificate.html.j2",
         title=title,

@@ -100,7 +100,7 @@ def test_power_of_the_inertial_torque_is_the_change_of_energy() -> None:
     rng = np.random.default_rng(2)
     q, v, a = rng.uniform(-1, 1, (20, 6)), rng.uniform(-2, 2, (20, 6)), rng.uniform(-5, 5, (20, 6))
     mass, center = 12.0, np.array([0.1, -0.05, 0.3])
-    torque = inertial_torque(ROBOT, q, v, a, np.full(20, mass), np.tile(center, (20, 1)))
+    torque = inertial_torque(ROBOT, (q, v, a), (np.full(20, mass), np.tile(center, (20, 1))))
     h = 1e-5
     energy = [kinetic_energy(q + x * v + x * x * a / 2, v + x * a, mass, center) for x in (-h, h)]
     rate = (energy[1] - energy[0]) / (2 * h)
@@ -112,7 +112,7 @@ def test_weight_is_the_change_of_height() -> None:
     q = rng.uniform(-1, 1, (10, 6))
     still, center = np.zeros((10, 6)), np.tile([0.1, 0.0, 0.2], (10, 1))
     gravity = np.array([0.0, 0.0, -9.81])
-    torque = inertial_torque(ROBOT, q, still, still, np.full(10, 7.0), center, gravity)
+    torque = inertial_torque(ROBOT, (q, still, still), (np.full(10, 7.0), center), gravity)
 
     def potential(q: np.ndarray) -> np.ndarray:
         T = body_poses(ROBOT, q)

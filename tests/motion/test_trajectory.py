@@ -202,9 +202,8 @@ def test_slow_down_reaches_the_weld_speed_before_the_weld(trajectory: Trajectory
 def torque(trajectory: Trajectory) -> np.ndarray:
     """Joint torques (n, 6) [N m] of the bare arm, without its weight."""
     none = np.zeros(len(trajectory.t))
-    return inertial_torque(
-        ROBOT, trajectory.path.q, trajectory.v, trajectory.a_sustained, none, np.zeros((len(none), 3))
-    )
+    motion = trajectory.path.q, trajectory.v, trajectory.a_sustained
+    return inertial_torque(ROBOT, motion, (none, np.zeros((len(none), 3))))
 
 
 def test_torque_limits() -> None:

@@ -50,7 +50,6 @@ def run(
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import get_ready, run_batch
-    from postproc.choices import find_settings
     from postproc.report.batch import batch_page
     from postproc.report.document import plain
     from postproc.settings import told
@@ -63,12 +62,9 @@ def run(
     ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
     for line in arm_lines(ready):
         say(line)
-    if workers is None and scheduler is None and (stated := find_settings(place)) is not None:
-        workers, scheduler = stated[1].batch.workers, stated[1].batch.scheduler
-    # Python's own helper process cleans up after a stopped run; it need not talk about it.
-    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
+    _hush()
     try:
-        with open_pool(workers, scheduler) as pool, reporting(len(ready.tasks)) as shown:
+        with open_pool(*_where(place, workers, scheduler)) as pool, reporting(len(ready.tasks)) as shown:
             batch = run_batch(ready, pool, shown.outcome)
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
@@ -84,6 +80,19 @@ def run(
     if (form := "json" if json else format) is not None:
         print_document(document, form)
     return int(batch.failed)
+
+
+def _where(place: Path, workers: int | None, scheduler: str | None) -> tuple[int | None, str | None]:
+    """Workers and scheduler: as they are stated on the command line, else in the settings file."""
+    from postproc.choices import find_settings
+
+    stated = find_settings(place) if workers is None and scheduler is None else None
+    return (workers, scheduler) if stated is None else (stated[1].batch.workers, stated[1].batch.scheduler)
+
+
+def _hush() -> None:
+    """Python's own helper process cleans up after a stopped run; it need not talk about it."""
+    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
 
 
 def _shard(text: str) -> Shard:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.convert.finish import finish, module_file
+from postproc.cli.convert.finish import finish, module_file, tell, write_pages
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
-from postproc.cli.output import check_outputs, write
+from postproc.cli.output import check_outputs
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import watching
-from postproc.cli.report import STDIN, print_document, say, show, unmeasured
+from postproc.cli.report import STDIN, print_document, say, show
 from postproc.diagnostics import PostprocError
 from postproc.process import load_scipy
 
@@ -40,9 +40,7 @@ def run(
         json: print the postproc/compensate/1 document.
     """
     load_scipy()
-    from postproc.compensate.results.document import estimated_stiffness
     from postproc.convert import compensate_program
-    from postproc.settings import told
 
     if in_place and program == STDIN:
         text = "`--in-place` writes over a file, and the program comes from stdin"
@@ -61,21 +59,10 @@ def run(
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
         result = compensate_program(sources, arm, settings.options, watch)
     show(named_files(result.diagnostics))
-    if report is not None:
-        from postproc.report.compensation import compensation_page
-
-        write(report, compensation_page(Path(source.path).name, result, told(settings)))
-    if certificate is not None:
-        from postproc.report.certificate import program_certificate
-
-        write(certificate, program_certificate(Path(source.path).name, result, told(settings)))
+    write_pages(Path(source.path).name, result, settings, report, certificate)
     code = max(1, result.exit_code)
     if result.output is not None:
-        say(result.summary)
-        if estimated := estimated_stiffness(result.report):
-            say(estimated)
-        if result.plan is not None and result.report["expected_accuracy"] is None:
-            say(unmeasured(result.diagnostics))
+        tell(result)
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             still_there(source)

@@ -1,4 +1,4 @@
-"""What ``compensate`` does with its result: write it, show the difference, or say whether anything would change."""
+"""What commands do with a conversion: write it, show the difference, say whether anything would change; its pages."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.output import write, write_together
+from postproc.cli.report import say, unmeasured
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from postproc.compensate.options import Options
+    from postproc.convert import Conversion
+    from postproc.settings import Settings
 
 
 def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
@@ -68,6 +71,33 @@ def finish(
     if target is not None or not silent:
         write_together(_files(target, after, module))
     return 0
+
+
+def tell(result: Conversion) -> None:
+    """Say in a line what came out, and how sure that is."""
+    from postproc.compensate.results.document import estimated_stiffness
+
+    say(result.summary)
+    if estimated := estimated_stiffness(result.report):
+        say(estimated)
+    if result.plan is not None and result.report["expected_accuracy"] is None:
+        say(unmeasured(result.diagnostics))
+
+
+def write_pages(
+    name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
+) -> None:
+    """Write the report and the certificate of a conversion, where they are asked for."""
+    from postproc.settings import told
+
+    if report is not None:
+        from postproc.report.compensation import compensation_page
+
+        write(report, compensation_page(name, result, told(settings)))
+    if certificate is not None:
+        from postproc.report.certificate import program_certificate
+
+        write(certificate, program_certificate(name, result, told(settings)))
 
 
 def _differs(path: Path | None, data: bytes) -> bool:

@@ -10,12 +10,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import ConvertOptions
+from postproc.cli.convert.finish import tell, write_pages
 from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, show, unmeasured
+from postproc.cli.report import print_json, say, show
+from postproc.diagnostics import Source
 
 
 def run(
@@ -50,12 +52,8 @@ def run(
         json: print the postproc/compensate/1 document.
     """
     from postproc.convert import compensate_program
-    from postproc.diagnostics import Source
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
-    from postproc.report.certificate import program_certificate
-    from postproc.report.compensation import compensation_page
-    from postproc.settings import told
 
     settings = convert.settings_at(Path(points).parent, entry=routine)
     settings = replace(settings, options=replace(settings.options, run_time="off"))  # all its targets are numbers
@@ -66,8 +64,7 @@ def run(
     doubts = table.doubts()
     show(doubts)
     sides = read_lent(settings.side_files)
-    name = (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]
-    said = SeamOptions(name, routine, tool, wobj, seam_data, weld_data, speed, clearance)
+    said = SeamOptions(_module_name(output), routine, tool, wobj, seam_data, weld_data, speed, clearance)
     text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, templates=settings.options.template_dir)
     for note in notes:
         say(f"by default, {note}")
@@ -77,14 +74,14 @@ def run(
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])
-        say(result.summary)
-        if result.report["expected_accuracy"] is None:
-            say(unmeasured(result.diagnostics))
-    if report is not None:
-        write(report, compensation_page(output.name, result, told(settings)))
-    if certificate is not None:
-        write(certificate, program_certificate(output.name, result, told(settings)))
+        tell(result)
+    write_pages(output.name, result, settings, report, certificate)
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
     return 0 if result.outputs else max(1, result.exit_code)
+
+
+def _module_name(output: Path) -> str:
+    """A name that RAPID takes, after that of the file."""
+    return (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]

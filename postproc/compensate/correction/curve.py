@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.compensate.correction.inverse import command
 from postproc.compensate.options import Options
-from postproc.compensate.path.motion import Motion
+from postproc.compensate.path.motion import BLOCK, Motion
 from postproc.compensate.path.samples import Samples
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp, transition
@@ -170,11 +170,16 @@ def commanded_curve(
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
     """(m, 6) what every move's correction lacks to the target it starts from, and to its goal."""
-    before = np.maximum(np.arange(len(samples.moves)) - 1, 0)
-    begins = samples.mounts_at(samples.start).work(exact.T_base_flange[before])
-    at_start = pose_error(exact.T_work_tcp[samples.start], begins)
-    at_goal = samples.curves.mounts.work(exact.T_base_flange)
-    return at_start, pose_error(exact.T_work_tcp[samples.goal], at_goal)
+    m = len(samples.moves)
+    before = np.maximum(np.arange(m) - 1, 0)
+    at_start, at_goal = np.empty((2, m, 6))
+    for rows in blocks(m, BLOCK):
+        start, goal = samples.start[rows], samples.goal[rows]
+        begins = samples.mounts_at(start).work(exact.T_base_flange[before[rows]])
+        at_start[rows] = pose_error(exact.T_work_tcp[start], begins)
+        ends = samples.curves.mounts[rows].work(exact.T_base_flange[rows])
+        at_goal[rows] = pose_error(exact.T_work_tcp[goal], ends)
+    return at_start, at_goal
 
 
 def _shifted(T: Array, twist: Array) -> Array:

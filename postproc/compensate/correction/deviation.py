@@ -49,6 +49,12 @@ class Deviation:
         """Largest distance [m] over the chosen samples, 0 where there are none."""
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
+    def largest_of_moves(self, rows: Flags) -> Array:
+        """(m,) largest distance [m] along each programmed move over the chosen samples."""
+        worst = np.zeros(len(self.goal_distance))
+        np.maximum.at(worst, self.owner[rows], self.distance[rows])
+        return worst
+
 
 @dataclass(frozen=True, slots=True)
 class Driven:

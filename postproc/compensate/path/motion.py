@@ -43,6 +43,7 @@ class Motion:
 
     @property
     def moves(self) -> tuple[Move, ...]:
+        """Those of the samples."""
         return self.samples.moves
 
     def at(self, rows: slice | Index) -> State:
@@ -96,8 +97,14 @@ class Motion:
         samples, every = self.samples, np.arange(rows.start, rows.stop)
         begins = every[1:][samples.u[every[1:]] == 0.0]
         before = begins - 1
-        moves = [(samples.moves[i], samples.moves[j]) for i, j in samples.move[np.stack([begins, before], 1)].tolist()]
-        same = np.array([_alike(move, last, self.options) for move, last in moves], dtype=bool)
+        pairs = [(samples.moves[i], samples.moves[j]) for i, j in samples.move[np.stack([begins, before], 1)].tolist()]
+        pressed = self.options.force_on == "all"
+        same = np.array([
+            (pressed or a.welding == b.welding)
+            and a.payload_mass == b.payload_mass
+            and (a.payload_center is b.payload_center or bool((a.payload_center == b.payload_center).all()))
+            for a, b in pairs
+        ], dtype=bool)  # fmt: skip
         same &= samples.curves.mounts[samples.move[begins]].same(samples.curves.mounts[samples.move[before]])
         stands = [self.place[:, None], samples.q, np.nan_to_num(samples.axes), samples.T_work_tcp.reshape(-1, 16)]
         for values in stands if self.sides is None else [*stands, self.sides]:
@@ -113,13 +120,6 @@ class Motion:
     def blocks(self) -> Iterator[slice]:
         """All rows, a block at a time."""
         return blocks(len(self.place), BLOCK)
-
-
-def _alike(move: Move, other: Move, options: Options) -> bool:
-    """Whether two moves load the arm alike."""
-    mass = move.payload_mass == other.payload_mass
-    center = move.payload_center is other.payload_center or bool((move.payload_center == other.payload_center).all())
-    return mass and center and (options.force_on == "all" or move.welding == other.welding)
 
 
 def motion_of(

@@ -30,6 +30,7 @@ class Accuracy:
     within_95: float
 
     def as_json(self) -> dict[str, float]:
+        """The key ``expected_accuracy`` of the document, in millimetres."""
         return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
 
 

@@ -39,11 +39,7 @@ def document(
     """What ``--json`` prints (docs/documents.md)."""
     outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits
     unseen, lines = unmeasured(outcomes, events, plan)
-    return {
-        "schema": SCHEMA,
-        "tool": __version__,
-        "robot": robot,
-        "statements": [o.as_json() for o in outcomes],
+    return unmeasured_document(robot, outcomes, plan.motion.options, findings) | {
         "max_error_before_mm": _mm(figures.before),
         "max_error_after_mm": _mm(figures.after),
         "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
@@ -51,9 +47,7 @@ def document(
         "max_transition_mm": _mm(figures.transition),
         "max_transient_mm": _mm(figures.transient),
         "max_joint_move_mm": _mm(figures.joint_move),
-        "tolerance_mm": _mm(plan.motion.options.tolerance_m),
         "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
-        "scope": plan.motion.options.scope,
         "welds": [seam.as_json() for seam in judged.seams],
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "unproved_statements": unproved(outcomes, events, plan),
@@ -62,7 +56,6 @@ def document(
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(limits.slower, 3),
         "cycle_time_before_s": round(limits.cycle_time, 3),
-        "diagnostics": [d.as_json() for d in findings],
     }
 
 
@@ -70,15 +63,18 @@ def unmeasured_document(
     robot: str, outcomes: Sequence[Outcome], options: Options, findings: Sequence[Diagnostic]
 ) -> dict[str, Any]:
     """The same for a program none of whose targets is known before it runs: nothing is measured."""
-    lengths = ("max_error_before", "max_error_after", "max_transition", "max_transient", "max_joint_move")
     return {
         "schema": SCHEMA,
         "tool": __version__,
         "robot": robot,
         "statements": [o.as_json() for o in outcomes],
-        **{f"{name}_mm": 0.0 for name in lengths},
+        "max_error_before_mm": 0.0,
+        "max_error_after_mm": 0.0,
         "max_arc_error_before_mm": None,
         "max_arc_error_after_mm": None,
+        "max_transition_mm": 0.0,
+        "max_transient_mm": 0.0,
+        "max_joint_move_mm": 0.0,
         "tolerance_mm": _mm(options.tolerance_m),
         "air_tolerance_mm": _mm(options.air_tolerance_m),
         "scope": options.scope,
@@ -91,6 +87,7 @@ def unmeasured_document(
         "cycle_time_s": None,
         "cycle_time_before_s": None,
         "diagnostics": [d.as_json() for d in findings],
+        "already": list(options.already),
         "worlds": {"count": 0, "differing": 0},
         "expected_remaining_fraction": None,
     }

@@ -64,7 +64,8 @@ def judge_statements(
     path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
-    worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
+    passing = in_transition(plan, after)
+    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), _shifts(plan)
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
@@ -96,7 +97,8 @@ def judge_statements(
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
-    findings += _searched_findings(outcomes, events) + transition_findings(plan) + transient_finding(plan, after)
+    findings += _searched_findings(outcomes, events) + transition_findings(plan)
+    findings += transient_finding(plan, after, own[after.owner] & ~passing)
     return outcomes, findings
 
 
@@ -155,7 +157,8 @@ def _outcome(
         why = "the correction is below the last decimal"
         return Outcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
     edited = plan.places.get(statement.key)
-    begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
+    moves = plan.motion.moves
+    begun = [_begins_anywhere(moves[i]) for i in rows]
     if any(begun):
         reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
     if any(i in plan.relaxed for i in rows):
@@ -239,14 +242,6 @@ def _shifts(plan: Plan) -> Array:
     T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
     error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
     return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
-
-
-def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
-    """(m,) largest deviation along each move in space at steady speed, transitions left out [m]."""
-    worst = np.zeros(len(plan.motion.moves))
-    rows = after.space & after.steady & ~in_transition(plan, after)
-    np.maximum.at(worst, after.owner[rows], after.distance[rows])
-    return worst
 
 
 def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:

@@ -6,9 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from postproc.arrays import Array
 from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.plan import Plan
 from postproc.compensate.results.transitions import finding, in_transition
@@ -64,8 +61,8 @@ def find_seams(outcomes: Sequence[Outcome], plan: Plan, before: Deviation, after
     moves, samples = plan.motion.moves, plan.motion.samples
     rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.again is None)
     passing = in_transition(plan, after)
-    was = _worst(before, len(moves), before.space & before.steady)
-    stays = _worst(after, len(moves), after.space & after.steady & ~passing)
+    was = before.largest_of_moves(before.space & before.steady)
+    stays = after.largest_of_moves(after.space & after.steady & ~passing)
     added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
     seams = []
     for group in _groups(outcomes):
@@ -127,13 +124,6 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
 def _arc_phase(event: MotionEvent) -> str:
     """``start``, ``weld``, ``end``; empty for what is no arc welding."""
     return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""
-
-
-def _worst(deviation: Deviation, count: int, rows: np.ndarray) -> Array:
-    """(m,) largest deviation along each move over the chosen samples [m]."""
-    worst = np.zeros(count)
-    np.maximum.at(worst, deviation.owner[rows], deviation.distance[rows])
-    return worst
 
 
 def _groups(outcomes: Sequence[Outcome]) -> Iterator[list[Outcome]]:

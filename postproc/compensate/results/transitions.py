@@ -74,10 +74,13 @@ def transition_findings(plan: Plan) -> list[Diagnostic]:
     return findings
 
 
-def transient_finding(plan: Plan, after: Deviation) -> list[Diagnostic]:
-    """CMP009: the largest deviation while the arm speeds up or slows down, where that is above the tolerance."""
-    mine = own_moves(plan)[after.owner]
-    rows = np.flatnonzero(mine & after.space & ~after.steady & ~in_transition(plan, after))
+def transient_finding(plan: Plan, after: Deviation, counted: Flags) -> list[Diagnostic]:
+    """CMP009: the largest deviation while the arm speeds up or slows down, where that is above the tolerance.
+
+    Args:
+        counted: (n,) samples of own moves outside transitions.
+    """
+    rows = np.flatnonzero(counted & after.space & ~after.steady)
     if not len(rows) or after.distance[rows].max() <= plan.motion.options.tolerance_m:
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]

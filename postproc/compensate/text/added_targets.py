@@ -18,7 +18,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction.fewest_targets import Pieces
-from postproc.compensate.text.arcs import ArcRun, all_numbers, arc_run, follow_arc, function_name
+from postproc.compensate.text.arcs import UNLIKE, ArcRun, all_numbers, arc_run, follow_arc, function_name
 from postproc.compensate.text.bends import fit_bend, is_steep, squares_of
 from postproc.compensate.text.expressions import Position, position_of
 from postproc.compensate.text.insertions import insertion_of, neighbouring_element, small_zone
@@ -45,10 +45,11 @@ OTHER_FRAME = "its line begins in another work object, displacement or tool, or 
 MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
 FUNCTIONS = ("offs", "pow", "distance", "dotprod", "sqrt", "atan2", "cos", "sin")
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
-UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
 SHARE_DECIMALS = 4
 NOTHING = Position(None)
+
+_Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +108,8 @@ class TargetAdder:
             path_mm: (m,) largest deviation along each move [mm].
         """
         divided = {p.move: p for p in pieces if p.goals}
+        if not divided:
+            return Added([], {}, {})
         runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.again is None)
         found: list[Insertion] = []
         refused: dict[int, str] = {}
@@ -119,21 +122,18 @@ class TargetAdder:
             gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
             allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
             added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
-            if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added):
+            if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added[0]):
                 added = OWN_FUNCTIONS
             if isinstance(added, str):
                 refused.update(dict.fromkeys(group, added))
-            elif isinstance(added, list):
-                found += added
-            else:
-                found += added[0]
+                continue
+            found += added[0]
+            if added[1] is not None:
                 circle_points.update(dict.fromkeys(group, added[1]))
         return Added(found, refused, circle_points)
 
-    def _of_statement(
-        self, parts: Sequence[Pieces], allowed: Allowed
-    ) -> list[Insertion] | tuple[list[Insertion], Change] | str:
-        """One set of statements for all runs, or why there is none; of an arc the circle point that is left, too."""
+    def _of_statement(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
+        """One set of statements for all runs, or why there is none."""
         event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
         if event.via is not None and not all_numbers(event, before):
             return self._of_arc(parts, allowed)
@@ -155,15 +155,14 @@ class TargetAdder:
             if one is None:
                 return UNLIKE
             found.append(one)
-        return found
+        return found, None
 
-    def _own_functions(self, event: MotionEvent, added: list[Insertion] | tuple[list[Insertion], Change]) -> bool:
+    def _own_functions(self, event: MotionEvent, insertions: Sequence[Insertion]) -> bool:
         """Whether functions of the program's own hide those of RAPID by which the targets are written."""
-        insertions = added if isinstance(added, list) else added[0]
         used = any(i.to.law is not None or i.to.arc is not None for i in insertions)
         return used and any(self.program.routine(name, event.statement.module) is not None for name in FUNCTIONS)
 
-    def _of_arc(self, parts: Sequence[Pieces], allowed: Allowed) -> tuple[list[Insertion], Change] | str:
+    def _of_arc(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """The same for an arc."""
 
         def written(origin: Origin, target: RobTarget) -> Array:
@@ -280,11 +279,8 @@ class TargetAdder:
         law = nearest_law(self._laws(runs, rest, share, allowed.fine), allowed)
         if law is None:
             return None
-        base = (
-            first.end.reference
-            if all(_turned_alike(v, run.end_target) for v, run in zip(values, runs, strict=True))
-            else None
-        )
+        alike = all(_turned_alike(v, run.end_target) for v, run in zip(values, runs, strict=True))
+        base = first.end.reference if alike else None
         kept = tuple((text, _minus_base(text, direction, base)) for text, direction in slopes)
         if base is not None and f"{base}.trans.x" not in dict(slopes):
             kept = (*kept, *((f"{base}.trans.{a}", _axis(k, -1.0)) for k, a in enumerate("xyz")))

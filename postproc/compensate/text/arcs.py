@@ -89,13 +89,8 @@ def arc_run(
         position = position_of(text, target, program, module)
         if position is None or any(name not in known for name, _ in position.terms):
             return NO_PARTS
-    points = np.array(
-        [
-            written(before.target_origin, before.target),
-            written(event.via_origin, event.via),
-            written(event.target_origin, event.target),
-        ]
-    )
+    ends = (before.target_origin, before.target), (event.target_origin, event.target)
+    points = np.array([written(*place) for place in (ends[0], (event.via_origin, event.via), ends[1])])
     return ArcRun(event, (start, via.text, to.text), points, shares[list(part.goals)], shares[list(part.vias)])
 
 

@@ -111,20 +111,19 @@ class Assigner:
         incidence: Incidence,
         astray: Set[StatementKey],
         expression: Callable[[ArgumentKey], TargetExpression],
-        closed: Set[SlotKey] = frozenset(),
-        fixed: Mapping[SlotKey, SlotValue] | None = None,
+        closed: Set[SlotKey],
+        fixed: Mapping[SlotKey, SlotValue],
     ) -> None:
         self.incidence, self.astray, self.expression = incidence, astray, expression
-        self.closed, self.fixed = closed, fixed or {}
+        self.closed, self.fixed = closed, fixed
         requests = incidence.requests
         self.shift = np.array([r.shift for r in requests]).reshape(-1, 3)
         self.turn = np.array([r.turn for r in requests]).reshape(-1, 3)
-        self.lever = np.array([r.origin.root.lever if r.origin.root else (0.0, 0.0, 0.0) for r in requests]).reshape(
-            -1, 3
-        )
+        roots = [r.origin.root for r in requests]
+        self.lever = np.array([root.lever if root else (0.0, 0.0, 0.0) for root in roots]).reshape(-1, 3)
         self.within = np.array([r.within_mm for r in requests])
         self.relaxed = np.maximum(self.within, SHARE * np.linalg.norm(self.shift, axis=1))
-        self.derived = np.array([r.origin.root is not None for r in requests], dtype=bool)
+        self.derived = np.array([root is not None for root in roots], dtype=bool)
 
     def assign(self) -> Assignment:
         """Raise levels until every argument is served or left."""
@@ -179,10 +178,7 @@ class Assigner:
                     if (slot := slot_of[row]) is not None and slot not in voters and slot not in self.fixed:
                         more.setdefault(slot, []).append(row)
         voters |= more
-        found = {slot: value for slot, value in self.fixed.items()}
-        for slot, rows in voters.items():
-            found[slot] = self._common(now, rows)
-        return found
+        return {**self.fixed, **{slot: self._common(now, rows) for slot, rows in voters.items()}}
 
     def _common(self, now: _Round, rows: Sequence[int]) -> SlotValue:
         """The value that serves most of the requests, those with the least tolerance first."""
@@ -270,9 +266,8 @@ class Assigner:
         asked: list[tuple[Conf, Conf]] = []
         for row in rows:
             request, slot = self.incidence.requests[row], filled.slot(row)
-            asked.append(
-                (request.value.robconf, request.target.robconf if slot is None else filled.slots[slot].robconf)
-            )
+            there = request.target.robconf if slot is None else filled.slots[slot].robconf
+            asked.append((request.value.robconf, there))
         if all(wanted == there for wanted, there in asked):
             return True
         return not self._stated(key, rows) and all(compliant(wanted, there) for wanted, there in asked)

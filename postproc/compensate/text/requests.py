@@ -36,7 +36,7 @@ class Requester:
     """
 
     def __init__(self, robot: Robot, motion: Motion, exact: Exact) -> None:
-        self.robot, self.motion, self.exact = robot, motion, exact
+        self.robot, self.motion, self.exact, self.moves = robot, motion, exact, motion.moves
         nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, exact.q_goal)
         crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
@@ -50,11 +50,12 @@ class Requester:
         """Requests for the targets of the chosen moves; none for joint targets and where the arm stands already."""
         asked: list[Asked] = []
         for i in chosen:
-            move = self.motion.moves[i]
+            move = self.moves[i]
             target = move.event.target
             if isinstance(target, RobTarget) and move.again is None:
-                conf = target.robconf if any_configuration(move.event) else self._goal_conf(i, target.robconf)
-                asked.append((i, "to", self.T_goal[i], conf))
+                # The confdata as it was taught, while the corrected joints stand where it says.
+                keeps = self.kept[i] or any_configuration(move.event)
+                asked.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
         return self._requests(asked)
 
     def vias(
@@ -69,8 +70,8 @@ class Requester:
         divided = {p.move: p for p in pieces if p.goals}
         asked: list[Asked] = []
         for i in chosen:
-            via = self.motion.moves[i].event.via
-            if via is None or self.motion.moves[i].again is not None:
+            via = self.moves[i].event.via
+            if via is None or self.moves[i].again is not None:
                 continue
             parts = divided.get(i)
             if parts is None:
@@ -82,7 +83,7 @@ class Requester:
 
     def _requests(self, asked: Sequence[Asked]) -> list[TargetRequest]:
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
-        events = [self.motion.moves[i].event for i, *_ in asked]
+        events = [self.moves[i].event for i, *_ in asked]
         now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
         turns = _turns([t.rot for t in now if isinstance(t, RobTarget)], [value.pose.rot for value in values])
         return [
@@ -90,13 +91,9 @@ class Requester:
             for (i, role, *_), event, value, (x, y, z) in zip(asked, events, values, turns.tolist(), strict=True)
         ]
 
-    def _goal_conf(self, i: int, taught: Conf) -> Conf:
-        """The confdata as it was taught, while the corrected joints stand where it says."""
-        return taught if self.kept[i] else conf_of(self.conf_after[i])
-
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
         """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
-        events = [self.motion.moves[i].event for i, _, _ in asked]
+        events = [self.moves[i].event for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []
         for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
@@ -109,7 +106,7 @@ class Requester:
 
         Of an arc that begins nobody knows where it goes with the goal.
         """
-        samples, move = self.motion.samples, self.motion.moves[i]
+        samples, move = self.motion.samples, self.moves[i]
         assert move.T_work_via is not None
         _, u = away_from_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
         rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)

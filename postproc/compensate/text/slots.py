@@ -121,13 +121,14 @@ def incidence(
 def _serves(
     slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
 ) -> bool:
-    base = request.origin.base
+    origin = request.origin
+    base = origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):
         known = users.get(base.handed.parameters[0])
         return known is not None and known.statements <= complete
     if base.declaration is None:
         # An aggregate in the statement serves that alone, and displaced in runs that are not known it would not do.
-        return request.origin.root is None or request.event.statement.key in complete
+        return origin.root is None or request.event.statement.key in complete
     known = users.get(base.declaration)
     return known is not None and known.statements <= complete and base.declaration not in written
 

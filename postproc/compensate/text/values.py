@@ -152,6 +152,7 @@ class Outcome:
     edited: Place | None = None
 
     def as_json(self) -> dict[str, object]:
+        """A row of ``statements`` in the document."""
         return {
             "path": self.statement.source.path,
             "line": self.statement.line,

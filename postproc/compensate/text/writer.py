@@ -46,6 +46,11 @@ class Assigned:
         self.requests, self.links, self.assignment = requests, links, assignment
         self.left, self.relaxed = assignment.left, assignment.relaxed
 
+    @property
+    def served(self) -> Set[StatementKey]:
+        """Statements that are not left."""
+        return {request.event.statement.key for request in self.requests} - self.left.keys()
+
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
         """The same without what changes the text of some arguments: their offsets and the numbers that stand there."""
         offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
@@ -76,26 +81,20 @@ class Writer:
 
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
         """What is written for goals, or for circle points beside the ``goals`` that have been assigned."""
-        rows = [self.motion.moves[r.move].row for r in requests]
-        if goals is not None:
-            return self._circle_points(requests, rows, goals)
-        complete = fully_requested(self.runs, {*rows})
+        moves = self.motion.moves
+        rows = {moves[r.move].row for r in requests}
+        complete: Set[StatementKey] = fully_requested(self.runs, rows) if goals is None else goals.served
+        fixed = {} if goals is None else goals.assignment.slots
+        shared = set[SlotKey]() if goals is None else goals.links.of_slot.keys() - fixed.keys()
         links = incidence(requests, self.users, complete, self.written)
-        closed = self._unforeseen(requests, links)
-        assigner = Assigner(links, led_elsewhere(self.runs, {*rows}), self.expression, closed)
-        return Assigned(requests, links, assigner.assign())
-
-    def _circle_points(self, requests: Sequence[TargetRequest], rows: Sequence[int], goals: Assigned) -> Assigned:
-        served = {self.motion.moves[r.move].event.statement.key for r in goals.requests} - goals.left.keys()
-        links = incidence(requests, self.users, served, self.written)
-        fixed = goals.assignment.slots
-        shared = {slot for slot in goals.links.of_slot if slot not in fixed}
-        astray = led_elsewhere(self.runs, {*rows})
-        assigner = Assigner(links, astray, self.expression, shared | self._unforeseen(requests, links), fixed)
+        closed = shared | self._unforeseen(requests, links)
+        assigner = Assigner(links, led_elsewhere(self.runs, rows), self.expression, closed, fixed)
         return Assigned(requests, links, assigner.assign())
 
     def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
         """Slots with users that derive their target from it in a way that is not known."""
+        if not any(known.derived for known in self.users.values()):
+            return set()
         follows: dict[StatementKey, set[str]] = {}
         for request in requests:
             follows.setdefault(request.event.statement.key, set()).update(names_of(request.origin))
@@ -159,8 +158,8 @@ class Writer:
                 value = part.assignment.slots.get(slot) if slot is not None else None
                 if key in part.left or slot is None or value is None:
                     continue
-                base = request.origin.base
-                derived = request.origin.root is not None
+                origin = request.origin
+                base, derived = origin.base, origin.root is not None
                 called = base.handed is not None and (slot[0] == "call" or base.kind == "inline")
                 places.setdefault(key, "derived" if derived else "call" if called else KINDS.get(base.kind, "call"))
                 if slot not in done:
@@ -174,7 +173,8 @@ class Writer:
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
         """The numbers of a target, or an offset in the argument of a call."""
-        base, root = request.origin.base, request.origin.root
+        origin = request.origin
+        base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
             return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target

@@ -83,6 +83,7 @@ def _share(zone_angle: Array, angle: Array) -> Array:
 
 
 def fade(w: Array) -> Array:
+    """The share h (n,) of a corner at w (n,) in [0, 1], as the head of this file has it."""
     return w**3 * (2.0 - w)
 
 
@@ -96,7 +97,7 @@ def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, 
     return rows, np.where(entering, move - 1, move)[rows], w[rows]
 
 
-def blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Array:
+def _blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Array:
     """External axes (n, 6) along the path with its corners: those of joint moves are blended alike."""
     axes = curves.axes_at(move, u)
     if not curves.axes_change.any():
@@ -108,16 +109,15 @@ def blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Arr
 
 
 def blended_poses(
-    robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array, axes: Array
-) -> tuple[Array, Array, Flags]:
+    robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array
+) -> tuple[Array, Array, Array, Flags]:
     """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
 
-    Args:
-        axes: (n, 6) external axes there, see ``blended_axes``.
-
     Returns:
-        T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
+        T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; external axes (n, 6); blend
+        (n,) bool.
     """
+    axes = _blended_axes(curves, corners, move, u)
     q, T = joints_and_poses(robot, curves, move, u)
     blend = np.zeros(len(u), dtype=bool)
     pairs = ((corners.before, corners.after), (corners.before_turn, corners.after_turn))
@@ -136,14 +136,14 @@ def blended_poses(
         rows, a, b = rows[~both], a[~both], b[~both]
         u_a, u_b = u_a[~both], u_b[~both]
         q[rows] = np.nan
-        cross = _cross_fade(robot, curves, a, b, u_a, u_b, curves.mounts_at(move[rows], axes[rows]))
+        cross = _cross_fade(robot, curves, (a, u_a), (b, u_b), curves.mounts_at(move[rows], axes[rows]))
         if part == "place":
             T[rows, :3, 3] = cross[:, :3, 3]
         else:
             T[rows, :3, :3] = cross[:, :3, :3]
     if curves.wrist.any():
         _blend_wrists(robot, curves, corners, (move, u, axes), (T, q))
-    return T, q, blend
+    return T, q, axes, blend
 
 
 def _blend_wrists(
@@ -174,8 +174,15 @@ def _blended_joints(curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array) 
     return joints_at(curves, a, u_a) + joints_at(curves, b, u_b) - curves.q_start[b]
 
 
-def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Mounts) -> Array:
-    """Blend of two curves on the work of the incoming move, given on that of the move that owns the sample."""
+def _cross_fade(
+    robot: Robot, curves: Curves, incoming: tuple[Index, Array], outgoing: tuple[Index, Array], owner: Mounts
+) -> Array:
+    """Blend of two curves on the work of the incoming move, given on that of the move that owns the sample.
+
+    Args:
+        incoming, outgoing: moves (k,) and fractions (k,) along them.
+    """
+    (a, u_a), (b, u_b) = incoming, outgoing
     T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)
     T_corner = pose_at(robot, curves, a, np.ones(len(a)))
     changed = np.flatnonzero(~curves.mounts[a].same(curves.mounts[b]))

@@ -119,6 +119,7 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:
+    """KIN008: the posture in which the arm comes to a target is supposed."""
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
     help_ = "the posture nearest to all axes at zero is taken: begin with a MoveAbsJ to be sure"
     return Diagnostic("KIN008", "warning", text, *place(event), help_)

@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.motion.findings import at_move, once
-from postproc.motion.path.corners import Corners, blended_axes, blended_poses, plan_corners
+from postproc.motion.path.corners import Corners, blended_poses, plan_corners
 from postproc.motion.path.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of, stretches
 from postproc.robot.arm import Robot
@@ -60,8 +60,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
     ]  # fmt: skip
     corners = plan_corners(moves, curves)
     move, u, goal = place_samples(moves, curves, corners)
-    axes = blended_axes(curves, corners, move, u)
-    T, q, blend = blended_poses(robot, curves, corners, move, u, axes)
+    T, q, axes, blend = blended_poses(robot, curves, corners, move, u)
     lone = np.flatnonzero([m.first for m in moves])
     q[goal[lone]] = [moves[i].q for i in lone]
     in_space = np.isnan(q[:, 0])

@@ -101,10 +101,12 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
 
     @property
     def dof(self) -> int:
+        """Number of coordinates."""
         return int(self.values[0].shape[1])
 
     @property
     def path_interval(self) -> Array:
+        """First and last path parameter (2,)."""
         return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
@@ -120,6 +122,7 @@ class SpeedBounds(LinearConstraint):  # type: ignore[misc]
         self.bounds = np.column_stack([low, high])
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+        """Bounds (g, 2) of the squared path speed, and none of anything else."""
         return None, None, None, None, None, None, self.bounds
 
 
@@ -133,6 +136,7 @@ class JointLimits(LinearConstraint):  # type: ignore[misc]
         self.terms, self.limit = terms, np.tile(limit, 2)
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+        """Coefficients and limits of both signs, between grid points too."""
         one = np.eye(self.terms[0].shape[1])
         F = np.vstack([one, -one])
         return canlinear_colloc_to_interpolate(*self.terms, F, self.limit, None, None, gridpoints, identical=True)

@@ -91,8 +91,8 @@ def _torque_terms(
 ) -> tuple[Array, Array, Array]:
     """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
     held = runs.moves_at(grid.s)
-    mass, center = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
+    payload = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
     q, q1, q2 = (column[:, :6] for column in values)
     still = np.zeros_like(q)
-    rest = inertial_torque(robot, q, still, still, mass, center, gravity)
-    return (inertial_torque(robot, q, still, q1, mass, center), inertial_torque(robot, q, q1, q2, mass, center), rest)
+    rest = inertial_torque(robot, (q, still, still), payload, gravity)
+    return inertial_torque(robot, (q, still, q1), payload), inertial_torque(robot, (q, q1, q2), payload), rest

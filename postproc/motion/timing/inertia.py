@@ -21,22 +21,24 @@ def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> 
 
 
 def inertial_torque(
-    robot: Robot, q: Array, v: Array, a: Array, mass: Array, center: Array, gravity: Array = NO_GRAVITY
+    robot: Robot, motion: tuple[Array, Array, Array], payload: tuple[Array, Array], gravity: Array = NO_GRAVITY
 ) -> Array:
     """Joint torques M(q) a + C(q, v) v (+ weight where gravity is given) of links and payload, (n, 6) [N m].
 
     Args:
-        q, v, a: (n, 6) [rad], [rad/s], [rad/s^2]; mass: (n,) payload [kg], a point mass at center (n, 3) in tool0 [m].
+        motion: q, v, a, (n, 6) each [rad], [rad/s], [rad/s^2].
+        payload: mass (n,) [kg], a point mass, and its center (n, 3) in tool0 [m].
         gravity: (3,) in base axes [m/s^2].
     """
+    (q, v, a), (mass, center) = motion, payload
     arm = Multibody(robot, gravity, ())
     result = np.empty((len(q), 6))
     for rows in blocks(len(q), _BLOCK):
         T = body_poses(robot, q[rows])
         flange = T[:, 6] @ robot.link[6]
         point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]
-        motion = body_motions(robot, T, v[rows], a[rows])[6]
-        force = mass[rows, None] * (point_acceleration(motion, T[:, 6], point) - gravity)
+        flange_motion = body_motions(robot, T, v[rows], a[rows])[6]
+        force = mass[rows, None] * (point_acceleration(flange_motion, T[:, 6], point) - gravity)
         axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
         # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
         moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])

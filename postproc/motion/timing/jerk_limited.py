@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,23 +105,27 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     window = np.full(runs.count, float((runs.limits.acceleration / runs.limits.jerk).max()))
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
-    program, ease = programmed_speed(runs), programmed_ease(runs)
-    grid = lay_grid(runs, np.minimum(program, smooth_speed(runs)), ease, window)
-    speed, blocked = fastest(robot, runs, grid, gravity)
+    stated = programmed_speed(runs), programmed_ease(runs)
+    grid = lay_grid(runs, np.minimum(stated[0], smooth_speed(runs)), stated[1], window)
+
+    def solve(part: Grid) -> tuple[Array, int | None]:
+        return fastest(robot, runs, part, gravity)
+
+    speed, blocked = solve(grid)
     if blocked is not None:
         raise PostprocError(_blocked(robot, runs, grid.s[blocked], gravity), exit_code=1)
     changed = np.ones(len(grid.s), dtype=bool)
-    excess = np.zeros(len(program))
+    excess = np.zeros(len(stated[0]))
     for attempt in range(_ROUNDS + 1):
         wider = _wide_enough(runs, grid, speed, window, changed)
         changed |= (wider > window)[grid.run]
         window = wider
         law = time_law(grid.run, grid.s, speed, window)
-        allowed = _examine(runs, law, program, ease, np.flatnonzero(changed), excess)
+        allowed = _examine(runs, law, stated, np.flatnonzero(changed), excess)
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
-            grid, speed, changed = _slowed(robot, runs, grid, speed, excess, allowed, gravity)
+            grid, speed, changed = _slowed(runs, (grid, speed), excess, allowed, solve)
     # What is still above a limit is a matter of per cents: the whole run takes that much longer.
     stretch = np.ones(runs.count)
     np.maximum.at(stretch, runs.run[:-1], excess)
@@ -128,13 +133,22 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
 
 
 def _slowed(
-    robot: Robot, runs: Runs, grid: Grid, speed: Array, excess: Array, allowed: Array, gravity: Array
+    runs: Runs,
+    now: tuple[Grid, Array],
+    excess: Array,
+    allowed: Array,
+    solve: Callable[[Grid], tuple[Array, int | None]],
 ) -> tuple[Grid, Array, Flags]:
     """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around there.
+
+    Args:
+        now: the grid, and its speeds (g,) [m/s].
+        solve: the speeds of a grid, see ``fastest``.
 
     Returns:
         The grid, its speeds, and which of its points (g,) bool were solved again.
     """
+    grid, speed = now
     beside = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
     over = np.maximum(excess[beside[0]], excess[beside[1]])
     least = np.minimum(grid.cap, _CREEP)
@@ -146,10 +160,10 @@ def _slowed(
     edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
     grid = replace(grid, cap=cap)
     part = replace(grid, cap=np.where(edge, speed, cap), floor=np.where(edge, speed, 0.0)).only(rows)
-    solved, blocked = fastest(robot, runs, part, gravity)
+    solved, blocked = solve(part)
     if blocked is not None:
         # The stretch is too short to slow down in: solve everything.
-        again, blocked = fastest(robot, runs, grid, gravity)
+        again, blocked = solve(grid)
         return grid, speed if blocked is not None else again, np.ones_like(rows)
     result = speed.copy()
     result[rows] = solved
@@ -176,12 +190,16 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
     return window
 
 
-def _examine(runs: Runs, law: TimeLaw, program: Array, ease: Array, rows: Index, excess: Array) -> Array:
+def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array) -> Array:
     """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
+
+    Args:
+        stated: ``programmed_speed`` and ``programmed_ease`` of the intervals, (k - 1,) each.
 
     Returns:
         (k - 1,) path speed [m/s] to allow instead.
     """
+    program, ease = stated
     allowed = np.full(len(program), np.inf)
     found = np.full(len(program), -1.0)
     run = law.run[rows]
@@ -213,8 +231,8 @@ def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
         share = np.abs(runs.curve(place, 2)[0]) / runs.limits.acceleration
     else:
         still = np.zeros((1, 6))
-        weight = inertial_torque(robot, runs.curve(place)[:, :6], still, still, np.array([move.payload_mass]),
-                                 move.payload_center[None], gravity)  # fmt: skip
+        payload = np.array([move.payload_mass]), move.payload_center[None]
+        weight = inertial_torque(robot, (runs.curve(place)[:, :6], still, still), payload, gravity)
         share = np.abs(weight[0]) / robot.torque
     return at_move(
         move, "MOT010", "error",

@@ -5,8 +5,9 @@ Everything is asked of the effect itself, through what every effect answers: its
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -85,7 +86,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
         channel = _channel(effect, int(k), moved[:, k], named) if size[k] > 0 else None
         if size[k] < MINOR * size.max() or channel is None:
             continue
-        curve = _curve(fit, effect, state, channel, int(k), loads, named)
+        curve = _curve(fit, effect, state, (channel, named[channel]), partial(_thousandths, loads=loads, k=int(k)))
         y = moved[:, k] if loads else 1e3 * (moved[:, k] + _residual(fit, int(k)))
         where, unit = (f"{TORQUE} on joint {k + 1}", "N m") if loads else place_name(int(k))
         found.append(Law(effect.key, where, unit, channel, named[channel], y, curve))
@@ -143,16 +144,27 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
     return best
 
 
-def _curve(fit: Fit, effect: Effect, state: State, channel: str, k: int, loads: bool, named: dict[str, Array]) -> Curve:
-    values = named[channel]
+def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
+    """(n,) what an effect does at one place: torque on a joint [N m], or displacement [mrad or mm]."""
+    return torques(effect, state)[:, k] if loads else 1e3 * coordinates(effect, state)[:, k]
+
+
+def _curve(
+    fit: Fit, effect: Effect, state: State, along: tuple[str, Array], seen: Callable[[Effect, State], Array]
+) -> Curve:
+    """The law of an effect along a channel, with its standard deviation.
+
+    Args:
+        along: the channel, and its values (n,); seen: what the effect does at the place that is drawn.
+    """
+    channel, values = along
     known = np.unique(values)
     at = known if len(known) <= 6 else np.linspace(values.min(), values.max(), GRID)
     rows = np.linspace(0, len(values) - 1, min(ROWS, len(values))).astype(int)
     swept = _swept(state.rows(np.tile(rows, len(at))), channel, np.repeat(at, len(rows)))
 
     def law(e: Effect) -> Array:
-        moved = torques(e, swept)[:, k] if loads else 1e3 * coordinates(e, swept)[:, k]
-        return np.asarray(moved.reshape(len(at), -1).mean(axis=1))
+        return np.asarray(seen(e, swept).reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()
     mine = [(column, i) for column, (key, i) in enumerate(fit.parameters) if key == effect.key]

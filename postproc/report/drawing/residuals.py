@@ -36,6 +36,7 @@ class Channels:
 
     @classmethod
     def of(cls, fit: Fit) -> Channels:
+        """The channels that stand out in a fit."""
         trends = [t for t in _best(residual_trends(fit)) if t.share >= STANDS_OUT][:SEVERAL]
         known = [(t, t.values[np.isfinite(t.values)]) for t in trends]
         return cls(tuple((t.channel, t.where, spread(np.append(y, 0.0))) for t, y in known))
@@ -142,12 +143,14 @@ class _Charts:
 
     @classmethod
     def of(cls, fit: Fit) -> _Charts:
+        """The charts of a fit."""
         size = distances(fit.position_error)
         worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
         at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
         return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
 
     def chart(self, trend: Trend, across: Range | None = None) -> str:
+        """The chart of a trend; ``across``: the range of its axis, where it is given."""
         unit, factor = unit_of(trend.channel)
         values = self.named[trend.channel] * factor
         gain, ours, place = 1e3, "mm", "in space"

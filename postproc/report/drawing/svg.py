@@ -28,9 +28,11 @@ class Frame:
         return np.stack([across, down], axis=-1)
 
     def x(self, value: float) -> float:
+        """Where a value stands on the page, from the left."""
         return float(self.places(np.array(value), np.array(0.0))[0])
 
     def y(self, value: float) -> float:
+        """Where a value stands on the page, from the top."""
         return float(self.places(np.array(0.0), np.array(value))[1])
 
     def draw(self, parts: Sequence[str], x_label: str, y_label: str, powers: bool = False) -> str:
