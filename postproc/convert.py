@@ -5,7 +5,6 @@ Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> t
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,6 +34,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
+from postproc.process import seldom_collecting
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
@@ -45,14 +45,13 @@ from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.robot.cells.station import Station
-from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
+from postproc.runtime.programs.program import OnTheController, put_on_controller, reads_back, say_corrected_before
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 PROOF = ("reading back and proving", 0.65, 0.98)
-MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,8 @@ def compensate_program(
     while True:
         findings: list[Diagnostic] = []
         try:
-            return _converted(_Asked(sources, model, options, spared), findings, watch)
+            with seldom_collecting():
+                return _converted(_Asked(sources, model, options, spared), findings, watch)
         except _Unsafe as stop:
             if not spared.learn(findings):
                 kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
@@ -276,7 +276,7 @@ def _followed(
     """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
     station = model.station or Station()
     program = read_program(sources, options.taught, NominalArm(model.robot, station))
-    findings += [*program.diagnostics, *_already_done(sources)]
+    findings += [*program.diagnostics, *say_corrected_before(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -290,18 +290,6 @@ def _followed(
         raise _Unsafe(0)
     _stop_at_errors(findings)
     return program, events, measured
-
-
-def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
-    own = "the program was compensated before", "start from the original, or take the postproc lines out"
-    lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
-    marked = [(s, found.span()) for s in sources if (found := MARKER.search(s.data)) is not None]
-    marked += corrected_before(s for s in sources if s not in [one for one, _ in marked])
-    return [
-        Diagnostic("CMP001", "error", text, s, span, action)
-        for s, span in marked
-        for text, action in [lent if s.lent else own]
-    ]
 
 
 def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | None]:

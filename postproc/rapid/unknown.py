@@ -116,9 +116,10 @@ class Unknown(Exception):
         cause: Unknown | str = "",
         missing: str | None = None,
         span: Span | None = None,
+        *,
         key: str = "",
     ) -> None:
-        super().__init__(kind, subject, cause, missing, span, key)
+        super().__init__(kind, subject, cause, missing, span)
         self.kind = kind
         self.subject = subject
         self.cause = cause
@@ -160,7 +161,7 @@ class PartlyUnknown(Unknown):
     """
 
     def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
-        super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, unknown.key)
+        super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, key=unknown.key)
         self.data = data
         self.assumed = assumed
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, constant
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.wrist import arm_joints, wrist_bend
 from postproc.motion.values import Flags, Frame, Index, Move, frames_at, goal_axes, mounts_of
@@ -61,6 +61,8 @@ class Curves:
 
     def axes_at(self, move: Index, u: Array) -> Array:
         """(n, 6) external axes at fractions ``u`` (n,) of moves (n,)."""
+        if np.isnan(self.axes_start).all():
+            return np.broadcast_to(np.nan, (len(u), 6))
         return self.axes_start[move] + self.axes_change[move] * u[:, None]
 
     def mounts_at(self, move: Index, axes: Array) -> Mounts:
@@ -106,10 +108,10 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     R_start = T_start[:, :3, :3]
     turn = Rotation.from_matrix(R_start.transpose(0, 2, 1) @ T_end[:, :3, :3]).as_rotvec()
     wrist = np.array([bool(move.event.options.get("wrist_in_joints")) for move in moves]) & ~joint & ~first
-    q_bend = np.zeros((m, 6))
-    center, radial, tangent = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 3))
-    angle, fault = np.zeros(m), np.zeros(m, dtype=int)
+    q_bend = np.zeros((m, 6)) if wrist.any() else np.broadcast_to(0.0, (m, 6))
     rows = np.flatnonzero(arc)
+    center, radial, tangent = np.zeros((3, m, 3)) if len(rows) else np.broadcast_to(0.0, (3, m, 3))
+    angle, fault = np.zeros(m), np.zeros(m, dtype=int)
     if len(rows):
         T_via = np.array([moves[i].T_work_via for i in rows])
         circle = circle_through(T_start[rows, :3, 3], T_via[:, :3, 3], T_end[rows, :3, 3])
@@ -126,7 +128,8 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     arc &= fault == 0
     curves = Curves(
         joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
-        wrist, q[before], q - q[before], q_bend, mounts, length, axes_start, np.nan_to_num(axes - axes_start),
+        wrist, q[before], q - q[before], q_bend, mounts, length,
+        constant(axes_start), constant(np.nan_to_num(axes - axes_start)),
         tuple(dict.fromkeys(move.frame for move in moves)),
     )  # fmt: skip
     rows = np.flatnonzero(joint & ~first)

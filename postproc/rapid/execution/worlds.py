@@ -100,6 +100,7 @@ class WorldDeclared(Declared):
         self.written = written
 
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
+        """The value that a declaration gives, as an operator may have changed it."""
         value = super().initial(declaration, span, home)
         if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
             return value
@@ -132,6 +133,7 @@ class WorldMemory(Memory):
     world: World = field(default_factory=lambda: World(0, frozenset()))
 
     def value(self, declaration: Declaration) -> Value:
+        """The present value of declared data; what is not known is drawn, and stays."""
         key, rank = declaration.key, len(declaration.dims)
         if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
             return self._declared(declaration)
@@ -168,6 +170,7 @@ class WorldMemory(Memory):
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:
+        """Value of a name; that of a signal or a parameter that nobody gave is drawn."""
         try:
             return Memory.lookup(self, name)  # super() does not know a class with slots
         except Unknown:  # a signal, or a parameter that nobody gave
@@ -180,6 +183,7 @@ class WorldMemory(Memory):
             return value
 
     def call(self, call: Call) -> Value | None:
+        """Result of a function; of one that nobody can follow it is drawn."""
         own = self.function(call, self)
         if own is not None or call.name in FUNCTIONS:
             return own

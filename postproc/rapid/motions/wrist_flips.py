@@ -30,7 +30,8 @@ def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list
     findings: dict[object, Diagnostic] = {}
     for i, (before, event) in enumerate(pairwise(events), 1):
         if not event.options.get(SETTING) and _flips(before, event):
-            found[i] = replace(event, options=MappingProxyType({**event.options, SETTING: True}))
+            options = MappingProxyType({**event.options, SETTING: True})
+            found[i] = replace(event, in_force=replace(event.in_force, options=options))
             argument = event.statement.argument("to")
             span = event.statement.span if argument is None else argument.span
             text = r"axis 5 changes its sign on the way to this target: `SingArea\Wrist` is taken to be in force here"

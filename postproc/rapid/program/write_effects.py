@@ -229,13 +229,12 @@ class WriteEffects:
         motion = self.program.motion(routine.source, statement)
         if motion is not None:
             changed.add("@moves")
-            found = motion.argument("found")
-            if found is not None:
-                self._add(argument_name(data, found.span), routine, changed)
-            procedure = motion.argument("procedure")
-            if procedure is not None:
+            if "found" in motion.roles:
+                self._add(argument_name(data, motion.span_of("found")), routine, changed)
+            if "procedure" in motion.roles:
                 started: set[CalledWith] = set()
-                self._of_late_call(text_template(data[slice(*procedure.span)]), (), routine, changed, started)
+                named = text_template(data[slice(*motion.span_of("procedure"))])
+                self._of_late_call(named, (), routine, changed, started)
                 self.sync |= {key for key, _ in started}
                 calls |= started
             return
