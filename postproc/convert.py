@@ -29,7 +29,7 @@ from postproc.compensate.results.figures import figures_of, worsened
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
 from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
-from postproc.compensate.worlds import Spared, Worlds, check_written, depends_on_run_time
+from postproc.compensate.worlds import Bounds, Spared, Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -189,13 +189,7 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     findings += with_advice(unlike, events, program, measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
-    bounds = largest_shifts(outcomes, plan)
-    added = Counter(insertion.statement.key for insertion in plan.insertions)
-    worlds, more = Worlds(0, 0), list[Diagnostic]()
-    if depends_on_run_time(events):
-        worlds, more = check_written(program, drafts, added, bounds, options.entry)
-    findings += more
-    _stop_at_errors(findings)
+    worlds = _same_in_worlds(task, plan, drafts, largest_shifts(outcomes, plan), findings)
     findings += asked.spared.findings.values()
     accuracy, more = expect_accuracy(model, motion, sources[0])
     if any(d.code == "CMP016" for d in findings):
@@ -342,6 +336,19 @@ def _proved(
         help_ = "see the findings above" if error.diagnostics else "please report this program"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
+
+
+def _same_in_worlds(
+    task: _Task, plan: Plan, drafts: Mapping[str, bytes], bounds: Bounds, findings: list[Diagnostic]
+) -> Worlds:
+    """The check in several worlds, of programs that depend on what is known at run time alone."""
+    if not depends_on_run_time(task.events):
+        return Worlds(0, 0)
+    added = Counter(insertion.statement.key for insertion in plan.insertions)
+    worlds, more = check_written(task.program, drafts, added, bounds, task.options.entry)
+    findings += more
+    _stop_at_errors(findings)
+    return worlds
 
 
 def _with_header(

@@ -6,7 +6,7 @@ import pytest
 
 from postproc.rapid.program.late_binding import may_be, text_template
 from postproc.rapid.program.write_effects import WriteEffects
-from tests.rapid.build import program, target
+from tests.rapid.build import module, program, target
 
 DATA = f"""
 CONST robtarget pConst:={target(1, 2, 3)};
@@ -86,3 +86,22 @@ def test_data_of_a_routine_and_constants_are_out_of_reach() -> None:
 )  # fmt: skip
 def test_templates_of_names(text: str, name: str, fits: bool) -> None:
     assert may_be(text_template(text.encode()), name) is fits
+
+
+def test_data_that_is_set_to_where_the_arm_stands() -> None:
+    """Straight, from other such data, through a routine, by a search; external axes are no place."""
+    names = ["a", "b", "c", "d", "e", "f"]
+    data = "".join(f"PERS robtarget {name}:={target(1, 2, 3)};\n" for name in names)
+    routines = """PROC keep(INOUT robtarget r)
+  r:=CRobT();
+ENDPROC
+PROC pass_on()
+  keep c;
+  d:=Offs(c,0,0,5);
+  e.extax:=a.extax;
+  f:=Offs(e,0,0,5);
+ENDPROC
+"""
+    body = "a:=CRobT(); SearchL di1,b,e,v5,tool0;"
+    effects = WriteEffects(program(module(body, data + routines)))
+    assert {key.split(".")[-1] for key in effects.measured} == {"a", "b", "c", "d"}

@@ -40,7 +40,7 @@ def _roles() -> dict[str, list[str]]:
     for shape, start in (("l", line), ("c", f"cir {line}")):
         for end in ("", "start", "end"):
             out[f"arc{shape}{end}"] = start.replace("speed", "speed seam weld")
-        out[f"cap{shape}"] = start.replace("speed", "speed cap weave")
+        out[f"cap{shape}"] = start.replace("speed", "speed cap weavestart weave")
     out["moveabsj"] = "joints speed zone tool"
     out["moveextj"] = "joints speed zone"
     return {name: roles.split() for name, roles in out.items()}

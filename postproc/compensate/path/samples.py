@@ -53,7 +53,7 @@ class Samples:
 
     def turned_aside(self) -> Index:
         """Moves whose tool, its wrist interpolated as joints, turns farther on the way than from end to end."""
-        rows = np.flatnonzero(self.curves.wrist[self.move] & ~self.curves.arc[self.move])
+        rows = np.flatnonzero(self.curves.wrist[self.move])
         of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
         from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
         farthest = np.maximum(from_start.magnitude(), to_goal.magnitude())

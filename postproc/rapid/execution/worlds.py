@@ -47,6 +47,8 @@ class World:
         self.seed = seed
         self.taught = taught
         self.counts: dict[str, int] = {}
+        self.left: dict[tuple[str, int, bool], Data] = {}
+        """What the last run or something unseen has left in data, by how often that may have been and which it was."""
 
     def generator(self, thing: str) -> random.Random:
         """Source of the values of a thing, whenever it is asked for."""
@@ -136,18 +138,23 @@ class WorldMemory(Memory):
         if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
             return self._declared(declaration)
         data = self.changed.get(key, self)
-        if data is self:
-            data = self._declared(declaration).data
-            if declaration.storage == "PERS":  # what the last run left
-                data = self._drawn(declaration, data)
+        if data is self or (isinstance(data, Unknown) and not isinstance(data, PartlyUnknown)):
+            data = self._left(declaration, unseen=data is not self)
         elif isinstance(data, PartlyUnknown):
             data = self._drawn(declaration, data.data)
-        elif isinstance(data, Unknown):
-            data = self._drawn(declaration, self._declared(declaration).data)
         elif isinstance(data, Assumed):
             kept = self.world.generator(f"{key}? {self.invalidated(key)[0]}").random() < 0.5
             data = data.data if kept else self._drawn(declaration, data.data)
         return Value(data, declaration.type, rank)
+
+    def _left(self, declaration: Declaration, unseen: bool) -> Data:
+        """What the last run has left in data that nothing has set so far, or something unseen."""
+        at = declaration.key, self.invalidated(declaration.key)[0], unseen
+        if at not in self.world.left:
+            data = self._declared(declaration).data
+            stays = not unseen and declaration.storage != "PERS"
+            self.world.left[at] = data if stays else self._drawn(declaration, data)
+        return self.world.left[at]
 
     def _declared(self, declaration: Declaration) -> Value:
         try:

@@ -56,8 +56,8 @@ class EventMaker:
         reasons += moment.reasons
         causes = joined_causes(tuple(memory.noted), moment.causes) if memory.noted or moment.causes else ()
         # Where a trap reads where the arm stands, that holds the correction: it would count twice.
-        measured = memory.changes.measured
-        reasons += [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME and why.key in measured]
+        own = [why for why in causes if why.kind is Kind.WRITTEN_AT_ANY_TIME]
+        reasons += [why for why in own if why.key in memory.changes.measured]
         wobj = in_force.wobj
         if not wobj.ufprog and not wobj.ufmec and not wobj.robhold:
             reasons.append(Unknown(Kind.MOVED_BY_NOBODY, wobj.name))

@@ -10,6 +10,8 @@ from postproc.rapid.syntax.tokens import identifiers
 
 _READS_POSITION = re.compile(rb"(?i)(?<![\w.])c(?:robt|pos|jointt)\s*\(")
 
+_NO_PLACE = re.compile(rb"(?i)\.\s*(?:extax|robconf)\b")
+
 
 def measured_places(program: Program) -> frozenset[str]:
     """Keys of data that is assigned what CRobT, CPos or CJointT give or what a search finds, or from such data.
@@ -47,6 +49,8 @@ def _written(statement: Statement, routine: Routine, program: Program) -> tuple[
     """Names of the data that a statement may write, and the text that its value comes from."""
     data = routine.source.data
     if statement.kind == "assign":
+        if _NO_PLACE.search(data, *statement.parts[0]):
+            return set(), b""
         return {statement.word}, data[slice(*statement.parts[1])]
     if statement.kind == "call" and program.routine(statement.word, routine.module) is not None:
         text = data[slice(*statement.span)]
