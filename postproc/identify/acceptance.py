@@ -194,14 +194,10 @@ def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float)
     return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))
 
 
-def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
-    """Worth its parameters, significant after counting effects and forms, and large enough to matter.
-
-    More of an effect that the model has (the lag of one more joint) is one among its own forms, not among all effects.
-    """
-    tried = 1 if base.model.effect(candidate.key) is not None else effects
+def convincing(candidate: Candidate, base: Fit) -> bool:
+    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
     before = base.linear.square
-    return candidate.evidence > 0 and candidate.p_value * tried < SIGNIFICANT and candidate.fall > MATERIAL * before
+    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT and candidate.fall > MATERIAL * before
 
 
 def lives_on_a_row(fit: Fit, best: Candidate) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -162,17 +163,20 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
     return worth
 
 
-def log_evidence(base: Fit, fit: Fit, effects: int, patterns: int) -> float:
+def log_evidence(base: Fit, fit: Fit, names: Sequence[float], patterns: Sequence[float]) -> float:
     """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
 
     nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
-    base. A pattern costs the odds of something without a name, a named effect half of them: five weak effects that
-    stand in for one smooth pattern lose against it.
+    base. Each part costs what it was searched for, and a pattern the odds of something without a name: five weak
+    effects that stand in for one smooth pattern lose against it.
+
+    Args:
+        names, patterns: 2 log of the odds against each among all that were tried.
     """
     first, after = base.linear, fit.linear
     added = max(after.parameters - first.parameters, 1)
     gained = schwarz(first.square, first.square - left_by(base, fit), added, first.freedom, 1.0)
-    return gained - UNNAMED_LOG_PRIOR * (patterns + 0.5 * effects)
+    return gained - sum(names) - sum(UNNAMED_LOG_PRIOR + paid for paid in patterns)
 
 
 def left_by(before: Fit, after: Fit) -> float:

@@ -30,6 +30,8 @@ from postproc.patterns.suspects import Suspect
 
 MOST = 6
 """Effects and patterns that are taken at most."""
+ROUNDS = 2
+"""Times that a search goes on after its pass back at most."""
 PATTERNS = 3
 """Patterns that stand beside one another at most."""
 
@@ -40,18 +42,33 @@ def search(start: SearchState) -> SearchState:
     1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
        `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
     and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
+    5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
+    were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
     """
-    return backward(forward(start))
+    state = backward(forward(start))
+    for _ in range(ROUNDS if state.keys or state.outside else 0):
+        bare, most = state.beside(()), len(state.outside) - 1
+        other = forward(bare, unnamed=most < 0)
+        if other is bare:
+            break
+        other = backward(other) if most < 0 else with_patterns(backward(other), most)
+        if other.log_evidence <= state.log_evidence:
+            break
+        state = other
+    return state
 
 
-def forward(state: SearchState) -> SearchState:
-    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later."""
+def forward(state: SearchState, unnamed: bool = True) -> SearchState:
+    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later.
+
+    Args:
+        unnamed: whether patterns are asked, too.
+    """
     refused: set[str] = set()
     for _ in range(MOST):
-        name = next(
-            (c for c in state.ranked if c.key not in refused and convincing(c, state.fit, len(state.classes))), None
-        )
-        pattern = next(iter(state.patterns_left(name.evidence if name else 0.0)), None)
+        name = next((c for c in state.ranked if c.key not in refused and convincing(c, state.fit)), None)
+        left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
+        pattern = next(iter(left), None)
         if pattern is not None and (name is None or pattern.evidence > _beside(name, pattern)):
             if len(state.outside) == PATTERNS:
                 break
@@ -104,7 +121,7 @@ def backward(state: SearchState) -> SearchState:
         done.add(one.key)
         bare = state.without(one.key)
         mine = next((c for c in bare.ranked if c.key == one.key), None)
-        needed = mine is not None and convincing(mine, bare.fit, len(state.classes))
+        needed = mine is not None and convincing(mine, bare.fit)
         rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
         best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
@@ -126,14 +143,14 @@ def _instead(
     Args:
         mine: the effect as it would be taken beside the others; None where it is not needed.
     """
-    effect, tried = state.fit.model.effect(one.key), len(state.classes)
+    effect = state.fit.model.effect(one.key)
     empty = with_patterns(bare, len(state.outside)) if state.outside else bare
     if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
         yield empty
     if len(state.missing) + len(state.outside) > 1:
         if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
             yield from filter(None, [accepted(bare, mine)])
-        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, tried))
+        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit))
         other = next(others, None)
         if other is not None and (mine is None or other.evidence > mine.evidence):
             yield from filter(None, [accepted(bare, other)])

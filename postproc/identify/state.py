@@ -75,7 +75,8 @@ class SearchState:
     @cached_property
     def log_evidence(self) -> float:
         """What all that was taken is worth beside the base (`evidence.log_evidence`)."""
-        return log_evidence(self.base, self.fit, len(self.missing), len(self.outside))
+        names = [m.candidate.searched for m in self.missing]
+        return log_evidence(self.base, self.fit, names, [s.searched for s in self.outside])
 
     @cached_property
     def given(self) -> frozenset[str]:
@@ -152,8 +153,9 @@ class SearchState:
             first, more = self.missing[at], one.candidate
             told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
             label = "; ".join(filter(None, told))
+            paid = first.candidate.searched + more.searched
             whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
-            one = replace(first, candidate=whole)
+            one = replace(first, candidate=replace(whole, searched=paid))
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: SelectedEffect) -> SearchState:

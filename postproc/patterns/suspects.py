@@ -16,7 +16,7 @@ from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import spread
 from postproc.patterns.instrument_model import Sight
-from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, off_everywhere
+from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, odds, off_everywhere
 from postproc.patterns.place import taken_off
 from postproc.patterns.screening import UNNAMED_LOG_PRIOR, Tried, above
 from postproc.patterns.signals import Draft, text_of
@@ -35,7 +35,7 @@ class Suspect:
     Args:
         channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
-            of having no name.
+            of having no name; searched: 2 log of the odds against it among all that were tried.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
         channels: all that the pattern follows, this one among them.
         drafts: what gives the values, as expressions of a state, with what the numbers need that a fit may move; empty
@@ -52,6 +52,7 @@ class Suspect:
     values: Array
     channels: tuple[str, ...] = ()
     drafts: tuple[Draft, ...] = ()
+    searched: float = 0.0
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened moves for the rows that a fit uses; fits of one search may set other rows aside."""
@@ -152,7 +153,7 @@ class Look:
             first = Suspect(
                 one.channels[0],
                 found.where,
-                one.told(tuple(found.alike())),
+                one.told(tuple(found.alike())).rstrip(","),
                 share,
                 found.fall,
                 found.worth,
@@ -160,6 +161,7 @@ class Look:
                 one.values,
                 one.channels,
                 one.drafts,
+                2 * float(np.log(odds(one, tried.every.kinds))),
             )
             result += [replace(first, channel=c) for c in one.channels]
         return [*result[:1], *_together(result[:1], tried.every), *result[1:]]

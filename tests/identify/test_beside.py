@@ -35,10 +35,10 @@ def test_a_small_load_is_taken_beside_a_large_law(seed):
     data, _ = cell(kinds.arm_load, seed=seed, noise=0.02)
     base, law = swaying(data)
     search = SearchState(base, base, {ArmLoad.key: ArmLoad}, None)
-    assert not any(convincing(c, search.fit, 30) for c in search.ranked)
+    assert not any(convincing(c, search.fit) for c in search.ranked)
     beside = search.beside((law,))
     ranked = beside.ranked
-    assert convincing(ranked[0], beside.fit, 30)
+    assert convincing(ranked[0], beside.fit)
     taken = accepted(beside, ranked[0])
     assert taken is not None and taken.missing[0].candidate.evidence > 10.0
     # As it is told where there is no law at all.

@@ -412,9 +412,9 @@ def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():
     base = base_fit(data)
     none = np.zeros(6, dtype=bool)
     more = Candidate("backlash", Backlash(), none, "joint 2", 9.0, 0.1 * base.linear.square, 1, 0.0, 9.0, 1e-3)
-    assert not convincing(more, base, 20)
+    assert not convincing(more, base)
     there = replace(base, problem=base.problem.at([*base.model.effects, Backlash()]))
-    assert convincing(more, there, 20)
+    assert convincing(more, there)
 
 
 def test_a_hose_that_is_tied_far_away_costs_what_its_ends_are_off_in_ordinary_sizes():

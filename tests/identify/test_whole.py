@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.effects.registry import effect_library
+from postproc.fit.channels import channels
 from postproc.fit.problem import Weights
 from postproc.identify.acceptance import judged, refit
 from postproc.identify.candidates.composition import compose
-from postproc.identify.forward import backward
+from postproc.identify.forward import backward, search
 from postproc.identify.state import SearchState, SelectedEffect
+from postproc.patterns.dictionary import patterns
 from tests.identify.cells import base_fit, cell
+from tests.independent import library_effects as kinds
 from tests.independent.cells import Hidden, column
 
 
@@ -34,14 +37,14 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
     data, _ = cell(two_rates, eccentric, seed=7)
     base = base_fit(data)
     library = effect_library()
-    search = SearchState(base, base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None)
+    begin = SearchState(base, base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None)
     for key, change in (("nonlinear_compliance", {"law": "tanh"}), ("transmission_error", {})):
-        found = compose(search.screen, search.fit.linear, key)
+        found = compose(begin.screen, begin.fit.linear, key)
         told = replace(found, effect=replace(found.effect, **change), label=change.get("law", found.label))
-        after = refit(search.fit, told)
-        search = search.with_effect(SelectedEffect(judged(search.fit, after, told)), after)
-    early = search.fit.linear.square
-    anew = backward(search)
+        after = refit(begin.fit, told)
+        begin = begin.with_effect(SelectedEffect(judged(begin.fit, after, told)), after)
+    early = begin.fit.linear.square
+    anew = backward(begin)
     laws = {m.key: getattr(m.candidate.effect, "law", "") for m in anew.missing}
     assert laws == {"nonlinear_compliance": "piecewise", "transmission_error": ""}
     assert anew.fit.linear.square < early - 20
@@ -58,3 +61,17 @@ def test_a_whole_is_worth_the_same_however_large_the_noise_was_said_to_be():
     assert quiet.linear.square > 8.0 * base.linear.square
     found = [SearchState(base, fit, {}, None).log_evidence for fit in (base, quiet)]
     np.testing.assert_allclose(found[1], found[0], atol=1e-6)
+
+
+def test_a_name_takes_the_place_of_a_pattern_that_was_taken_before_it():
+    """Beside others a temperature may look like something without a name; once they are in, it is the joint's drift."""
+    data, _ = cell(kinds.thermal_joint_drift, seed=31, poses=60)
+    base = base_fit(data)
+    state, position = base.problem.sensitivity.state, base.problem.rest.T_base_tcp[:, :3, 3]
+    every = patterns(channels(state, position), state, position)
+    begin = SearchState(base, base, {"thermal_joint_drift": effect_library()["thermal_joint_drift"]}, every)
+    early = begin.beside(tuple(begin.patterns_left()[:1]))
+    assert early.outside and not early.missing
+    found = search(early)
+    assert found.keys == ("thermal_joint_drift",) and not found.outside
+    assert found.log_evidence > early.log_evidence

@@ -201,12 +201,19 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
         floor=None,
         final=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS),
         base=SimpleNamespace(
-            held_out_rms=1e-4, observed=POSITIONS, data=SimpleNamespace(state=SimpleNamespace(channels={}))
+            held_out_rms=1e-4,
+            observed=POSITIONS,
+            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
         ),
+        beside=(),
         misleading=said,
     )
     text = headline(said_of)
     assert ("predicted worse" in text, "can be added" in text) == (said, not said)
+    suspect.share = 0.4
+    assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(said_of)
+    said_of.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
+    assert "Record" not in headline(said_of)
 
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
@@ -220,8 +227,11 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
         floor=None,
         final=SimpleNamespace(held_out_rms=4.91e-4),
         base=SimpleNamespace(
-            held_out_rms=4.88e-4, observed=POSITIONS, data=SimpleNamespace(state=SimpleNamespace(channels={}))
+            held_out_rms=4.88e-4,
+            observed=POSITIONS,
+            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
         ),
+        beside=(),
         screened=SimpleNamespace(held_out_rms=4.88e-4),
         unnamed=5.7e-5,
         misleading=False,

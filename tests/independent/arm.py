@@ -180,28 +180,36 @@ def dead_loads(arm: Arm, f: Frames, load: Load) -> Wrenches:
     return Wrenches(parts)
 
 
-def inertial_loads(arm: Arm, f: Frames, v: np.ndarray, a: np.ndarray, load: Load) -> Wrenches:
-    """D'Alembert forces at joint speeds and accelerations (n, 6): -m c'' and -(I w' + w x I w), I = m r^2; payload a point."""
+Accelerated = Callable[[np.ndarray], np.ndarray]
+
+
+def accelerations(f: Frames, v: np.ndarray, a: np.ndarray) -> list[tuple[Accelerated, np.ndarray]]:
+    """Of bodies 0 to 6 at joint speeds and accelerations (n, 6): c'' of a point c (n, 3) that it carries, and w' (n, 3)."""
     n = len(f.flange)
-    w, dw, ddp = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    at = f.body[0][:, :3, 3]
-    parts = []
 
-    def pulled(point: np.ndarray) -> np.ndarray:
-        r = point - at
-        return ddp + cross(dw, r) + cross(w, cross(w, r))
+    def carried(at: np.ndarray, ddp: np.ndarray, w: np.ndarray, dw: np.ndarray) -> Accelerated:
+        return lambda point: ddp + cross(dw, point - at) + cross(w, cross(w, point - at))
 
-    for b in range(1, 7):
-        j = b - 1
-        ddp, at = pulled(f.pivot[j]), f.pivot[j]
+    w, dw = np.zeros((n, 3)), np.zeros((n, 3))
+    found = [(carried(f.body[0][:, :3, 3], np.zeros((n, 3)), w, dw), dw)]
+    for j in range(6):
+        ddp = found[-1][0](f.pivot[j])
         turn = f.axis[j] * v[:, j : j + 1]
         dw = dw + f.axis[j] * a[:, j : j + 1] + cross(w, turn)
         w = w + turn
-        c = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ arm.center[b]
+        found.append((carried(f.pivot[j], ddp, w, dw), dw))
+    return found
+
+
+def inertial_loads(arm: Arm, f: Frames, v: np.ndarray, a: np.ndarray, load: Load) -> Wrenches:
+    """D'Alembert forces at joint speeds and accelerations (n, 6): -m c'' and -(I w' + w x I w), I = m r^2; payload a point."""
+    n, moving, parts = len(f.flange), accelerations(f, v, a), []
+    for b in range(1, 7):
+        c, (pulled, dw) = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ arm.center[b], moving[b]
         parts.append((b, c, -arm.mass[b] * pulled(c), -arm.mass[b] * arm.gyration[b] ** 2 * dw))
     m = np.broadcast_to(np.asarray(load.mass, float), (n,))[:, None]
     c = f.flange[:, :3, 3] + np.einsum("nij,nj->ni", f.flange[:, :3, :3], np.broadcast_to(load.center, (n, 3)))
-    parts.append((6, c, -m * pulled(c), np.zeros((n, 3))))
+    parts.append((6, c, -m * moving[6][0](c), np.zeros((n, 3))))
     return Wrenches(parts)
 
 

@@ -54,6 +54,14 @@ def joint_error_map(g: np.random.Generator, arm: A.Arm) -> Hidden:
     )
 
 
+def weighed(
+    s: States, f: A.Frames, b: int, point: np.ndarray, mass: float
+) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
+    """Weight and inertia of a mass [kg] at a point (n, 3) that body b carries."""
+    moved = 0.0 if s.v is None or s.a is None else A.accelerations(f, s.v, s.a)[b][0](point)
+    return A.point_load(b, point, mass * (A.G - moved))
+
+
 def arm_load(g: np.random.Generator, arm: A.Arm) -> Hidden:
     b = int(g.choice([2, 3, 3, 4, 5]))
     mass = float(g.uniform(*{2: (30, 60), 3: (12, 30), 4: (8, 20), 5: (6, 14)}[b]))
@@ -62,7 +70,7 @@ def arm_load(g: np.random.Generator, arm: A.Arm) -> Hidden:
 
     def force(s: States, f: A.Frames) -> A.Wrenches:
         point = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ place
-        return A.Wrenches([A.point_load(b, point, mass * A.G)])
+        return A.Wrenches([weighed(s, f, b, point, mass)])
 
     # A mass on the upper arm loads joint 2 with sin(q2 + phase), exactly as a balancer does.
     accept = {2: ("gravity_compensator",), 5: ("payload_error",)}.get(b, ())
@@ -89,7 +97,7 @@ def payload_error(g: np.random.Generator, arm: A.Arm) -> Hidden:
 
     def force(s: States, f: A.Frames) -> A.Wrenches:
         point = f.flange[:, :3, 3] + f.flange[:, :3, :3] @ place
-        return A.Wrenches([A.point_load(6, point, mass * A.G)])
+        return A.Wrenches([weighed(s, f, 6, point, mass)])
 
     return Hidden(
         "payload_error",

@@ -89,7 +89,7 @@ def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: s
     Args:
         draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
     """
-    from postproc.identify.words.sentences import of_little_worth, too_few
+    from postproc.identify.words.sentences import of_little_worth, to_record, too_few
 
     little = of_little_worth(found)
     keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
@@ -99,7 +99,8 @@ def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: s
     elif found.verdict == "complete":
         words = ("compensate", "PROGRAM", "-m", asked.model, *effect_words(asked.effects), "-o", "OUT")
         say_next("corrects a program with this model", *words)
-    told = drafted is not None and not found.misleading
+    lacking = to_record(found)
+    told = drafted is not None and not found.misleading and not lacking
     if told and draft is not None:
         words = ("add", asked.model, *keys, drafted, *_tables(asked.data), *asked.words(draft), "-o", "BETTER.toml")
         what = "adds what remains, too" if keys else "adds it"
@@ -109,7 +110,7 @@ def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: s
     elif told:
         words = ("diagnose", asked.model, *asked.data, *asked.words(), "--draft", "OWN.py")
         say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
-    elif found.suspects and draft is None:
+    elif found.suspects and draft is None and not lacking:
         say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
 
 

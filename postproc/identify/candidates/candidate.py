@@ -141,6 +141,10 @@ class Screen:
         cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
         return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
 
+    def rarity(self, key: str) -> float:
+        """2 log of the odds against one effect among all that are tried; what the model has may lack more of it."""
+        return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
+
     def beside(self, form: Form, current: Effect | None) -> Form:
         """A form with what is there before it."""
         there = current or self.problem.model.effect(form.key)

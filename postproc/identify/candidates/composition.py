@@ -29,7 +29,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     (all joints for the sake of three). None where no form moves anything.
     """
     forms = screen.forms(key, None)
-    price = _prices(screen.odds(key, None))
+    price = _prices(screen.odds(key, None)) + screen.rarity(key)
     if not np.isfinite(price).any():
         return None
     measured = gains(linear, forms)

@@ -13,12 +13,10 @@ from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.solving.step import FRAMES, Name
-from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidates.candidate import Screen
 from postproc.identify.candidates.composition import compose
 from postproc.identify.candidates.forms import ordinary
 from postproc.identify.candidates.nonlinear import refit_form
-from postproc.identify.indistinguishable import indistinguishable
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -112,21 +110,6 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
         for side in sides:
             side.take(best)
     return chosen, before, min(side.distance() for side in sides)
-
-
-def tells_apart(fit: Fit, pair: list[type[Effect]]) -> bool:
-    """Whether the data tells two effects apart, by what makes `diagnose` say that it does not (`confusable`)."""
-    screen = Screen(fit.problem, {cls.key: cls for cls in pair})
-    new = [cls.key for cls in pair if fit.model.effect(cls.key) is None]
-    ranked = [c for key in new if (c := compose(screen, fit.linear, key)) is not None]
-    if len(ranked) < 2:
-        return True
-    best = max(ranked, key=lambda c: c.evidence)
-    found = fitted_best(fit, screen, best)
-    if found is None:
-        return True
-    alike, unseen = indistinguishable(ranked, found[0], fit, found[1])
-    return not alike and not unseen
 
 
 @dataclass

@@ -19,8 +19,11 @@ from postproc.fit.problem import Problem, make_weights
 from postproc.fit.solving.step import Name
 from postproc.fit.words.record import parameter_name
 from postproc.fit.words.wording import held_text
-from postproc.identify.planning.design import separate, sharpen, tells_apart
+from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.planning.design import separate, sharpen
 from postproc.identify.planning.room import ANYWHERE, Room
+from postproc.identify.refits import refit_all
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -159,23 +162,30 @@ def plan_poses(
         PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses, or where fewer
             of them are inside the room than are asked for.
     """
-    fit = fit_model(model, data, noise=noise)
+    library = effect_library() | {cls.key: cls for cls in extra_effects}
+    pair = [find_effect(key, library) for key in between or ()]
+    fit, apart = fit_model(model, data, noise=noise), True
+    if between is not None:
+        fit, apart = _beside(diagnose(model, data, extra_effects, noise=noise), between)
     pool = _pool(fit, _candidates(fit, room), room)
     if len(pool.data) < n:
         message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
         raise PostprocError.of("DAT024", message, help="widen the region, or ask for fewer with `-n`")
-    apart = True
     if between is None:
         chosen, before, after, worst, never = sharpen(fit, pool, n)
     else:
-        library = effect_library()
-        library.update({cls.key: cls for cls in extra_effects})
-        pair = [find_effect(key, library) for key in between]
         chosen, before, after = separate(fit, pool, pair, n)
-        worst, never, apart = [], [], tells_apart(fit, pair)
+        worst, never = [], []
     picked = pool.data.rows(np.array(chosen)).state
     T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
     return Plan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
+
+
+def _beside(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
+    """The fit with all that is missing beside a pair, and whether the diagnosis tells these two apart."""
+    others = [m.candidate for m in found.missing if m.key not in pair]
+    unsure = any({m.key, other} == set(pair) for m in found.missing for other in m.not_separable)
+    return refit_all(found.base, found.final, others, found.base.noise.stated), not unsure
 
 
 def _candidates(fit: Fit, room: Room) -> State:

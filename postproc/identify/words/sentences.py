@@ -16,6 +16,8 @@ from postproc.patterns.suspects import Suspect
 
 NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
+WHOLE = 0.9
+"""Share of what stands above the noise that the law of a pattern explains."""
 LITTLE = 0.02
 """Share of the error by which a significant effect lowers it, and no user will notice."""
 
@@ -61,9 +63,24 @@ def headline(d: Diagnosis) -> str:
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
     own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
-    if d.misleading:
+    if lacking := to_record(d):
+        own = (
+            f"Record {joined([f'`{name}`' for name in lacking])} first: the pattern may stand for what that would tell."
+        )
+    elif d.misleading:
         own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
     return f"{lead}{follows} {own}{noise if not d.missing else ''}"
+
+
+def to_record(d: Diagnosis) -> list[str]:
+    """Columns that the table lacks where the patterns leave part of what stands above the noise: these are no law yet.
+
+    From which side a joint comes and what the arm carries move every arm. Where nobody wrote them down, what they do
+    looks like a law of whatever stands in the table, which explains some of it.
+    """
+    state, told = d.base.data.state, sum(s.share for s in (*d.suspects[:1], *d.beside))
+    lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
+    return [name for name, column in lacking if column is None] if d.suspects and told < WHOLE else []
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:
