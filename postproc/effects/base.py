@@ -77,7 +77,8 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
-        drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure.
+        drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure. A
+            structural number of it is an edge that may be anywhere between its bounds.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
         laws_of: columns of the table of which every smooth law is the effect: a pattern of them gives way to its name.
         unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
@@ -259,6 +260,7 @@ class Effect:
 
     @property
     def is_null(self) -> bool:
+        """Whether all parameters are where the effect vanishes."""
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:

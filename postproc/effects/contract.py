@@ -138,6 +138,7 @@ class State:
         return self.station.axis_frames(self.external_axes)
 
     def with_(self, **changes: object) -> State:
+        """The same states with other fields."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
 

@@ -42,6 +42,7 @@ class FieldProblem:
     help: str = ""
 
     def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
+        """The entry as a finding at a place of a file."""
         return Diagnostic(self.code, "error", self.message, source, span, self.help)
 
 

@@ -47,5 +47,6 @@ def line_of(error: BaseException, path: str) -> int:
 
 
 def describe(error: BaseException) -> str:
+    """An error by its kind and its message; of a syntax error without the place."""
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

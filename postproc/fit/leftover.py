@@ -93,6 +93,7 @@ class _Field:
 
     @classmethod
     def of(cls, fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
+        """The errors of some rows of a fit, of the numbers that are used."""
         size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
         at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
@@ -103,6 +104,7 @@ class _Field:
 
     @property
     def freedom(self) -> int:
+        """Numbers less fitted parameters."""
         return int(self.U.shape[0] - self.U.shape[1])
 
     def restricted(self, covariance: Array) -> tuple[float, float]:

@@ -37,6 +37,7 @@ class Weights:
 
     @property
     def used(self) -> NDArray[np.bool_]:
+        """(n, r) bool: numbers that were measured and are not set aside."""
         return self.values > 0
 
     def whiten(self, numbers: Array) -> Array:
@@ -57,6 +58,7 @@ class Weights:
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
     def rows(self, index: NDArray[np.bool_] | NDArray[np.int_]) -> Weights:
+        """The weights of some rows."""
         return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 
@@ -98,6 +100,7 @@ class Problem:
 
     @cached_property
     def rest(self) -> Equilibrium:
+        """The equilibrium of the model at the measured states."""
         state = self.data.state
         if not self.data.tool_known:
             state = state.with_(T_flange_tcp=self.model.T_flange_tcp)
@@ -175,6 +178,7 @@ class Problem:
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
+        """Derivative (n, r, 60) of what is measured by a move of every place [m], [rad]."""
         found = sensitivity(self.model, self.rest)
         n, r = self.weights.values.shape
         if r == 6 and self.data.rotation is not None:

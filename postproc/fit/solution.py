@@ -51,10 +51,12 @@ class Solution:
 
     @property
     def model(self) -> Model:
+        """The fitted model."""
         return self.problem.model
 
     @property
     def data(self) -> Measurements:
+        """The rows that were fitted."""
         return self.problem.data
 
     @cached_property
@@ -197,6 +199,7 @@ class Solution:
 
     @cached_property
     def held_out_rms(self) -> float:
+        """Root mean square error per axis [m], [rad] of angles, of rows left out block by block."""
         return rms(self.held_out_error)
 
     @cached_property

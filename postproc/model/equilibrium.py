@@ -113,6 +113,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
 
 
 def unsettled(index: int) -> PostprocError:
+    """MOD010: the loads of a pose, by its index, deflect the springs ever farther."""
     return PostprocError.of(
         "MOD010",
         f"the deflection of pose {index} does not settle",

@@ -68,6 +68,7 @@ class Multibody:
 
     @property
     def size(self) -> int:
+        """Number of coordinates: six joints and six of each springy body."""
         return int(self.model.nv) - self.base
 
     def rnea(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.derivatives.places import PLACES, flat, placed
 from postproc.model.derivatives.sensitivity import grown_sensitivity
+from postproc.model.equilibrium import predict
 from postproc.model.reference import as_written
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
@@ -83,13 +84,15 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Covariance of the predicted TCP position, D P D^T + u^2 I + D B B^T D^T + m m^T, (n, 3, 3) [m^2].
+    """Covariance of the predicted TCP position, D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T, (n, 3, 3) [m^2].
 
     D are the pose derivatives, B the directions in which parameters may be off unseen: there the instrument's frame
     counts, too, since what it took on is what they may be off.
 
     Beyond what a free function has learned, D is that of the function without that limit: there P holds what it may
     be by its prior. The prediction keeps the value at the limit, and m is how far that is from the function's own.
+    For each edge of a drafted law (a structural number, that no row tells closer than from one bound to the other) e
+    is half of what the pose would move by between the two: half of the step for poses that lie between them.
 
     Args:
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
@@ -102,7 +105,19 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
         result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
         result[rows] += off @ np.swapaxes(off, 1, 2)
         result[rows] += missed[:, :, None] * missed[:, None, :]
+    for half in _half_steps(model, state):
+        result += half[:, :, None] * half[:, None, :]
     return result
+
+
+def _half_steps(model: Model, state: State) -> Iterator[Array]:
+    """(n, 3) half of what the position moves by [m] as the edge of a drafted law goes from one bound to the other."""
+    for effect in model.effects:
+        edges = type(effect).structures() if effect.drafted else {}
+        for name, bounds in ((n, b) for n, b in edges.items() if isinstance(getattr(effect, n), float)):
+            ends = (replace(effect, **{name: end}) for end in (bounds.low, bounds.high))  # type: ignore[type-var]
+            low, high = (model.with_effects(*(end if e is effect else e for e in model.effects)) for end in ends)
+            yield 0.5 * (predict(high, state) - predict(low, state))[:, :3, 3]
 
 
 def derivatives(
@@ -159,6 +174,7 @@ class Beyond:
 
     @property
     def text(self) -> str:
+        """The channel, where it reaches and where it was measured, in words."""
         low, high, reached = self.low, self.high, self.reached
         if self.channel.startswith("dir"):
             side = "+" if reached > 0 else "-"

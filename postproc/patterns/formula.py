@@ -20,8 +20,8 @@ Law = Callable[..., Any]
 Single = NDArray[np.float32]
 Edge = tuple[float, float]
 """Between which values a number of a curve lies."""
-MOVED = {"knot": "knot", "width": "width", "reach": "width", "order": "order", "phase": "phase"}
-"""Kinds of numbers that the fit of a draft may move, and as what."""
+MOVED = {"knot": "knot", "edge": "edge", "width": "width", "reach": "width", "order": "order", "phase": "phase"}
+"""Kinds of numbers that have a name in a draft, and as what: a fit may move them, but for an edge (`Movable`)."""
 
 
 @dataclass(frozen=True, eq=False)

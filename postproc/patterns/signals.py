@@ -156,7 +156,10 @@ Draft = tuple[str | Way, ...]
 
 
 class Movable(float):
-    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave."""
+    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave.
+
+    Or an edge: anywhere between the two measured values beside it the law is the same on these rows.
+    """
 
     def __new__(cls, value: float, kind: str, signal: Signal) -> Movable:
         return super().__new__(cls, value)
@@ -167,9 +170,13 @@ class Movable(float):
     @property
     def way(self) -> Way:
         low, high = float(self.signal.values.min()), float(self.signal.values.max())
+        at = int(np.searchsorted(self.signal.distinct, self).clip(1, len(self.signal.distinct) - 1))
+        below, above = self.signal.distinct[at - 1 : at + 1].tolist()
+        hair = 1e-3 * (above - below)  # what was measured on one side stays there
         own, apart = _UNITS.get(self.signal.unit.rstrip("123456"), "1"), np.pi / max(high - low, 1e-300)
         unit, low, high, typical = {
             "knot": (own, min(low, self), max(high, self), 0.1 * (high - low)),
+            "edge": (own, below + hair, above - hair, 0.3 * (above - below)),
             "width": (own, 0.1 * self, 10.0 * self, 0.3 * self),
             "order": ("1", self - apart, self + apart, 0.3 * apart),
             "phase": ("rad", self - np.pi, self + np.pi, 0.3),

@@ -89,6 +89,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
         "seen": f"{SEEN} = {sight}" if sight else "",
         "terms": terms,
         "ways": ways,
+        "edges": any(way.kind == "edge" for way in ways),
         "arrays": any(term.wide for term in terms),
         "places": places,
         "loads": loads,

@@ -145,7 +145,7 @@ def test_orders_are_tried_as_high_as_the_angles_tell_them_from_lower_ones():
     q[:, 4] = 0.5
     every = [(*v.effect.joint, *v.effect.order) for v in TransmissionError.variants(State(q=q))]
     assert [n for j, n in every if j == 2] == [1.0, 2.0, 3.0, 4.0]
-    assert max(n for j, n in every if j == 1) == 250 and not any(j == 5 for j, _ in every)
+    assert max(n for j, n in every if j == 1) == 320 and not any(j == 5 for j, _ in every)
 
 
 def test_orders_beside_several_lines_are_those_of_the_new_ones():

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from postproc.cli.output import write_model
+from postproc.effects.base import Effect, param, structure
+from postproc.effects.contract import State
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.joint_offset import JointOffset
@@ -19,6 +21,7 @@ from postproc.model.file import default_model, read_model
 from postproc.model.uncertainty import (
     Uncertainty,
     beyond_range,
+    position_covariance,
     predict_sigma,
     range_table,
     read_uncertainty,
@@ -168,3 +171,25 @@ def test_a_parameter_that_stands_at_null_counts_too(key: str) -> None:
             ends.append(predict(model.with_effects(*model.effects[:-1], null.with_vector(x)), state)[:, :3, 3])
         expected = np.linalg.norm(ends[0] - ends[1], axis=1) / 2 / np.sqrt(3)
         assert predict_sigma(known, state) == pytest.approx(expected, rel=1e-3, abs=1e-12), index
+
+
+class Jump(Effect, reads=("q",), drafted=True):
+    """Joint 1 jumps. Source: a draft."""
+
+    size_rad: float = param(unit="rad", low=-1.0, high=1.0, typical=1e-3)
+    edge_rad: float = structure(0.0, low=-0.1, high=0.2)
+
+    def displacement(self, state):
+        return np.outer(self.size_rad * (state.q[:, 0] > self.edge_rad), np.eye(6)[0])
+
+
+def test_between_the_rows_beside_an_edge_a_prediction_is_off_by_half_of_the_step():
+    """A turn of joint 1 moves a point by the angle times its distance from the axis, which stands upright."""
+    model = default_model("irb4600_60_205").with_effects(Jump(size_rad=2e-3))
+    q = np.array([[first, 0.3, -0.2, 0.4, 0.7, 0.0] for first in (-0.2, -0.05, 0.1, 0.3)])
+    found = position_covariance(model, State(q), Uncertainty((), np.zeros((0, 0))))
+    reach = np.linalg.norm(forward(model.robot, q)[:, :2, 3], axis=1)
+    expected = np.array([0.0, 1e-3, 1e-3, 0.0]) * reach
+    np.testing.assert_allclose(np.sqrt(np.trace(found, axis1=1, axis2=2)), expected, rtol=2e-3)
+    library = model.with_effects(Jump())
+    assert not position_covariance(library, State(q), Uncertainty((), np.zeros((0, 0)))).any()

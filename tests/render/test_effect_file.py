@@ -16,7 +16,7 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.curves import BOW, BUMP, KINK, LINE, RISE, WAVE, settling, sharper
+from postproc.patterns.curves import BOW, BUMP, KINK, LINE, RISE, STEP, WAVE, settling, sharper
 from postproc.patterns.dictionary import each_word, patterns, words
 from postproc.patterns.formula import Group, Pattern, block
 from postproc.patterns.signals import Movable, Way, channel_signal, channels_read
@@ -420,3 +420,12 @@ def test_a_block_has_the_values_of_its_patterns() -> None:
     for part in (*every, *finer):
         alone = [p.values for p in list(part)[::13]]
         np.testing.assert_allclose(Group([part]).values.T[::13], alone, atol=2e-6, err_msg=part[0].text)
+
+
+def test_an_edge_is_a_number_with_the_measured_values_beside_it():
+    """No fit moves it: anywhere between them the rows are on the same sides of it."""
+    q2 = channel_signal("q2", np.array([0.9, -0.4, 0.1, 0.5, 0.1]))
+    drafts = next(iter(block(STEP, q2, [(0.31,)]))).drafts
+    (way,) = [part for part in drafts[0] if isinstance(part, Way)]
+    assert (way.kind, way.value, way.unit) == ("edge", "0.31", "rad")
+    assert 0.1 < float(way.low) < 0.1 + 1e-3 and 0.5 - 1e-3 < float(way.high) < 0.5

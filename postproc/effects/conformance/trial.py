@@ -41,6 +41,7 @@ def contribution(effect: Effect, state: State) -> Array:
 
 
 def displaced(effect: Effect, state: State) -> Array:
+    """(n, 60) displacement of joints (6), bodies 0 to 6 (42), tool (6) and instrument (6); EFF003 for a wrong one."""
     given = _call(effect, "displacement", lambda: displacement_of(effect, state), Displacement)
     return _blocks(effect, "displacement", state, (given.joint, given.body, given.tool, given.instrument))
 
@@ -98,6 +99,7 @@ def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
 
 
 def locked(state: State) -> State:
+    """The same state; whoever writes into its arrays gets an error."""
     for value in [*(getattr(state, f.name) for f in fields(state)), *state.channels.values()]:
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

@@ -58,6 +58,7 @@ class Slope:
 
     @cached_property
     def length(self) -> Array:
+        """(p,) lengths of the columns with their anchors; 1 where there is nothing."""
         length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
         return np.where(length > 0, length, 1.0)
 

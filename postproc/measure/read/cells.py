@@ -48,6 +48,7 @@ class Cells:
     decimal: str
 
     def span(self, row: int) -> Span:
+        """Byte offsets of a row in the file."""
         return self.source.line_span(self.lines[row])
 
     def at(self, name: str | int) -> int:
@@ -57,6 +58,7 @@ class Cells:
         return self.header.index(name) if name in self.header else -1
 
     def text(self, name: str | int) -> list[str]:
+        """One column as it is written."""
         at = self.at(name)
         return [row[at] for row in self.rows]
 

@@ -99,10 +99,12 @@ class Table:
         return PostprocError.of("DAT002", message, self.cells.source, help=missing_help(self.cells))
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
+        """Add a finding, at a row of the table where one is given."""
         span = None if row is None else self.cells.span(row)
         self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
 
     def text(self, name: str) -> list[str]:
+        """One column as it is written; empty where it is not there."""
         return self.cells.text(self.place[name].name) if name in self.place else []
 
     def column(self, name: str, fill: float | str | None = None) -> Array | None:

@@ -17,7 +17,7 @@ from postproc.measure.read.cells import read_cells
 from postproc.measure.read.commanded import Commanded, commanded_joints, program_targets
 from postproc.measure.read.external_axes import check_work, with_external_axes
 from postproc.measure.read.join import join
-from postproc.measure.read.layout import read_column_map
+from postproc.measure.read.layout import ColumnMap, read_column_map
 from postproc.measure.read.lookup import Table, missing_help
 from postproc.measure.read.own import own_channels, row_order
 from postproc.measure.read.terms import AS_IT_IS, Reading, accepted
@@ -53,12 +53,8 @@ def read_measurements(
     Raises:
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
-    diagnostics: list[Diagnostic] = []
     layout = read_column_map(column_map)
-    cells = read_cells(source, layout, diagnostics, every=not measured)
-    if terms.joints is not None:
-        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
-    table = Table(cells, layout, diagnostics)
+    table = _opened(source, layout, terms, every=not measured)
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
@@ -72,13 +68,8 @@ def read_measurements(
     tool_known = commanded.T_flange_tcp is not None
     state = with_external_axes(_state(table, commanded), table, terms.station, commanded.extax)
     check_work(state, table, robot, position)
-    if "time_s" in table.place:
-        state, findings = with_motion(state, source)
-        diagnostics += findings
-    elif terms.rows_in_order:
-        state = state.with_(channels={**state.channels, **row_order(state, table.text("pose_id"))})
     data = Measurements(
-        state=state,
+        state=_followed(state, table, terms),
         position=position,
         rotation=None if turns is None else turns.matrix,
         joint=measured_joints,
@@ -92,11 +83,30 @@ def read_measurements(
         sources=(source,),
     )
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
-    diagnostics += check_measurements(data, robot, table.cells, turns, measured, unit)
-    diagnostics = accepted(diagnostics, terms.accept)
+    found = check_measurements(data, robot, table.cells, turns, measured, unit)
+    diagnostics = accepted([*table.diagnostics, *found], terms.accept)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))
+
+
+def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
+    """The table, joined with that of the joint angles where these stand in a file of their own."""
+    diagnostics: list[Diagnostic] = []
+    cells = read_cells(source, layout, diagnostics, every=every)
+    if terms.joints is not None:
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+    return Table(cells, layout, diagnostics)
+
+
+def _followed(state: State, table: Table, terms: Reading) -> State:
+    """The states with what times or, where that counts, the order of rows tell: speeds, sides, the row itself."""
+    if "time_s" in table.place:
+        state, findings = with_motion(state, table.cells.source)
+        table.diagnostics.extend(findings)
+    elif terms.rows_in_order:
+        state = state.with_(channels={**state.channels, **row_order(state, table.text("pose_id"))})
+    return state
 
 
 def _state(table: Table, commanded: Commanded) -> State:

@@ -50,6 +50,7 @@ class ExternalAxisCompliance(
     sag_rad: Array = param(unit="rad", shape=("axes", 3, 3), low=-0.05, high=0.05, typical=2e-4, labels=("x", "y", "z"))
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
+        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: the end of the axis leans under what it carries."""
         T, side = state.axis_frames[self.axes[k]][0], side_of(state, self.axes[k])
         turn = self.tilt_rad_per_Nm[k] * _moment(state, T, side)
         if np.any(self.sag_rad[k]):

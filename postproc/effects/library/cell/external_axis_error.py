@@ -62,6 +62,7 @@ class ExternalAxisError(
     )
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
+        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: the axis strays by polynomials of where it stands."""
         functions = self._functions(position_of(state, self.axes[k]), k, joint.kind == "rotary")
         before, after = state.axis_frames[self.axes[k]]
         change = small_motion(functions @ self.shift_m[k], functions @ self.turn_rad[k])

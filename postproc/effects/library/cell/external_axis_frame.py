@@ -36,6 +36,7 @@ class ExternalAxisFrame(
     scale_error: Array = param(unit="1", shape=("axes",), low=-0.1, high=0.1, typical=1e-4)
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
+        """T_base_axis and X - 1 (n, 4, 4) of axis k: C D(s p) C^-1 against D(p) where it stands, p [m], [rad]."""
         position = position_of(state, self.axes[k])
         C = np.eye(4) + small_motion(self.place_m[k, None], self.turn_rad[k, None])
         nominal = _moved(joint, position)

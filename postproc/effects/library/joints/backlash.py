@@ -29,6 +29,7 @@ class Backlash(
     half_gap_rad: Array = param(unit="rad", shape=(6,), low=0.0, high=0.01, typical=1e-4)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad]."""
         return -self.half_gap_rad * np.asarray(state.approach)
 
     @classmethod

@@ -48,6 +48,7 @@ class JointErrorMap(
     slope_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
 
     def basis(self, state: State) -> JointBasis:
+        """Columns sin(k q), cos(k q) of each mapped joint, then q / pi: rad per rad."""
         joint = np.array(self.joint, dtype=int) - 1
         low, high = np.array(self.low_rad)[joint], np.array(self.high_rad)[joint]
         q = np.clip(state.q[:, joint], low, high)
@@ -60,9 +61,11 @@ class JointErrorMap(
 
     @property
     def label(self) -> str:
+        """The joints and the highest order, as a fit has chosen them."""
         return f"{named(self.joint)}, orders to {self.order}"
 
     def roughness(self) -> Array:
+        """k^(fall / 2) for sines and cosines of order k, 1 for slopes."""
         waves = np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint))
         return np.append(waves, np.ones(len(self.joint)))
 
@@ -87,6 +90,7 @@ class JointErrorMap(
         return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
 
     def unlimited(self) -> Self:
+        """The map of all angles: beyond those seen it is what its prior makes of it."""
         low, high = np.array(self.low_rad), np.array(self.high_rad)
         low, high = np.maximum(low - FULL / 2, -FULL), np.minimum(high + FULL / 2, FULL)
         return replace(self, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
@@ -123,6 +127,7 @@ class JointErrorMap(
 
 
 def named(joints: tuple[int, ...]) -> str:
+    """``joints 1, 2 and 3``, ``joint 4``."""
     *most, last = map(str, sorted(joints))
     return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 

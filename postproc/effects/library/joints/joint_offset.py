@@ -24,4 +24,5 @@ class JointOffset(
     offset_rad: Array = param(unit="rad", shape=(6,), low=-0.5, high=0.5, typical=1e-3)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad], the same in every pose."""
         return self.offset_rad + 0.0 * state.q

@@ -27,6 +27,7 @@ class ServoLag(
     lag_s: Array = param(unit="s", shape=(6,), low=-1.0, high=1.0, typical=1e-3)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad]."""
         return -self.lag_s * np.asarray(state.v)
 
     @classmethod

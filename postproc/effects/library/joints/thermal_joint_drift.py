@@ -29,6 +29,7 @@ class ThermalJointDrift(
     drift_rad_per_K: Array = param(unit="rad/K", shape=(6,), low=-1e-2, high=1e-2, typical=1e-5)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad]."""
         return self.drift_rad_per_K * (np.asarray(state.temperature) - self.reference_C)[:, None]
 
     @classmethod

@@ -45,6 +45,7 @@ class TransmissionError(
     cosine_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
 
     def basis(self, state: State) -> JointBasis:
+        """Columns sin(n q_j), then cos(n q_j), of each term: rad per rad."""
         joint = np.array(self.joint, dtype=int) - 1
         angle = state.q[:, joint] * np.array(self.order)
         return JointBasis(np.concatenate([joint, joint]), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))

@@ -27,6 +27,7 @@ class WristCoupling(
     k65: float = param(unit="1", low=-0.1, high=0.1, typical=1e-4)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad]."""
         dq = np.zeros((len(state), 6))
         dq[:, 4] = self.k54 * state.q[:, 3]
         dq[:, 5] = self.k64 * state.q[:, 3] + self.k65 * state.q[:, 4]

@@ -42,6 +42,7 @@ class ArmLoad(
     )
 
     def load(self, state: State) -> Load:
+        """Weights of the parts on their bodies, wrenches (n, 6) [N], [N m]."""
         found: dict[int, Array] = {}
         for i, b in enumerate(self.body):
             share = weight(state, b, [(self.mass_kg[i], self.moment_kgm[i])])

@@ -41,6 +41,7 @@ class DressPack(
     to_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:
+        """The pull of the hose on the bodies at its ends, wrenches (n, 6) [N], [N m]."""
         if self.body_from == self.body_to:
             return Load()
         here, there, distance = self._ends(state)

@@ -35,12 +35,14 @@ class GravityCompensator(
     cosine_Nm: Array = param(unit="N m", shape=("order",), low=-1e5, high=1e5, typical=500.0)
 
     def load(self, state: State) -> Load:
+        """(n, 6) torques [N m], on the one joint."""
         angle = state.q[:, self.joint - 1, None] * np.array(self.order, dtype=float)
         torque = np.zeros((len(state), 6))
         torque[:, self.joint - 1] = np.sin(angle) @ self.sine_Nm + np.cos(angle) @ self.cosine_Nm
         return Load(joint=torque)
 
     def scale(self) -> Array:
+        """(p,) ordinary sizes [N m]: each further order has a quarter of the one before."""
         return super().scale() * np.tile(0.25 ** (np.array(self.order) - 1.0), 2)
 
     @classmethod

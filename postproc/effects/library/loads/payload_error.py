@@ -36,6 +36,7 @@ class PayloadError(
     centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:
+        """What the tool weighs beyond what is stated, a wrench (n, 6) [N], [N m] on body 6."""
         T_body_flange = np.eye(4) if state.robot is None else state.robot.link[6]
         masses: list[Mass] = [(self.mass_kg, self.moment_kgm)]
         if state.payload_mass is not None:
