@@ -212,9 +212,18 @@ def compared(every: Sequence[Line], label: str, against: str) -> str:
     return table(head, rows)
 
 
-def page(every: Sequence[Line], label: str, against: str) -> str:
-    """docs/scorecard.md."""
-    own = [x for x in every if (x["label"], x["without"], x["method"]) == (label, "", "postproc")]
+def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str:
+    """docs/scorecard.md. Args: rest: label whose lines stand for sets that the first one has not run."""
+    own, older = (
+        [x for x in every if (x["label"], x["without"], x["method"]) == (r, "", "postproc")] for r in (label, rest)
+    )
+    new = {(x["kind"], x["index"]) for x in own}
+    older = [x for x in older if (x["kind"], x["index"]) not in new]
+    count = f"{len(_simulated(own))} simulated sets"
+    if older:
+        some = Counter(x["kind"] for x in _simulated(older))
+        count += f" and, of revision `{rest}`, {some.total()} ({', '.join(f'{k} {n}' for k, n in some.items())})"
+    own += older
     what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
     text = Path(__file__).with_name("card.md").read_text()
     pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (against, "", "postproc")]
@@ -222,7 +231,7 @@ def page(every: Sequence[Line], label: str, against: str) -> str:
     found = {
         "pinned": before if pinned else "",
         "label": label,
-        "count": str(len(_simulated(own))),
+        "count": count,
         "kinds": what,
         "verdicts": verdicts(own),
         "figures": figures(own),
