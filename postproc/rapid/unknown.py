@@ -126,6 +126,12 @@ class Unknown(Exception):
         self.key = key
         self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
+    def anew(self) -> Unknown:
+        """Another value that is not known for the same reason."""
+        other = type(self).__new__(type(self), *self.args)
+        other.__dict__.update(self.__dict__)
+        return other
+
     @property
     def reason(self) -> str:
         """Its words for people."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,13 @@ from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
+from postproc.rapid.data.records import NO_AXES, NO_AXIS
 from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import forgiven, walk_program
 from postproc.rapid.program.program import read_program
 from postproc.report.postures import Nearest, nearest_to, posture_notes, singular_postures
 from postproc.robot.arm import Robot
+from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
@@ -43,6 +45,7 @@ class Row:
         notes: a stationary tool, near a joint limit, near a singularity.
         reason: why the statement would be left as it is, None where it would be corrected.
         edited: where its new target would be written, None where that is not known.
+        external_axes: what its target says of each axis that it names, mm or degrees by letter.
     """
 
     statement: MotionStatement
@@ -56,6 +59,7 @@ class Row:
     reason: str | None
     edited: Place | None = None
     confdata: tuple[int, ...] | None = None
+    external_axes: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +161,8 @@ def _row(
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
     event, known = events[executions[0]], len(seen.q) > 0
     conf = tuple(confdata(robot, seen.q[:1])[0].tolist()) if known and robot.opw is not None else None
+    stated = event.target.extax if event.target is not None else NO_AXES
+    axes = {letter: axis for letter, axis in zip(LETTERS, stated, strict=True) if axis < NO_AXIS}
     return Row(
         statement,
         sum(events[i].way == 0 for i in executions),
@@ -168,6 +174,7 @@ def _row(
         (STATIONARY,) * bool(seen.stationary[:1].any()) + posture_notes(robot, seen.q, seen.singular) if known else (),
         _reason(event, known),
         confdata=conf,
+        external_axes=axes,
     )
 
 

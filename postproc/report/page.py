@@ -114,17 +114,20 @@ def table(
 ) -> str:
     """A table that can be searched and sorted; columns of numbers stand right, with four significant digits.
 
+    A column without a value in any row is left out.
+
     Args:
         label: what it holds, for people who hear the page.
         links: a column, and for each row where its cell leads to.
     """
     every = [[row[k] for row in rows] for k in range(len(columns))]
     numbers = [any(map(_is_number, cells)) and all(c is None or _is_number(c) for c in cells) for cells in every]
+    shown = [k for k, cells in enumerate(every) if any(c is not None and c != "" for c in cells) or not rows]
     spec = {
         "label": label,
-        "columns": [{"title": c, "number": n} for c, n in zip(columns, numbers, strict=True)],
-        "rows": [[*map(_cell, row), *([links[1][i]] if links else [])] for i, row in enumerate(rows)],
-        "link": links[0] if links else None,
+        "columns": [{"title": columns[k], "number": numbers[k]} for k in shown],
+        "rows": [[*(_cell(row[k]) for k in shown), *([links[1][i]] if links else [])] for i, row in enumerate(rows)],
+        "link": shown.index(links[0]) if links else None,
     }
     return f'<div data-table><script type="application/json">{embedded(spec)}</script></div>'
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +24,8 @@ ROUNDED = 5e-4
 """Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
 _ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
 
+_ERRORS = re.compile(r"^Error:\s+(.+?)\s*$", re.M)
+
 
 def read_urdf(path: Path) -> Robot:
     """The six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one.
@@ -34,10 +41,12 @@ def read_urdf(path: Path) -> Robot:
         text = f"`{path}` is a xacro file, a recipe for a URDF"
         raise PostprocError.of("KIN007", text, help=f"make the URDF with ROS: `xacro {path} > {made}`, and give that")
     text, snapped = exact_angles(_text(path))
+    said: list[str] = []
     try:
-        model = pin.buildModelFromXML(text)
+        with _parser_words(said):
+            model = pin.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
-        raise _wrong(path, f"not a URDF of a robot: {error}") from error
+        raise _wrong(path, f"not a URDF of a robot: {'; '.join(said) or error}") from error
     serial = all(model.parents[i] == i - 1 for i in range(1, model.njoints))
     if model.nv != 6 or model.njoints != 7 or not serial:
         raise _wrong(
@@ -105,6 +114,22 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
         return f"{found[1]}{found[2]}{' '.join(words)}{found[2]}"
 
     return _ANGLES.sub(written, text), sorted(rounded)
+
+
+@contextmanager
+def _parser_words(into: list[str]) -> Iterator[None]:
+    """Collects what the URDF parser, a C++ library, writes to the error stream: only there it names a joint."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    with tempfile.TemporaryFile() as words:
+        os.dup2(words.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            words.seek(0)
+            into += _ERRORS.findall(words.read().decode("utf-8", "replace"))[:1]
 
 
 def _text(path: Path) -> str:

@@ -4,6 +4,7 @@
 const ROW = 30; // pixels of a row of a long table
 const LONG = 200; // rows from which on a table is long
 const ON_PAPER = 300;
+const WORD = /^\S{1,20}$/; // a short word stays in one piece: "changed", a routine
 
 class Table {
   /**
@@ -116,7 +117,7 @@ class Table {
     }
     for (const column of this.columns) {
       const text = this.text(column, row), link = column.href && column.href(row);
-      const cell = element("td", { class: column.number ? "number" : null, "data-label": column.title, title: this.long && text.length > 20 ? text : null });
+      const cell = element("td", { class: column.number ? "number" : WORD.test(text) ? "word" : null, "data-label": column.title, title: this.long && text.length > 20 ? text : null });
       if (text) cell.append(link ? element("a", { href: link }, text) : column.mark ? column.mark(row, text) : text);
       made.append(cell);
     }

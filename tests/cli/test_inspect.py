@@ -250,3 +250,15 @@ def test_what_only_the_controller_could_correct_is_counted(call: Call) -> None:
     worlds = Path(__file__).resolve().parent.parent / "worlds" / "programs"
     outcome = call("inspect", worlds / "socket_fed.mod", "--robot", "irb4600_60_205")
     assert "info[RUN007]: 3 motion statements could be corrected on the controller" in outcome.err
+
+
+def test_external_axes_are_listed(call: Call, tmp_path: Path) -> None:
+    axes = "[150.5,9E9,-20,9E9,9E9,9E9]"
+    (tmp_path / "cell.mod").write_text(
+        "MODULE m\n  PERS tooldata t:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]];\n  PROC main()\n"
+        f"    MoveL [[1200,0,800],[0,0,1,0],[0,0,0,0],{axes}],v100,fine,t;\n  ENDPROC\nENDMODULE\n",
+        encoding="utf-8",
+    )
+    given = ("inspect", tmp_path / "cell.mod", "--robot", "irb4600_60_205", "--free-axes", "ac")
+    assert ", eax_a 150.5, eax_c -20;" in call(*given).out
+    assert json.loads(call(*given, "--json").out)["statements"][0]["external_axes"] == {"a": 150.5, "c": -20.0}

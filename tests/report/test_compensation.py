@@ -72,7 +72,9 @@ def test_a_refused_program_says_so() -> None:
     refused = compensate_program(Source("x.mod", b"hello"), default_model(), Options())
     page = compensation_page("x.mod", refused)
     assert "no program was written" in page
-    assert [row[2] for row in tables(page)["findings"]["rows"]] == ["RAP011"]
+    findings = tables(page)["findings"]
+    titles = [c["title"] for c in findings["columns"]]
+    assert [row[titles.index("code")] for row in findings["rows"]] == ["RAP011"]
     assert "The tolerance is not kept." in program_certificate("x.mod", refused)
 
 

@@ -190,3 +190,12 @@ def test_limits_of_a_urdf_are_an_interval(tmp_path: Path) -> None:
 def test_a_file_that_is_not_there_is_no_name(tmp_path: Path) -> None:
     with pytest.raises(PostprocError, match="there is no robot file"):
         load_robot(tmp_path / "mine.toml")
+
+
+def test_a_joint_without_a_speed_limit_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "arm.urdf").write_text(re.sub(r' velocity="[^"]*"', "", urdf(), count=1), encoding="utf-8")
+    with pytest.raises(PostprocError) as caught:
+        load_robot(tmp_path / "arm.urdf")
+    (found,) = caught.value.diagnostics
+    assert found.code == "KIN007" and "limit has no velocity" in found.message
+    assert capfd.readouterr().err == ""

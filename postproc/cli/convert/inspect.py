@@ -74,8 +74,9 @@ def _text(row: Row) -> str:
     where = "      no position" if row.position_mm is None else "".join(f"{x:9.1f}" for x in row.position_mm)
     head = f"{statement.line:5}  {statement.routine:16} {statement.instruction:10} {where}"
     load = f"  {row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
+    axes = "".join(f", eax_{letter} {at:g}" for letter, at in row.external_axes.items())
     times = f", {row.runs} times" if row.runs > 1 else ""
-    lines = [head + load + times + EDITED[row.edited], *(f"{'':7}note: {note}" for note in row.notes)]
+    lines = [head + load + axes + times + EDITED[row.edited], *(f"{'':7}note: {note}" for note in row.notes)]
     return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
 
 
@@ -99,6 +100,7 @@ def _document(row: Row) -> dict[str, object]:
         "wobj": row.wobj or None,
         "payload_kg": row.payload_mass,
         "position_mm": row.position_mm,
+        "external_axes": dict(row.external_axes),
         "joints_deg": row.q_deg,
         "confdata": row.confdata,
         "notes": row.notes,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from copy import copy
 
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.evaluate import evaluate, whole
@@ -14,6 +13,7 @@ from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Component, Expression, Index, Name
 from postproc.rapid.unknown import (
+    Assumed,
     Causes,
     Kind,
     PartlyUnknown,
@@ -64,7 +64,7 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
 
 def _anew(data: Data) -> Data:
     """Data that is written: one unknown number is one object, and what is written is another than before."""
-    return copy(data) if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
+    return data.anew() if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
 
 
 def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:
@@ -148,13 +148,15 @@ def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
     Args:
         cause: what may have written it, in backticks.
     """
-    for key in memory.changed.keys() & keys:
-        if memory.teaching.covers(memory.program.names.get(key)):
+    changed, names, cause = memory.changed, memory.program.names, cause or "a routine in none of the files"
+    for key in changed.keys() & keys:
+        data = changed[key]
+        if memory.teaching.covers(names.get(key)):
             continue
-        why = Unknown(
-            Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause or "a routine in none of the files", key=key
-        )
-        memory.changed[key] = assumed_for(_anew(memory.changed[key]), (why,))
+        if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown):
+            changed[key] = data.anew()
+        elif not (isinstance(data, Assumed) and any(why.key == key and why.cause == cause for why in data.causes)):
+            changed[key] = assumed_for(data, (Unknown(Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause, key=key),))
 
 
 def shown(key: str, program: Program) -> str:

@@ -52,6 +52,7 @@ class Execution(ABC):
         self.ways = self.recorder.ways
         self.entered: set[str] = set()  # routines
         self.followed: set[tuple[str, int]] = set()  # calls
+        self.elsewhere: set[str] = set()  # names of routines in none of the files
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
         self.conditional = 0
         self.reported: set[tuple[str, str]] = set()
@@ -126,6 +127,9 @@ class Execution(ABC):
                 self.ways.doubt()
             return
         self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
+        if name in self.elsewhere:
+            return
+        self.elsewhere.add(name)
         instruction = meant_instruction(word) if arguments >= len(MOVE) else ""
         meant = f"did you mean `{instruction}`?" if instruction else meant_routine(self.program, name)
         help_ = if_not(meant, "give the file that defines it too if it moves the arm or sets a load")
