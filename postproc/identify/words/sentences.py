@@ -63,8 +63,10 @@ def headline(d: Diagnosis) -> str:
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
     own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
-    if first := to_record(d):
-        own = f"Record {joined([f'`{name}`' for name in first])} first: the pattern may stand for what that would tell."
+    if lacking := to_record(d):
+        own = (
+            f"Record {joined([f'`{name}`' for name in lacking])} first: the pattern may stand for what that would tell."
+        )
     elif d.misleading:
         own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
     return f"{lead}{follows} {own}{noise if not d.missing else ''}"

@@ -156,7 +156,9 @@ def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
         if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown):
             changed[key] = data.anew()
         elif not (isinstance(data, Assumed) and any(why.key == key and why.cause == cause for why in data.causes)):
-            changed[key] = assumed_for(data, (Unknown(Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause, key=key),))
+            changed[key] = assumed_for(
+                data, (Unknown(Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause, key=key),)
+            )
 
 
 def shown(key: str, program: Program) -> str:
