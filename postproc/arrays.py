@@ -23,6 +23,13 @@ def invert(T: Array) -> Array:
     return result
 
 
+def constant(values: Array) -> Array:
+    """The same values (n, ..), of which only one row is kept where all rows are alike; not to be written to."""
+    if not len(values) or not np.array_equal(values, np.broadcast_to(values[:1], values.shape), equal_nan=True):
+        return values
+    return np.broadcast_to(values[:1].copy(), values.shape)
+
+
 def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
     """The whole turns [rad] that bring angles nearest to others; both broadcast."""
     turns: Array = 2 * np.pi * np.round((near - angle) / (2 * np.pi))

@@ -5,7 +5,6 @@ Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> t
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import few_ways, read_motion, without_impossible
+from postproc.compensate.reading import few_ways, no_known_target, read_motion, without_impossible
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
@@ -30,13 +29,13 @@ from postproc.compensate.results.figures import figures_of, worsened
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
 from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
-from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
+from postproc.compensate.worlds import Spared, Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
+from postproc.process import seldom_collecting
 from postproc.rapid.data.events import MotionEvent, StatementKey
-from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
@@ -46,14 +45,13 @@ from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.robot.cells.station import Station
-from postproc.runtime.programs.program import OnTheController, corrected_before, put_on_controller, reads_back
+from postproc.runtime.programs.program import OnTheController, put_on_controller, reads_back, say_corrected_before
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 PROOF = ("reading back and proving", 0.65, 0.98)
-MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -129,27 +127,41 @@ def compensate_program(
         model: the real arm. watch: is told what is done, and which share of the work is.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
-    findings: list[Diagnostic] = []
-    try:
-        return _converted(sources, model, options, findings, watch)
-    except _Unsafe as stop:
-        kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
-        return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
+    spared = Spared()
+    while True:
+        findings: list[Diagnostic] = []
+        try:
+            with seldom_collecting():
+                return _converted(_Asked(sources, model, options, spared), findings, watch)
+        except _Unsafe as stop:
+            if not spared.learn(findings):
+                kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
+                return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
 
 
-def _converted(
-    sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic], watch: Watch
-) -> Conversion:
+@dataclass(frozen=True)
+class _Asked:
+    """What is to be converted, and the statements that earlier tries have found to need care."""
+
+    sources: tuple[Source, ...]
+    model: Model
+    options: Options
+    spared: Spared
+
+
+def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conversion:
     """The conversion; what is found on the way is added to ``findings``.
 
     Raises:
         _Unsafe: an error is among them.
     """
+    sources, model, options = asked.sources, asked.model, asked.options
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
     watch("following the program", 0.0)
     program, events, measured = _followed(sources, options, model, findings)
+    events = asked.spared.applied(events)
     watch("path and timing", 0.15)
     model, more = applicable_model(model, events, options)
     findings += more
@@ -184,6 +196,7 @@ def _converted(
         worlds, more = check_written(program, drafts, added, bounds, options.entry)
     findings += more
     _stop_at_errors(findings)
+    findings += asked.spared.findings.values()
     accuracy, more = expect_accuracy(model, motion, sources[0])
     if any(d.code == "CMP016" for d in findings):
         accuracy = None  # what the fit knows is the arm with everything that the model holds
@@ -235,7 +248,7 @@ def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     program, events = task.program, task.events
     function = _function(task, [s.key for s in program.statements], findings)
     if function is None:
-        _refuse(findings, _no_known_target(program, events, findings))
+        _refuse(findings, no_known_target(program, events, findings))
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
@@ -263,7 +276,7 @@ def _followed(
     """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
     station = model.station or Station()
     program = read_program(sources, options.taught, NominalArm(model.robot, station))
-    findings += [*program.diagnostics, *_already_done(sources)]
+    findings += [*program.diagnostics, *say_corrected_before(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -277,18 +290,6 @@ def _followed(
         raise _Unsafe(0)
     _stop_at_errors(findings)
     return program, events, measured
-
-
-def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
-    own = "the program was compensated before", "start from the original, or take the postproc lines out"
-    lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
-    marked = [(s, found.span()) for s in sources if (found := MARKER.search(s.data)) is not None]
-    marked += corrected_before(s for s in sources if s not in [one for one, _ in marked])
-    return [
-        Diagnostic("CMP001", "error", text, s, span, action)
-        for s, span in marked
-        for text, action in [lent if s.lent else own]
-    ]
 
 
 def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | None]:
@@ -316,18 +317,6 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
     reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
     return replace(task, events=events, reach=Reach(task.program, events, options.scope)), None if lost else motion
-
-
-def _no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:
-    """CMP003, with the reason that most statements have."""
-    text = "no motion statement leads to a place that is known before the program runs"
-    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
-    why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
-    measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
-    most = reasons.most_common(1)[0][0] if reasons else ""
-    first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
-    help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
-    return Diagnostic("CMP003", "error", text, program.sources[0], help=help_)
 
 
 def _proved(

@@ -1,9 +1,10 @@
-"""Values by what they have in common."""
+"""Values by what they have in common, and what many of them share."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TypeVar
+from operator import attrgetter
+from typing import Any, TypeVar
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -15,3 +16,11 @@ def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     for key, value in pairs:
         found.setdefault(key, []).append(value)
     return found
+
+
+def shared(path: str) -> Any:
+    """A property that gives an attribute of a part which many values share, such as ``shape.instruction``.
+
+    It is read without a Python call, as fast as an attribute of the value's own.
+    """
+    return property(attrgetter(path))

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
 FOUNDATION = {
     *("__init__", "__main__", "arrays", "diagnostics", "excerpt", "files", "grouping", "numbers", "resources"),
-    *("tomlfile", "watch"),
+    *("process", "tomlfile", "watch"),
 }
 ROOMS = (
     "rapid",

@@ -1,7 +1,7 @@
 """Many jobs: local processes or an existing cluster, restartable.
 
 What there is to do: `discover` (folders and backups), `jobsfile`, `values` of all.
-Doing it: `run` hands `jobs` to `executors`, whose workers do `work` (`threads`: one each), and keeps a `journal` of
-what is done, in `lines`. `nearby`: files that declare what a program lacks; `summary`: what is said of it.
+Doing it: `run` hands `jobs` to `executors`, whose workers do `work`, and keeps a `journal` of what is done, in
+`lines`. `nearby`: files that declare what a program lacks; `summary`: what is said of it.
 `differences`: two folders compared.
 """

@@ -5,16 +5,15 @@ Nothing heavy is imported before a job comes: numpy counts threads when it is fi
 
 from __future__ import annotations
 
-import gc
 import os
 import threading
 import traceback
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from postproc.batch.threads import COLLECT, THREADS
 from postproc.batch.values import COUNTED, Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.process import THREADS, load_scipy
 
 if TYPE_CHECKING:
     from postproc.convert import Conversion
@@ -45,9 +44,9 @@ def _follow_parent() -> None:
 
 def convert(job: Job) -> Result:
     """Convert one task; whatever is wrong with it becomes a finding of its result."""
+    load_scipy()
     from postproc.convert import compensate_program
 
-    gc.set_threshold(*COLLECT)
     try:
         done = compensate_program(job.sources, _model(job.model, threading.get_ident()), job.options)
         page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}

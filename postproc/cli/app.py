@@ -10,8 +10,8 @@ from io import TextIOWrapper
 from cyclopts import App, Group, Parameter
 
 from postproc import __version__
-from postproc.batch.threads import COLLECT, THREADS
 from postproc.cli.run import run
+from postproc.process import COLLECT, THREADS
 
 CONVERT = Group("Convert programs", sort_key=1)
 IMPROVE = Group("Improve the model", sort_key=2)

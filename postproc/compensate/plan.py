@@ -23,7 +23,7 @@ from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.text.added_targets import TargetAdder
 from postproc.compensate.text.arcs import all_numbers
-from postproc.compensate.text.insertions import ASTRAY, runs_astray, why_indivisible
+from postproc.compensate.text.insertions import ASTRAY, TURNED_ASIDE, runs_astray, why_indivisible
 from postproc.compensate.text.requests import Requester
 from postproc.compensate.text.values import Change, Insertion, Place
 from postproc.compensate.text.writer import Assigned, Writer
@@ -216,6 +216,7 @@ class Planner:
         lengths = self.samples.curves.length.tolist()
         asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(self.moves))
         found = {i: why for i, why in asked if why is not None}
+        found |= dict.fromkeys(self.samples.turned_aside().tolist(), TURNED_ASIDE)
         astray = runs_astray(self.events, (move.row for move in self.moves if not move.first))
         return found | {i: ASTRAY for i, move in enumerate(self.moves) if move.event.statement.key in astray}
 

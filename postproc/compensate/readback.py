@@ -25,7 +25,7 @@ from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_program
 from postproc.robot.cells.station import Station
 
-MOST = 5000  # events of the written program that are looked at together
+MOST = 2000  # events of the written program that are looked at together
 
 
 def run_again(

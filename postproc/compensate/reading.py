@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -19,7 +20,9 @@ from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind, Unknown
 
 IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
@@ -126,3 +129,15 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
     places = {(d.source, d.span) for d in errors}
     return all(d.code in UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
+
+
+def no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:
+    """CMP003, with the reason that most statements have."""
+    text = "no motion statement leads to a place that is known before the program runs"
+    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
+    why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
+    measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
+    most = reasons.most_common(1)[0][0] if reasons else ""
+    first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
+    help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
+    return Diagnostic("CMP003", "error", text, program.sources[0], help=help_)

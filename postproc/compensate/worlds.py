@@ -8,8 +8,9 @@ lies on the way of the original.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,10 +24,12 @@ from postproc.rapid.execution.worlds import World
 from postproc.rapid.motions.units import MM, object_matrix
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.unknown import Kind, Unknown
 
 SEEDS = range(1, 6)
 ROUNDING_MM, ROUNDING_RAD = 0.003, 1e-5  # of numbers with three decimals and what single precision adds
-MOST_FINDINGS = 5
+ROUNDS = 2  # conversions after the first, each with less at the statements that differed
+DIFFERS = Unknown(Kind.DIFFERS)
 # The largest correction of a statement: of its goal [mm] and of its orientation [rad].
 Bounds = Mapping[StatementKey, tuple[float, float]]
 
@@ -40,6 +43,37 @@ class Worlds:
 
     def as_json(self) -> dict[str, int]:
         return {"count": self.count, "differing": self.differing}
+
+
+@dataclass(slots=True)
+class Spared:
+    """Statements at which programs written before went elsewhere: at first they get no added targets, then nothing."""
+
+    met: Counter[StatementKey] = field(default_factory=Counter)
+    findings: dict[StatementKey, Diagnostic] = field(default_factory=dict)
+    rounds: int = 0
+
+    def learn(self, findings: Sequence[Diagnostic]) -> bool:
+        """Take note of why a conversion was refused; whether another one may do better."""
+        errors = [d for d in findings if d.severity == "error"]
+        if self.rounds == ROUNDS or not errors or any(d.code != "CMP019" for d in errors):
+            return False
+        self.rounds += 1
+        for d in errors:
+            assert d.source is not None and d.span is not None
+            self.met[d.source.path, d.span[0]] += 1
+            help_ = "it is left without added targets, or as it is; please report this program"
+            self.findings[d.source.path, d.span[0]] = replace(d, severity="warning", help=help_)
+        return True
+
+    def applied(self, events: Sequence[MotionEvent]) -> list[MotionEvent]:
+        """The events without what these statements may not have."""
+        return [self._spared(event) if event.statement.key in self.met else event for event in events]
+
+    def _spared(self, event: MotionEvent) -> MotionEvent:
+        if self.met[event.statement.key] == 1:
+            return replace(event, touched=True)
+        return replace(event, target=None, via=None, reason=DIFFERS.reason, unknowns=(*event.unknowns, DIFFERS))
 
 
 def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
@@ -77,7 +111,7 @@ def check_worlds(
         entry: routine where both begin.
 
     Returns:
-        What was looked at, and for the first differences the statements of the original (CMP019).
+        What was looked at, and the statements of the original that differ (CMP019).
     """
     numbers = {s.key: i for i, s in enumerate(program.statements)}
     planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
@@ -96,7 +130,7 @@ def check_worlds(
         differing += bool(found)
         for motion, text in found:
             findings.setdefault(motion.statement.key, _finding(motion, text))
-    return Worlds(len(SEEDS), differing), list(findings.values())[:MOST_FINDINGS]
+    return Worlds(len(SEEDS), differing), list(findings.values())
 
 
 def _finding(motion: WorldMotion, text: str) -> Diagnostic:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import body_motions
+from postproc.robot.kinematics import BodyMotion, body_motions
 
 if TYPE_CHECKING:
     from postproc.robot.cells.station import Station
@@ -118,8 +118,8 @@ class State:
         return self.with_(**picked, channels={name: np.asarray(value)[index] for name, value in self.channels.items()})
 
     @cached_property
-    def motions(self) -> list[tuple[Array, Array]] | None:
-        """How each body accelerates (`body_motions`), for every load that asks; None where nothing tells it.
+    def motions(self) -> list[BodyMotion] | None:
+        """How each body moves (`body_motions`), for every load that asks; None where nothing tells it.
 
         Where only the speed was recorded it is steady, as for the links.
         """

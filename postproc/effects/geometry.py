@@ -9,6 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import BodyMotion
 
 
 def distal_point(robot: Robot, body: int) -> Array:
@@ -37,14 +38,13 @@ def force_at(point: Array, force: Array) -> Array:
     return np.concatenate([force, np.cross(point, force)], axis=1)
 
 
-def point_acceleration(motion: tuple[Array, Array], T_base_body: Array, point: Array) -> Array:
+def point_acceleration(motion: BodyMotion, T_base_body: Array, point: Array) -> Array:
     """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes.
 
     Args:
         motion: of the body (`kinematics.body_motions`); T_base_body: (n, 4, 4) the body.
     """
-    acceleration, matrix = motion
-    return acceleration + turned(matrix, point - T_base_body[:, :3, 3])
+    return motion.acceleration + motion.swung(point - T_base_body[:, :3, 3])
 
 
 def turned(matrix: Array, vectors: Array) -> Array:
@@ -78,11 +78,11 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
     mass, first = sum((m for m, _ in each), np.zeros((n, 1))), sum((f for _, f in each), np.zeros((n, 3)))
     force, torque = mass * state.gravity, np.cross(first, state.gravity)
     if state.motions is not None:
-        a_origin, matrix = state.motions[body]
-        force = force - mass * a_origin - turned(matrix, first)
-        torque = torque - np.cross(first, a_origin)
+        motion = state.motions[body]
+        force = force - mass * motion.acceleration - motion.swung(first)
+        torque = torque - np.cross(first, motion.acceleration)
         for m, f in each:
-            torque = torque - _over(m, f) * np.cross(f, turned(matrix, f))
+            torque = torque - _over(m, f) * np.cross(f, motion.swung(f))
     return np.concatenate([force, torque + np.cross(origin, force)], axis=1)
 
 

@@ -84,12 +84,14 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
-    fit = _solved(model, every, data, estimate_noise(data, noise), frozenset(e.key for e in effects), terms)
-    figures = _quieter(fit)
-    if figures is None:
+    figures = estimate_noise(data, noise)
+    problem = Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside)
+    fit = _solved(problem, figures, frozenset(e.key for e in effects), terms)
+    quieter = _quieter(fit)
+    if quieter is None:
         return fit
-    problem = fit.problem.weighted(make_weights(fit.data, figures))
-    return solve(problem, figures, replace(terms, free=fit.free, strength=fit.strength))
+    problem = fit.problem.weighted(make_weights(fit.data, quieter))
+    return solve(problem, quieter, replace(terms, free=fit.free, strength=fit.strength))
 
 
 def _quieter(fit: Fit) -> Noise | None:
@@ -102,12 +104,9 @@ def _quieter(fit: Fit) -> Noise | None:
     return left if told and left.sigma and left.sigma < QUIETER * (known.sigma or 0.0) else None
 
 
-def _solved(
-    model: Model, every: list[Effect], data: Measurements, figures: Noise, fresh: frozenset[str], terms: Terms
-) -> Fit:
-    problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside))
-    problem, figures = blurred(problem, figures)
-    every = list(problem.model.effects)  # with the frames of sessions that saw the arm from elsewhere
+def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
+    problem, figures = blurred(start_frames(problem), figures)
+    every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
     terms = replace(terms, free=masks)
     rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]

@@ -63,8 +63,8 @@ def without(fit: Fit, keys: Iterable[str]) -> Fit:
     at = slope(problem, free, set(), fit.strength)
     for _ in range(STEPS):
         aim = at.foretold(problem, at.step(problem)[0])
-        further, after, *_ = advance(problem, at, at.cost(problem), 0.0, 0.0, 10)
-        if further is problem or after < (1 + MISSED) * aim:
+        further, fallen, *_ = advance(problem, at, 0.0, 0.0, 10)
+        if further is problem or at.cost(problem) - fallen < (1 + MISSED) * aim:
             break
         problem, at = further, slope(further, free, set(), fit.strength)
     return replace(fit, problem=problem, free=free, held=at.held, at_bound=(), columns=at.columns, penalty=at.penalty)

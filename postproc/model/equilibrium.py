@@ -18,6 +18,7 @@ from postproc.model.loads import loaded_state
 from postproc.robot.pose import displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
+FORETOLD = 1e4  # times what counts as settled: a sweep that moves no more tells what the next one would move
 SWEEPS = 120
 EVEN = 8
 WIDER = 1.2
@@ -68,7 +69,7 @@ class Equilibrium:
         return self.R_instrument_reference if reference is None else self.R_instrument_reference @ reference[:, :3, :3]
 
 
-def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equilibrium:
+def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled: float = SETTLED) -> Equilibrium:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
 
     Where a law is steep or jumps at a load, sweeps swing from one side to the other; the arm then rests on the edge,
@@ -76,6 +77,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
 
     Args:
         also: bodies whose loads are wanted beside those that the effects move or read.
+        settled: [m] what a further sweep may still move.
 
     Raises:
         PostprocError: MOD010, the arm is so soft that its loads do not settle.
@@ -102,7 +104,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
         deflection = new
         worst = float(change.max())
         # Sweeps contract evenly, so the next change is foretold and need not be computed.
-        if not loaded or worst < SETTLED or (worst < 1e-6 and worst * (worst / last) < 0.1 * SETTLED):
+        if not loaded or worst < settled or (worst < FORETOLD * settled and worst * (worst / last) < 0.1 * settled):
             return _rest(model, seen, deflection, bodies)
         if not np.isfinite(worst) or worst > 10.0 * REACH:
             break
@@ -125,12 +127,12 @@ def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int,
     return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
 
 
-def predict(model: Model, state: State) -> Array:
-    """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4)."""
+def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
+    """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4); ``settled`` as in `equilibrium`."""
     result = np.empty((len(state), 4, 4))
     # Batches that stay in the processor's cache are faster.
     for rows in blocks(len(state), BATCH):
-        result[rows] = equilibrium(model, state.rows(rows)).T_instrument_tcp
+        result[rows] = equilibrium(model, state.rows(rows), settled=settled).T_instrument_tcp
     return result
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, constant
 from postproc.motion.mounts import Mounts
 from postproc.rapid.data.events import MotionEvent
 from postproc.robot.cells.cell import Kind
@@ -103,7 +103,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     Args:
         axes: (m, 6) positions of the external axes; those at the goals where none are given.
     """
-    T_mount_tcp = np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4)
+    T_mount_tcp = constant(np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4))
     stationary = np.array([m.stationary for m in moves], dtype=bool)
     frames = list(dict.fromkeys(m.frame for m in moves))
     if not any(frames):
@@ -162,7 +162,7 @@ class Trajectory:
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
-        axes_v, axes_a, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
+        axes_v, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
     """
 
     path: Path
@@ -173,5 +173,4 @@ class Trajectory:
     tcp_speed: Array
     profile: Any = None
     axes_v: Array = field(default_factory=lambda: np.zeros((0, 6)))
-    axes_a: Array = field(default_factory=lambda: np.zeros((0, 6)))
     axes_a_sustained: Array = field(default_factory=lambda: np.zeros((0, 6)))

@@ -77,6 +77,7 @@ class Kind(Enum):
     NUMBERS_EXPECTED = "{subject} numbers are expected in the data"
     NOT_A = "the value is not a {subject}"
     CONFIGURATION = "a number in the configuration data is too large"
+    DIFFERS = "where run-time data differs, its correction would lead elsewhere: see the finding at this place"
     IMPOSSIBLE = "the arm cannot run it as it is programmed: see the finding at this place"
     NEVER_TAUGHT = "the orientation is [0,0,0,0]: the position was never taught"
     NO_FRAME = "the orientation is [0,0,0,0], which no frame has"
@@ -115,9 +116,10 @@ class Unknown(Exception):
         cause: Unknown | str = "",
         missing: str | None = None,
         span: Span | None = None,
+        *,
         key: str = "",
     ) -> None:
-        super().__init__(kind, subject, cause, missing, span, key)
+        super().__init__(kind, subject, cause, missing, span)
         self.kind = kind
         self.subject = subject
         self.cause = cause
@@ -159,7 +161,7 @@ class PartlyUnknown(Unknown):
     """
 
     def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
-        super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, unknown.key)
+        super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, key=unknown.key)
         self.data = data
         self.assumed = assumed
 

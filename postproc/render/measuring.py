@@ -20,8 +20,8 @@ def measuring_module(
     approach: Array | None,
     labels: Sequence[str],
     table: str,
-    payload_kg: Array | None = None,
     *,
+    payload_kg: Array | None = None,
     extax: Array | None = None,
 ) -> bytes:
     """The program as text.

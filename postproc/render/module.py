@@ -17,10 +17,11 @@ from postproc.diagnostics import Source
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.data.records import Vec3
+from postproc.rapid.evaluation.literals import numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression
-from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.syntax.trees import Number
 from postproc.render.lines import broken
@@ -129,14 +130,17 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 
 def _number_edit(change: Change) -> Edit | None:
     """From the first number that changes to the last: programs have many targets, so one edit for each."""
-    value, data, places = change.value, change.source.data, TargetSpans(change.source, change.span).numbers
-    before = [number_text(data, place) for place in places]
+    value, data, found = change.value, change.source.data, literal(change.source.data, *change.span)
+    assert found is not None
+    before = numbers_of(found)
     kept = _same_rotation(before[3:7], value.pose.rot)
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     text, begin, end = [], -1, 0
-    for i, (place, old, number, decimals) in enumerate(zip(places, before, numbers, _DECIMALS, strict=True)):
-        if kept and 3 <= i < 7:
+    for i, (number, decimals) in enumerate(zip(numbers, _DECIMALS, strict=True)):
+        if before[i] == number or (kept and 3 <= i < 7):
             continue
+        place = found.span(i + 1)
+        old = number_text(data, place)
         after = number_like(old, number, decimals)
         if after != old:
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
@@ -145,14 +149,11 @@ def _number_edit(change: Change) -> Edit | None:
     return Edit(begin, end, b"".join(text)) if text else None
 
 
-def _same_rotation(before: Sequence[str], rot: Sequence[float]) -> bool:
+def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
     """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    w, x, y, z = map(float, before)
-    size = math.hypot(w, x, y, z)
+    size = math.hypot(*before)
     least = 0.5 * 10.0**-QUATERNION_DECIMALS
-    return (
-        size > 0 and max(map(abs, (w / size - rot[0], x / size - rot[1], y / size - rot[2], z / size - rot[3]))) < least
-    )
+    return size > 0 and all([abs(old / size - new) < least for old, new in zip(before, rot, strict=True)])
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:

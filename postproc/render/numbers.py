@@ -16,8 +16,12 @@ def rapid_number(value: float, decimals: int) -> str:
     >>> rapid_number(-0.00001, 3), rapid_number(1200.0, 3), rapid_number(0.5, 3)
     ('0', '1200', '0.5')
     """
-    text = f"{value:.{decimals}f}"
-    if "." in text:
+    return _shortened(f"{value:.{decimals}f}")
+
+
+def _shortened(text: str) -> str:
+    """A decimal text without trailing zeros or a negative zero."""
+    if text[-1] == "0" and "." in text:
         text = text.rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -25,16 +29,23 @@ def rapid_number(value: float, decimals: int) -> str:
 def number_like(original: str, value: float, least_decimals: int) -> str:
     """The new value in the format of the number it replaces; the same text where nothing changes at that precision.
 
+    A number that is no decimal (``0x1F``) is replaced by one that is.
+
     >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
     ('600.412', '600.00', '9E+09')
     """
-    before = float(original)
+    try:
+        before = float(original)
+    except ValueError:
+        before = float(int(original, 0))  # 0x1F
     if before == value:
         return original
-    _, point, fraction = original.partition(".")
-    written = len(fraction) if point and fraction.isdigit() else 0
-    decimals = max(least_decimals, written)
-    if abs(before - value) < 0.5 * 10.0**-decimals:
+    fraction = original.partition(".")[2]
+    written = len(fraction) if fraction.isdigit() else 0
+    decimals = written if written > least_decimals else least_decimals
+    if -0.5 < (before - value) * 10.0**decimals < 0.5:
         return original
-    text = f"{round(value, decimals) + 0.0:.{decimals}f}"
-    return text if written >= decimals else rapid_number(value, decimals)
+    text = f"{value:.{decimals}f}"
+    if written < decimals:
+        return _shortened(text)
+    return text if float(text) else text.lstrip("-")

@@ -61,13 +61,15 @@ def seam_module(
     T_flange_tcp: Array,
     options: SeamOptions,
     side_files: Sequence[Source] = (),
-    template_dir: Path | None = None,
+    *,
+    templates: Path | None = None,
 ) -> tuple[bytes, tuple[str, ...]]:
     """The module as it is programmed, not yet compensated, and what was taken by default.
 
     Args:
         T_flange_tcp: (4, 4) tool frame [m] where the options name no tool.
         side_files: modules that declare data which the options name.
+        templates: folder of the user's own.
 
     Raises:
         PostprocError: SEA007 data that cannot be used, SEA008 points out of reach, SEA009 no configuration for all of
@@ -76,7 +78,7 @@ def seam_module(
     data, notes = _data(options, T_flange_tcp)
     welds, speed_index = _welds(data["weld"], points, side_files)
     placed = _placed(points, options.clearance_mm)
-    template = load_template(environment(template_dir), "seam_module.j2")
+    template = load_template(environment(templates), "seam_module.j2")
 
     def text(conf: Sequence[Sequence[int]]) -> bytes:
         targets = [

@@ -48,6 +48,7 @@ class SeamPoints:
     speed_mm_s: Array | None = None
 
     def finding(self, code: str, index: int, message: str, help_: str = "", severity: Severity = "error") -> Diagnostic:
+        """A finding about one point, at its row."""
         row = self.source.position(self.rows[index][0])[0]
         return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
 

@@ -17,10 +17,12 @@ from postproc.resources import resource
 
 
 def mm(values: Sequence[float | str]) -> list[str]:
+    """Lengths [mm] as RAPID writes them; what is text already stays."""
     return [v if isinstance(v, str) else rapid_number(v, MM_DECIMALS) for v in values]
 
 
 def quaternion(values: Sequence[float]) -> list[str]:
+    """The four numbers of a quaternion as RAPID writes them."""
     return [rapid_number(v, QUATERNION_DECIMALS) for v in values]
 
 

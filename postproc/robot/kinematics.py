@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,11 @@ _BLOCK = 5000  # poses whose bodies are held at a time: long programs need littl
 
 def skew(vector: Array) -> Array:
     """Cross-product matrices, (..., 3) -> (..., 3, 3)."""
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
+    vector = np.asarray(vector, dtype=float)
+    S = np.zeros((*vector.shape, 3))
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        S[..., j, i], S[..., i, j] = vector[..., k], -vector[..., k]
+    return S
 
 
 def joint_turns(robot: Robot, q: Array) -> Array:
@@ -50,23 +52,45 @@ def body_poses(robot: Robot, q: Array) -> Array:
     return T.transpose(3, 0, 1, 2)
 
 
+class BodyMotion(NamedTuple):
+    """How a body moves, in base axes: a point p has a + spin_rate x (p - o) + spin x (spin x (p - o)).
+
+    Args:
+        acceleration: (n, 3) of its origin o [m/s^2]; spin, spin_rate: (n, 3) angular velocity [rad/s] and
+            acceleration [rad/s^2].
+    """
+
+    acceleration: Array
+    spin: Array
+    spin_rate: Array
+
+    def swung(self, arm: Array) -> Array:
+        """Acceleration (n, 3) [m/s^2] beside that of the origin at points (n, 3) from there."""
+        spin, arm = self.spin.T, np.asarray(arm).T
+        return (cross(self.spin_rate.T, arm) + cross(spin, cross(spin, arm))).T
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross products of vectors (3, n) along the first axis: with less to prepare than numpy's."""
+    x, y, z = a
+    u, v, w = b
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
 def body_motions(
     robot: Robot, T_base_body: Array, v: Array, a: Array, base: tuple[Array | None, Array | None] = (None, None)
-) -> list[tuple[Array, Array]]:
-    """Of bodies 0 to 6, acceleration (n, 3) of the origin and matrix A (n, 3, 3): a point p has a_o + A (p - o).
-
-    The outward Newton-Euler recursion, in base axes [m/s^2].
+) -> list[BodyMotion]:
+    """How bodies 0 to 6 move: the outward Newton-Euler recursion.
 
     Args:
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
         base: (n, 3) angular velocity [rad/s] and acceleration [rad/s^2] of the base, whose origin is at rest.
     """
     # Points run along the last axis: components are long rows.
-    T, cross = np.moveaxis(T_base_body, 0, -1), partial(np.cross, axis=0)
+    T = np.moveaxis(T_base_body, 0, -1)
     acceleration, origin = np.zeros((2, 3, len(v)))
     spin, spin_rate = (np.zeros((3, len(v))) if rate is None else rate.T for rate in base)
-    turning = skew(spin.T)
-    found = [(acceleration.T, skew(spin_rate.T) + turning @ turning)]
+    found = [BodyMotion(acceleration.T, spin.T, spin_rate.T)]
     for j in range(6):
         R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
         arm = p - origin
@@ -76,8 +100,7 @@ def body_motions(
         rate = turn * v[:, j]
         spin_rate = spin_rate + turn * a[:, j] + cross(spin, rate)
         spin = spin + rate
-        outward = skew(spin.T)
-        found.append((acceleration.T, skew(spin_rate.T) + outward @ outward))
+        found.append(BodyMotion(acceleration.T, spin.T, spin_rate.T))
     return found
 
 

@@ -19,9 +19,9 @@ import pytest
 
 from postproc.batch.executors import Pool, cluster_pool, local_pool, open_pool
 from postproc.batch.run import run_batch
-from postproc.batch.threads import THREADS
 from postproc.batch.work import prepare_worker
 from postproc.diagnostics import PostprocError
+from postproc.process import THREADS
 
 from .folders import EFFECT, ROUGH, codes, convert, programs, ready, statuses, tree, write
 

@@ -72,13 +72,8 @@ def test_what_a_position_is_made_of(text: str, position: Position | None) -> Non
         np.testing.assert_allclose(direction, wanted, atol=1e-12)
 
 
-def test_where_a_position_is_and_how_it_turns_with_a_frame() -> None:
+def test_where_a_position_is_with_a_frame() -> None:
     found = Position("p", (("n", (0.0, 0.0, 1.0)),))
     assert found.at(TURNED, {"n": 12.0}).tolist() == [1000.0, 0.0, 712.0]
-    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    turned = found.turned(quarter)
-    assert turned.reference is None
-    numbers = {"p.trans.x": 1000.0, "p.trans.y": 0.0, "p.trans.z": 700.0, "n": 12.0}
-    assert turned.at(None, numbers).tolist() == [0.0, 1000.0, 712.0]
     with pytest.raises(KeyError):
         found.at(TURNED, {})

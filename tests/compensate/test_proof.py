@@ -74,7 +74,7 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
     [
         (TEXT, "displaced.j2", 'join(",") }})', 'join(",") }}+0.3)'),
         (TEXT, "arc_target.j2", 'join(",") }})', 'join(",") }}+0.3)'),
-        (TEXT, "arc_point.j2", "ENDIF\n    RETURN s.trans+c", "ENDIF\n    RETURN [0,0,0.3]+s.trans+c"),
+        (TEXT, "arc_point.j2", "RETURN s.trans+", "RETURN [0,0,0.3]+s.trans+"),
         (
             INLINE,
             "target.j2",

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from postproc.compensate.text.added_targets import OTHER_FRAME
 from postproc.compensate.text.bends import fit_bend as _bent
 from postproc.compensate.text.laws import fit_affine
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
@@ -396,7 +397,7 @@ def test_runs_from_several_places_share_no_added_targets() -> None:
     texts = [s for s in lines_of(written(found)) if s.startswith("MoveL")]
     assert len(texts) > 2 and "fine,tT" in texts[0]  # the way to `p` gets none, the way to `q` does
     told = [d for d in found.diagnostics if d.code == "CMP006"]
-    assert [d.help for d in told] == ["no target was added: it runs several times on different ways"]
+    assert [d.help for d in told] == [f"no target was added: {OTHER_FRAME}"]
     again = independent(module(data, body, long), found)
     assert again.violations == []
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)

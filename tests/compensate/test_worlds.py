@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc import convert
 from postproc.compensate.options import Options
-from postproc.compensate.worlds import SEEDS, check_worlds, depends_on_run_time
+from postproc.compensate.worlds import DIFFERS, SEEDS, Worlds, check_worlds, depends_on_run_time
 from postproc.convert import compensate_program
-from postproc.diagnostics import Source
+from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
@@ -159,6 +160,12 @@ def test_what_a_world_answers_does_not_depend_on_other_questions() -> None:
     assert [m.target for m in followed(body)] == [m.target for m in followed(more)]
 
 
+def test_data_that_is_read_once_more_stays_what_it_is() -> None:
+    """An added target reads what the original does not, between two calls that may have written it."""
+    last = "n:=Seen(); MoveL pOut,v5,z0,tool0;"
+    assert differing(f"n:=Seen(); {last}", f"n:=Seen(); r:=pOut; {last}") == []
+
+
 def test_a_program_without_end_is_left() -> None:
     assert len(followed("WHILE TRUE DO MoveL p,v5,z0,tool0; ENDWHILE")) == 3000
     assert followed("k:=0; WHILE TRUE DO k:=k+1; ENDWHILE MoveL p,v5,z0,tool0;") == []
@@ -194,3 +201,29 @@ def test_a_soft_arm_may_turn_the_tool_as_far_as_its_correction_does() -> None:
     assert np.degrees(np.arccos(np.clip((turned.min() - 1) / 2, -1, 1))) > 1.2
     assert [d.code for d in found.diagnostics if d.severity == "error"] == []
     assert found.report["worlds"]["count"] == len(SEEDS)
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_a_statement_that_would_go_elsewhere_is_spared_and_the_rest_corrected(
+    monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
+    """At first it gets no added targets, then nothing; a program that differs still is refused."""
+    rot = "[0.158241,-0.60035,0.754504,0.212751]"
+    places = [target(x, y, 410, rot, "[-1,0,-2,0]") for x, y in ((1110, -390), (1420, -390), (1120, -220))]
+    moves = [f"MoveL {place},v100,fine,tool0;" for place in places]
+    text = module(f"MoveJ {moves[0][6:]} {moves[1]} IF di1=1 {moves[2]}")
+    added: list[int] = []
+
+    def differs(program: Program, drafts: object, count: Mapping[object, int], *rest: object) -> object:
+        statement = program.statements[1]
+        added.append(count.get(statement.key, 0))
+        finding = Diagnostic("CMP019", "error", "goes elsewhere", statement.source, statement.span)
+        return Worlds(5, 1), [finding] if len(added) <= times else []
+
+    monkeypatch.setattr(convert, "check_written", differs)
+    found = compensate_program(Source("a.mod", text), default_model("irb4600_60_205"), Options(force=(200, -200, -200)))
+    assert added == [1, 0, 0][: times + 1] and bool(found.outputs) == (times < 3)
+    said = [(d.severity, d.help) for d in found.diagnostics if d.code == "CMP019"]
+    assert [severity for severity, _ in said] == ["warning"] * (times < 3) + ["error"] * (times == 3)
+    left = [o.statement.line for o in found.outcomes if o.reason == DIFFERS.reason]
+    assert left == ([4] if times == 2 else [])

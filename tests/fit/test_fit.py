@@ -470,10 +470,10 @@ def test_a_step_that_does_what_was_foretold_sets_the_next_one_free(faithful, bef
         damped=lambda damping: taken,
         foretold=lambda problem, step: 3.0,
         moved=lambda problem, step: "there",
-        cost=lambda trial: 5.0 - 2.0 * faithful,
+        cost=lambda where: 5.0 if where == "here" else 5.0 - 2.0 * faithful,
     )
-    trial, cost, _, damping = advance("here", at, 5.0, 1e-9, before, 1)
-    assert (trial, cost) == ("there", 5.0 - 2.0 * faithful) and damping == pytest.approx(after)
+    trial, fallen, _, damping = advance("here", at, 1e-9, before, 1)
+    assert trial == "there" and fallen == pytest.approx(2.0 * faithful) and damping == pytest.approx(after)
 
 
 def test_what_a_fitted_slack_length_needs_stays_where_it_is():

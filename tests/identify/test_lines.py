@@ -12,7 +12,7 @@ from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.identify.candidates.candidate import Candidate, Screen
-from postproc.identify.candidates.composition import _sharpened, columns_of
+from postproc.identify.candidates.composition import _sharpened, columns_of, compose
 from postproc.identify.candidates.forms import forms_of
 from postproc.identify.diagnose import _steps, diagnose
 from postproc.identify.evidence import gain
@@ -194,3 +194,19 @@ def test_a_map_is_called_by_the_orders_that_the_model_has():
     final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
     (told,) = _steps([found], final)
     assert told.candidate.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
+
+
+def test_a_line_finer_than_any_map_stands_beside_it():
+    """A strain-wave gear of 101 to 1 behind a smooth function of three joints, and no line that the map could tell."""
+    smooth = tuple(lambda s, j=j: _smooth(s, j) for j in range(3))
+    data, _ = cell(_hidden(*smooth, _line(0, 202)), seed=640201, poses=200)
+    base = base_fit(data)
+    mapped = fit_model(base.model, base.data, [JointErrorMap(joint=(1, 2, 3), order=8)])
+    screen = Screen(mapped.problem, {TransmissionError.key: TransmissionError}, mapped.free)
+    found = compose(screen, mapped.linear, TransmissionError.key)
+    assert found.label == "joint 1, order 202" and found.evidence > 100
+    terms = [TransmissionError(joint=(j,), order=(n,)) for j, n in ((1, 12.0), (4, 60.0), (1, 202.0), (4, 90.0))]
+    others = {e.key: e for e in mapped.model.effects}
+    assert TransmissionError.rooms(terms, None, others).tolist() == [False, False, True, True]
+    two = TransmissionError(joint=(1, 1), order=(202.0, 101.0))
+    assert TransmissionError.rooms(terms, two, others).tolist() == [False, False, False, True]

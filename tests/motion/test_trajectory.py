@@ -262,3 +262,26 @@ def test_cost_grows_with_the_program_and_no_faster() -> None:
 
     seconds(10)
     assert seconds(800) < 8 * 4 * max(seconds(100), 0.02)
+
+
+def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the programs that are left out where the arm may rest nor runs solved apart change the speeds."""
+    from toppra.algorithm import TOPPRA as plain
+
+    from postproc.motion.timing import constraints
+    from postproc.motion.timing import fastest as module
+    from postproc.motion.timing.grid import lay_grid, programmed_ease, programmed_speed
+    from postproc.motion.timing.spline import cut_runs
+
+    path, _ = sample_path(ROBOT, weld())
+    for robot in (ROBOT, replace(ROBOT, torque=np.array([4000.0, 5000, 3000, 400, 400, 200]))):
+        runs = cut_runs(robot, path)
+        grid = lay_grid(runs, programmed_speed(runs), programmed_ease(runs), np.full(runs.count, 0.05))
+        gravity = np.array([0.0, 0.0, -9.81])
+        monkeypatch.setattr(module, "_MOST", 10)
+        apart, blocked = fastest(robot, runs, grid, gravity)
+        assert blocked is None and runs.count > 1 and (np.diff(grid.run) > 0).any()
+        with monkeypatch.context() as whole:
+            whole.setattr(module, "_MOST", 10**6)
+            whole.setattr(constraints, "TOPPRA", lambda may_rest, *words, **named: plain(*words, **named))
+            assert np.allclose(fastest(robot, runs, grid, gravity)[0], apart, rtol=2e-5, atol=2e-5)

@@ -16,6 +16,7 @@ from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.edits import Edit, edited
+from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.tokens import tokenize
 from tests.rapid.build import module, target
 
@@ -96,7 +97,9 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
     found = read_program(Source("a.mod", data))
     event = walk_program(found).events[0]
     assert event.target_origin.spans is not None
-    start, stop = event.target_origin.spans.trans[1]
+    numbers = literal(data, *event.target_origin.spans.whole)
+    assert numbers is not None
+    start, stop = numbers.span(2)
     assert data[start:stop] == b"-2.25"
     changed = b"".join(edited(data, [Edit(start, stop, b"-2.361")]))
     assert changed == data.replace(b"-2.25", b"-2.361")

@@ -7,7 +7,9 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk, walk_program
+from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import read_program
+from postproc.rapid.syntax.spans import literal
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
 P = f"CONST robtarget p:={target(1, 2, 3)};"
@@ -201,8 +203,8 @@ def test_numbers(spelling: str, value: float) -> None:
     assert places([event]) == [(value, 0, 0)]
     assert event.target_origin.kind == "inline"
     assert event.target_origin.spans is not None
-    start, end = event.target_origin.spans.trans[0]
-    assert event.statement.source.data[start:end] == spelling.encode()
+    numbers = literal(event.statement.source.data, *event.target_origin.spans.whole)
+    assert numbers is not None and numbers[1] == spelling.encode()
 
 
 def test_a_number_without_its_zero_after_an_instruction() -> None:
@@ -220,7 +222,8 @@ def test_arrays_of_targets() -> None:
     assert found[0].target_origin.declaration == "m..a"
     spans = found[1].target_origin.spans
     assert spans is not None
-    assert spans.source.data[slice(*spans.trans[0])] == b"5"
+    numbers = literal(spans.source.data, *spans.whole)
+    assert numbers is not None and numbers[1] == b"5"
     assert found[3].reason == "`a` has no element 3"
 
 
@@ -481,3 +484,41 @@ def test_a_target_that_breaks_off_in_its_last_number_is_told_at_once() -> None:
     broken = "[[1234.56789,-2345.67891,3456.78912],[0.123456,0.123456,0.123456,0.123456],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9x]]"
     event = events(f"MoveL {broken},v5,z0,tool0;")[0]
     assert event.target is None
+
+
+STATEMENTS = r"""
+    MoveL p1,v100,z10,tool0;
+    MoveL p1234,v100,z10,tool0;
+    MoveL p1 ,v100,z10,tool0;
+    MoveL p1! here, or there
+      ,v100,z10,tool0;
+    MoveL \Conc,p1,v100,z10,tool0;
+    MoveL p1\ID:=5,v100,z10,tool0;
+    MoveL ToPoint:=p1,v100,z10,tool0\WObj:=wobj0;
+    MoveL Offs(p1,0,0,5),v100\V:=50,z10,tool0;
+    MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,z10,tool0;
+    MoveL [[ 1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,z10,tool0;
+    MoveC p1,p2,v100,z10,tool0;
+    MoveC p1 , [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]] ,v100,z10,tool0;
+    MoveC p1\X,p2,v100,z10,tool0;
+    MoveC p1;
+    MoveL ;
+    SearchL di1,p1,p2,v100,tool0;
+    MoveLSync p1,v100,z10,tool0,"proc1";
+    ArcL p1,v100,sm1,wd1\Weave:=wv1,z1,tool0;
+    ArcL p22,v100,sm1,wd1\Weave:=wv1,z1,tool0;
+"""
+
+
+def test_statements_of_one_shape_say_where_their_own_arguments_stand() -> None:
+    """What is read once for all that read alike is what each gives when it is read alone."""
+    text = f"MODULE M\nPROC main()\n{STATEMENTS}ENDPROC\nENDMODULE\n".encode()
+    program = read_program(Source("m.mod", text))
+    assert len(program.statements) == STATEMENTS.count(";")
+    assert program.statements[0].shape is program.statements[1].shape is not program.statements[2].shape
+    assert program.statements[-1].shape is program.statements[-2].shape
+    for statement in program.statements:
+        name = len(statement.source.data[slice(*statement.span)].split()[0].rstrip(b";"))
+        pieces = read_arguments(text, statement.span[0] + name, statement.span[1])
+        assert [(a.span, a.whole) for a in statement.arguments] == [(span, whole) for _, span, whole in pieces]
+        assert [text[slice(*a.span)].decode() for a in statement.arguments] == [a.text for a in statement.arguments]

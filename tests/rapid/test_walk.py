@@ -515,8 +515,8 @@ def test_rotated_displacement_carries_the_programmed_onto_the_executed_point() -
 def test_monitoring_speed_and_acceleration() -> None:
     body = "MoveL p,v5,z0,tool0; ConfL\\Off; ConfJ \\Off; SingArea\\Wrist; VelSet 50,800; AccSet 60,100; MoveL p,v5,z0,tool0;"
     before, after = events(body, P)
-    assert before.options == {"conf_l": True, "conf_j": True, "singarea_wrist": False}
-    assert after.options == {"conf_l": False, "conf_j": False, "singarea_wrist": True}
+    assert before.options == {"conf_l": True, "conf_j": True, "wrist_in_joints": False}
+    assert after.options == {"conf_l": False, "conf_j": False, "wrist_in_joints": True}
     assert (before.velocity_override, before.velocity_limit, before.acceleration) == (100, None, 100)
     assert (after.velocity_override, after.velocity_limit, after.acceleration) == (50, 800, 60)
 

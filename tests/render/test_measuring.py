@@ -19,7 +19,7 @@ def test_every_pose_is_reached_from_its_side_and_loads_are_changed_once() -> Non
     side = rng.choice([-1.0, 0.0, 1.0], (8, 6))
     payload = np.array([30.0, 5.0] * 4)
     labels = [f"N{i:03d}" for i in range(8)]
-    text = measuring_module(robot, q, side, labels, "poses.csv", payload)
+    text = measuring_module(robot, q, side, labels, "poses.csv", payload_kg=payload)
     program = read_program(Source("m.mod", text))
     assert program.diagnostics == ()
     visited = [event.target for event in walk(program)]

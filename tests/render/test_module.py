@@ -211,3 +211,9 @@ def test_comments_inside_a_replaced_argument_stay(newline: str) -> None:
     assert done.outcomes[1].edited == "derived" and target(1350, -400) not in text
     assert f"], ! the seam's end{newline}    0,0,-2 ! above it{newline}    ),v50,fine,tT;" in text
     assert text.count("\n") == text.count(newline)
+
+
+def test_a_number_in_another_base_is_replaced_by_a_decimal() -> None:
+    text = PLAIN.replace("[1350,", "[0x546,")
+    assert PLAIN.count("[1350,") == 2 and codes(convert(text)) == codes(convert(PLAIN))
+    assert without_header(written(convert(text)).encode()) == without_header(written(convert(PLAIN)).encode())

@@ -62,6 +62,9 @@ def test_short_numbers(value: float, decimals: int) -> None:
         ("-1", 0, "0"),
         ("0.000", -0.0001, "0.000"),
         ("1.5", -0.0001, "0"),
+        ("0.00001", -0.000001, "0.00000"),
+        ("0x10", 16.0, "0x10"),
+        ("-0x10", 16.25, "16.25"),
     ],
 )
 def test_examples(before: str, value: float, after: str) -> None:

@@ -67,7 +67,26 @@ def _other_cost(a: Statement, b: Statement) -> float:
         return 0.5
     if a.kind == "assign" and a.parts["target"] == b.parts["target"]:
         return 0.5
-    return 0.5 if a.kind == b.kind == "return" else OTHER
+    if a.kind == "if" and len(a.parts["arms"]) == len(b.parts["arms"]):  # a function with a target in its condition
+        return 0.5 if _calls(a) == _calls(b) != set() else OTHER
+    return 0.5 if a.kind == "return" else OTHER
+
+
+def _calls(s: Statement) -> set[str]:
+    """Functions that the conditions of an IF call."""
+    return {
+        str(e[1]) for condition, _ in s.parts["arms"] for e in _parts(condition) if e[0] == "call" and e[1] != "offs"
+    }
+
+
+def _parts(e: Any) -> list[Any]:
+    """An expression and all expressions inside it."""
+    if hasattr(e, "value"):
+        return _parts(e.value)
+    if not isinstance(e, tuple) or not e:
+        return []
+    own = [e] if isinstance(e[0], str) else []
+    return own + [x for item in e for x in _parts(item)]
 
 
 def _place(e: Expr | None, declared: dict[str, Expr]) -> Array:
@@ -126,7 +145,7 @@ def _number(e: Expr | None, declared: dict[str, Expr]) -> float:
     if e is None:
         return 0.0
     if e[0] == "num":
-        return float(e[1])
+        return float(int(e[1], 16)) if e[1][:2].lower() == "0x" else float(e[1])
     if e[0] == "un" and e[1] == "-":
         return -_number(e[2], declared)
     if e[0] == "bin" and e[1] in _OPERATORS:

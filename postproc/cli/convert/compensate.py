@@ -12,6 +12,7 @@ from postproc.cli.programs import named_files, read_lent, read_program_file, set
 from postproc.cli.progress import watching
 from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
+from postproc.process import load_scipy
 
 
 def run(
@@ -38,6 +39,7 @@ def run(
         diff: write nothing; print the textual difference, exit 1 if there is one.
         json: print the postproc/compensate/1 document.
     """
+    load_scipy()
     from postproc.compensate.results.document import estimated_stiffness
     from postproc.convert import compensate_program
     from postproc.settings import told

@@ -68,7 +68,7 @@ def run(
     sides = read_lent(settings.side_files)
     name = (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]
     said = SeamOptions(name, routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, settings.options.template_dir)
+    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, templates=settings.options.template_dir)
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)

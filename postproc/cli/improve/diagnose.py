@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -42,7 +42,6 @@ def run(
     """
     from postproc.identify.diagnose import diagnose
     from postproc.identify.interventions import hold_out_levels
-    from postproc.identify.words.sentences import of_little_worth, to_record, too_few
     from postproc.identify.words.text import diagnosis_json, diagnosis_text
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
@@ -65,41 +64,66 @@ def run(
         show([nothing_to_draft(found)])
     print_result(diagnosis_json(found), diagnosis_text(found), json, text)
     if not json:
-        little = of_little_worth(found)
-        keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
-        given = [*table.words(effects), *cell_words(cell)]
-        _say_named(found, keys, model, data, given)
-        if found.verdict == "complete" and too_few(found.base):
-            say_next("chooses them", "plan", model, *data, *table.words(effects), *cell_words(cell), "-o", "POSES.csv")
-        elif found.verdict == "complete":
-            words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
-            say_next("corrects a program with this model", *words)
-        lacking = to_record(found)
-        told = code is not None and not found.misleading and not lacking
-        if told and draft is not None:
-            own = [*table.words([*effects, draft]), *cell_words(cell)]
-            words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
-            what = "adds what remains, too" if keys else "adds it"
-            if not found.suspects[0].codes:
-                what = "adds what a single pose tells of it, which is not all"
-            say_next(what, *words, lead="or" if keys else "next")
-        elif told:
-            words = ("diagnose", model, *data, *table.words(effects), *cell_words(cell), "--draft", "OWN.py")
-            say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
-        elif found.suspects and draft is None and not lacking:
-            say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
+        _say_further(found, _Asked(model, data, effects, cell, table), draft, None if code is None else name)
     return 0
 
 
-def _say_named(found: Diagnosis, keys: Sequence[str], model: Path, data: Sequence[str], own: Sequence[str]) -> None:
+@dataclass(frozen=True)
+class _Asked:
+    """What a diagnosis was asked of, as the words of further commands."""
+
+    model: Path
+    data: Sequence[str]
+    effects: Sequence[Path | str]
+    cell: Path | None
+    table: MeasuredOptions
+
+    def words(self, *more: Path) -> list[str]:
+        """Options of the table, own effects and the cell; ``more`` are further files of effects."""
+        return [*self.table.words([*self.effects, *more]), *cell_words(self.cell)]
+
+
+def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: str | None) -> None:
+    """The commands that come next.
+
+    Args:
+        draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
+    """
+    from postproc.identify.words.sentences import of_little_worth, to_record, too_few
+
+    little = of_little_worth(found)
+    keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
+    _say_named(found, keys, asked)
+    if found.verdict == "complete" and too_few(found.base):
+        say_next("chooses them", "plan", asked.model, *asked.data, *asked.words(), "-o", "POSES.csv")
+    elif found.verdict == "complete":
+        words = ("compensate", "PROGRAM", "-m", asked.model, *effect_words(asked.effects), "-o", "OUT")
+        say_next("corrects a program with this model", *words)
+    lacking = to_record(found)
+    told = drafted is not None and not found.misleading and not lacking
+    if told and draft is not None:
+        words = ("add", asked.model, *keys, drafted, *_tables(asked.data), *asked.words(draft), "-o", "BETTER.toml")
+        what = "adds what remains, too" if keys else "adds it"
+        if not found.suspects[0].codes:
+            what = "adds what a single pose tells of it, which is not all"
+        say_next(what, *words, lead="or" if keys else "next")
+    elif told:
+        words = ("diagnose", asked.model, *asked.data, *asked.words(), "--draft", "OWN.py")
+        say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
+    elif found.suspects and draft is None and not lacking:
+        say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
+
+
+def _say_named(found: Diagnosis, keys: Sequence[str], asked: _Asked) -> None:
     if keys:
-        it = "it" if len(keys) == 1 else "them"
-        say_next(f"writes the model that has {it}", "add", model, *keys, *_tables(data), *own, "-o", "BETTER.toml")
+        it, own = "it" if len(keys) == 1 else "them", (*_tables(asked.data), *asked.words())
+        say_next(f"writes the model that has {it}", "add", asked.model, *keys, *own, "-o", "BETTER.toml")
     for m in found.missing:
         for other in m.not_separable[:1]:
             pair = ("--between", f"{m.candidate.key},{other}")
             what = "chooses poses that tell them apart"
-            say_next(what, "plan", model, *data, *pair, *own, "-o", "POSES.csv", lead="or")
+            words = (asked.model, *asked.data, *pair, *asked.words(), "-o", "POSES.csv")
+            say_next(what, "plan", *words, lead="or")
 
 
 def _tables(data: Sequence[str]) -> list[str]:

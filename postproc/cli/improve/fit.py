@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.fit.fitted import Fit
+    from postproc.model.arm import Model
+    from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
@@ -52,42 +54,28 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
-    import numpy as np
-
-    from postproc.effects.loading import load_effect_file
-    from postproc.effects.registry import effect_library, find_effect
     from postproc.fit.least_squares import fit_model
     from postproc.fit.recorded import recorded_model
     from postproc.fit.words.record import fit_json
     from postproc.fit.words.text import fit_text
     from postproc.identify.add import grown
-    from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
-    from postproc.robot.pose import rpy
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
     effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
-    words = [word.strip() for word in effects.split(",") if word.strip()]
-    if not words:
-        help_ = f"write `--effects {BASE}`"
-        raise PostprocError.of("CLI011", "no effect is named", help=help_)
-    classes: list[type[Effect]] = []
-    for word in words:
-        classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
+    words, classes = _effects(effects)
     station = _station(cell, mounting)
-    say(f"{assumed(arm.name, dict.fromkeys(c.key for c in classes), table.sigma)}; {robot_from}")
+    say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
-    plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
+    plain = [c.null() for c in classes if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
-    R_world_base = rpy(np.radians(turned))
-    model = Model(arm, R_world_base=R_world_base, robot_name=robot)
-    model = model if station is None else model.standing(station)
+    model = _nominal(arm, robot, station, turned)
     with watching("fitting") as watch:
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
-    for cls in dict.fromkeys(classes):
+    for cls in classes:
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
     _check_frames(fit, {cls.key for cls in classes})
@@ -100,6 +88,32 @@ def run(
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, *data, *own)
     return 0
+
+
+def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
+    """The words of ``--effects`` and the classes that they name, each once."""
+    from postproc.effects.loading import load_effect_file
+    from postproc.effects.registry import effect_library, find_effect
+
+    words = [word.strip() for word in effects.split(",") if word.strip()]
+    if not words:
+        help_ = f"write `--effects {BASE}`"
+        raise PostprocError.of("CLI011", "no effect is named", help=help_)
+    classes: list[type[Effect]] = []
+    for word in words:
+        classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
+    return words, list(dict.fromkeys(classes))
+
+
+def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
+    """The arm without effects, its base turned by roll, pitch, yaw [deg], in its cell if it has one."""
+    import numpy as np
+
+    from postproc.model.arm import Model
+    from postproc.robot.pose import rpy
+
+    model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=name)
+    return model if station is None else model.standing(station)
 
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:

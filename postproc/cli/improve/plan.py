@@ -71,7 +71,10 @@ def run(
         name = output.name if output is not None else "the table"
         state = plan.state
         loads = state.payload_mass
-        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, loads, extax=plan.extax))
+        write(
+            rapid,
+            measuring_module(arm.robot, state.q, state.approach, labels, name, payload_kg=loads, extax=plan.extax),
+        )
     if output is not None or not json:
         write(output, text)
     if json:

@@ -69,14 +69,14 @@ class Transition:
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
-    changing = np.zeros(len(moves), dtype=bool)
+    changing = [False] * len(moves)
     for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
-        other = other or not np.array_equal(a.T_mount_tcp, b.T_mount_tcp)
+        other = other or (a.T_mount_tcp is not b.T_mount_tcp and not np.array_equal(a.T_mount_tcp, b.T_mount_tcp))
         switched = options.force_on == "arc" and a.welding != b.welding
         if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
-            changing[i : i + 2] = True
-    return changing
+            changing[i : i + 2] = True, True
+    return np.array(changing)
 
 
 def invert_model(model: Model, motion: Motion) -> Exact:
@@ -84,9 +84,10 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():
-        mounts, wanted = samples.mounts_at(rows), samples.T_work_tcp[rows]
-        commanded = command(model, motion.at(rows), mounts.base_tcp(wanted))
-        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted), commanded.q
+        own, of_own = motion.distinct(rows)
+        mounts, wanted = samples.mounts_at(own), samples.T_work_tcp[own]
+        commanded = command(model, motion.at(own), mounts.base_tcp(wanted))
+        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[of_own], commanded.q[of_own]
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]
     welding = np.array([m.welding for m in samples.moves])
@@ -115,6 +116,8 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
     Args:
         shifts: (6,) from the programmed pose, work axes, by move.
     """
+    if not shifts:
+        return exact
     T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
     for i, shift in shifts.items():
         move = samples.moves[i]
@@ -141,7 +144,9 @@ def commanded_curve(
     space = ~samples.curves.joint & ~first
     T = written.T_work_tcp
     found: list[Transition] = []
-    for jumps, of_load, is_goal in zip(_jumps(samples, written), _jumps(samples, exact), (False, True), strict=True):
+    asked = _jumps(samples, exact)
+    given = asked if written is exact else _jumps(samples, written)
+    for jumps, of_load, is_goal in zip(given, asked, (False, True), strict=True):
         beside = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)

@@ -78,7 +78,8 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
         in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
         away, u, reached = np.empty((len(of), 3)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
         for rows in part.motion.blocks():
-            real = _reached(model, part.motion.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
+            own, of_own = part.motion.distinct(rows)
+            real = _reached(model, part.motion.at(own), ran.mounts_at(own), ran.T_work_tcp[own])[of_own]
             away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
             wanted = ran_pose(programmed, ran, of, joints)

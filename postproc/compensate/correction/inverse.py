@@ -25,6 +25,7 @@ DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
 BATCH = 2000
+PROVED_M = 1e-7  # what a deflection may still move in the proof: a hundredth of the usual tolerance
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +74,10 @@ def reached(model: Model, state: State) -> Array:
     A controller that corrects by itself commands other joint angles there: those of its own model.
     """
     if model.controller is None:
-        return predict(model, state)
+        return predict(model, state, PROVED_M)
     told = forward(model.robot, state.q) @ state.T_flange_tcp
     q = command(model.controller, known_state(model.already, state), told).q
-    return predict(_whole(model), state.with_(q=q))
+    return predict(_whole(model), state.with_(q=q), PROVED_M)
 
 
 def told_pose(model: Model, state: State) -> Array:

@@ -18,7 +18,8 @@ from postproc.motion.path.places import unit_of
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.cells.station import Station
 
-BLOCK = 10_000  # samples whose states are held at a time
+BLOCK = 4_000  # samples whose states are held at a time
+_SAME = 1e-9  # [m], [rad]: nearer than that the arm stands at one place
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
@@ -87,6 +88,24 @@ class Motion:
         turns = {"base_spin": spin, "base_spin_rate": spin_rate} if spin.any() or spin_rate.any() else {}
         return state.with_(gravity=gravity - acceleration, **turns)
 
+    def distinct(self, rows: slice) -> tuple[Index, Index]:
+        """The rows of a block that no row before them stands for, and which of them stands for each row.
+
+        Where a move goes on with the tool and the load of the one before, its start is that move's goal.
+        """
+        samples, every = self.samples, np.arange(rows.start, rows.stop)
+        begins = every[1:][samples.u[every[1:]] == 0.0]
+        before = begins - 1
+        moves = [(samples.moves[i], samples.moves[j]) for i, j in samples.move[np.stack([begins, before], 1)].tolist()]
+        same = np.array([_alike(move, last, self.options) for move, last in moves], dtype=bool)
+        same &= samples.curves.mounts[samples.move[begins]].same(samples.curves.mounts[samples.move[before]])
+        stands = [self.place[:, None], samples.q, np.nan_to_num(samples.axes), samples.T_work_tcp.reshape(-1, 16)]
+        for values in stands if self.sides is None else [*stands, self.sides]:
+            same &= (np.abs(values[begins] - values[before]) < _SAME).all(axis=1)
+        own = np.ones(len(every), dtype=bool)
+        own[begins[same] - rows.start] = False
+        return every[own], np.cumsum(own) - 1
+
     def steady(self) -> Flags:
         """(n,) see ``Timeline.steady``."""
         return self.timeline.steady(self.options, self.place)
@@ -94,6 +113,13 @@ class Motion:
     def blocks(self) -> Iterator[slice]:
         """All rows, a block at a time."""
         return blocks(len(self.place), BLOCK)
+
+
+def _alike(move: Move, other: Move, options: Options) -> bool:
+    """Whether two moves load the arm alike."""
+    mass = move.payload_mass == other.payload_mass
+    center = move.payload_center is other.payload_center or bool((move.payload_center == other.payload_center).all())
+    return mass and center and (options.force_on == "all" or move.welding == other.welding)
 
 
 def motion_of(

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.curves import Curves, build_curves, joints_at, pose_at
+from postproc.motion.path.curves import Curves, build_curves, joints_and_poses
 from postproc.motion.values import Index, Move, stretches
 from postproc.robot.arm import Robot
 from postproc.robot.track import track
@@ -23,6 +24,7 @@ SPACING = 0.02  # [m]: a correction that bends by 1 mm over 1 m deviates from it
 TURN = np.radians(3.0)
 ARC_STEP = np.radians(6.0)
 JOINT_STEP = np.radians(10.0)
+ASIDE = np.radians(0.3)  # that a tool turns farther on its way than from end to end, as a wrist that flips makes it
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,15 @@ class Samples:
         """The mounts at some samples."""
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
+    def turned_aside(self) -> Index:
+        """Moves whose tool, its wrist interpolated as joints, turns farther on the way than from end to end."""
+        rows = np.flatnonzero(self.curves.wrist[self.move] & ~self.curves.arc[self.move])
+        of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
+        from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
+        farthest = np.maximum(from_start.magnitude(), to_goal.magnitude())
+        between = (R[self.start[of]].inv() * R[self.goal[of]]).magnitude()
+        return np.unique(of[farthest > between + ASIDE])
+
 
 def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     """Sample every move evenly.
@@ -63,11 +74,11 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     turn = np.linalg.norm(curves.turn, axis=1)
     count = np.maximum(np.ceil(curves.length / SPACING - 1e-9), np.ceil(turn / TURN - 1e-9))
     count = np.maximum(count, np.ceil(np.abs(curves.axes_change).max(axis=1, initial=0) / SPACING - 1e-9))
-    count = np.maximum(count, 1)
+    travel = np.ceil(np.abs(curves.q_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9)
+    count = np.maximum(np.where(curves.wrist, np.maximum(count, travel), count), 1)
     arcs = np.maximum(np.maximum(count, np.ceil(curves.angle / ARC_STEP)), 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
     count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
-    travel = np.ceil(np.abs(curves.q_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9)
     travel = np.maximum(travel, np.ceil(np.abs(curves.axes_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9))
     count = np.where(curves.joint, np.maximum(travel, 1), count)
     count = np.where(first, 0, count).astype(int)
@@ -77,12 +88,12 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     start = goal - count
     move = np.repeat(np.arange(len(moves)), size)
     u = np.where(count[move] > 0, (np.arange(len(move)) - start[move]) / np.maximum(count[move], 1), 1.0)
-    T = pose_at(robot, curves, move, u)
+    q, T = joints_and_poses(robot, curves, move, u)
     axes = curves.axes_at(move, u)
     known = np.array([m.q for m in moves])
-    in_joints = curves.joint[move]
-    q = np.where(in_joints[:, None], joints_at(curves, move, u), known[move])
-    for a, b in stretches(~curves.joint & ~first):
+    tracked = np.zeros(len(moves), dtype=bool)
+    tracked[move[np.isnan(q[:, 0])]] = True
+    for a, b in stretches(tracked & ~first):
         rows = slice(start[a], goal[b - 1] + 1)
         q[rows] = track(robot, curves.mounts_at(move[rows], axes[rows]).flange(T[rows]), known[a - 1])
     q[goal] = known  # exactly what the confdata says

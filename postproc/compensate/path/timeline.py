@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, constant
 from postproc.compensate.options import Options
 from postproc.compensate.path.periods import first_periods
 from postproc.compensate.path.samples import Samples
@@ -91,7 +91,8 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
         return None, once(findings)
-    place, t, q, v, a, axes_v, axes_a = (np.concatenate(column) for column in zip(*parts, strict=True))
+    place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    axes_v, axes_a = map(constant, axes)
     return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
 
 

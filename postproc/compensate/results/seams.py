@@ -16,7 +16,6 @@ from postproc.compensate.text.values import Outcome
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.program.signatures import SIGNATURES
 
 MM = 1e3
 
@@ -142,7 +141,7 @@ def _groups(outcomes: Sequence[Outcome]) -> Iterator[list[Outcome]]:
     group: list[Outcome] = []
     for outcome in outcomes:
         statement = outcome.statement
-        phase = SIGNATURES[statement.instruction.lower()].phase
+        phase = statement.signature.phase
         if group and (not phase or phase == "start" or _routine(group[-1]) != _routine(outcome)):
             yield group
             group = []

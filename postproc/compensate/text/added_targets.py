@@ -37,12 +37,13 @@ from postproc.motion.path.places import axes_between
 from postproc.motion.path.refusals import STILL
 from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import Ax6, RobTarget, Vec3
-from postproc.rapid.motions.units import object_matrices
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
 
 NO_START = "where its line begins has no name here"
-FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "sin")
+OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
+MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
+FUNCTIONS = ("offs", "pow", "distance", "dotprod", "sqrt", "atan2", "cos", "sin")
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
@@ -189,6 +190,8 @@ class TargetAdder:
         event, before = self.moves[i].event, self.moves[i - 1].event
         module, argument = event.statement.module, event.statement.argument("to")
         assert argument is not None and isinstance(event.target, RobTarget)
+        if event.touched or not _in_one_frame(before, event):
+            return MAY_HAVE_CHANGED if event.touched else OTHER_FRAME
         added = self._numbers(i, part, shares)
         end = position_of(argument.text, event.target, self.program, module)
         start = self._start(before, event, name)
@@ -196,24 +199,15 @@ class TargetAdder:
             return "its target is an expression that cannot be taken apart"
         if start is None:
             return NO_START
-        computed = event.target_origin.base.kind == "expression"
-        if (computed or start.reference is not None) and not isinstance(before.target, RobTarget):
-            return NO_START  # joint angles do not follow what the goal is worked out from
         begins, ends = self._base(before), self._base(event)
         assert ends is not None
         try:
             places = start.at(begins, dict(before.numbers)), end.at(ends, dict(event.numbers))
         except KeyError:
             return NO_START
-        if start.reference is not None and _frames(before) != _frames(event):
-            if not (before.wobj.robhold == event.wobj.robhold and before.tool.robhold == event.tool.robhold):
-                return NO_START
-            turn = np.linalg.solve(*object_matrices([event, before])[:, :3, :3])
-            start, places = start.turned(turn), (turn @ places[0], places[1])
         constants = _constant(before, start), _constant(event, end)
         turned = event.target if end.reference is None else replace(event.target, rot=ends.rot)
-        framed = None if _frames(before) == _frames(event) else (_frames(before), _frames(event))
-        numbers = (before.target, framed) if start.reference is None else None
+        numbers = before.target if start.reference is None else None
         return _Run(event, start, end, numbers, *places, constants, turned, added)
 
     def _base(self, event: MotionEvent) -> RobTarget | None:
@@ -231,16 +225,12 @@ class TargetAdder:
         return {name for name in (event.start, beside) if name is not None}
 
     def _start(self, before: MotionEvent, event: MotionEvent, text: str | None) -> Position | None:
-        """What the target before is made of, as far as the program can say it here; numbers where it never varies."""
-        origin = before.target_origin
-        constant = NOTHING if origin.kind in ("inline", "declared") and origin.handed is None else None
-        if not isinstance(before.target, RobTarget):
-            return constant if before.target is None else NOTHING
-        if before.tool != event.tool:
-            return None  # the line begins where the other tool is, which its data decides
+        """What the target before is made of, as far as the program can say it here; numbers that stand in it alone."""
+        constant = NOTHING if before.target_origin.stands_in_statement else None
         module = event.statement.module
-        found = None if text is None else position_of(text, before.target, self.program, module)
-        return found or constant
+        if text is None or not isinstance(before.target, RobTarget):
+            return constant
+        return position_of(text, before.target, self.program, module) or constant
 
     def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
         """The statements to add before one move, their targets as numbers.
@@ -345,9 +335,12 @@ def _constant(event: MotionEvent, position: Position) -> Array:
     return np.array(event.target.trans) - position.at(base, dict(event.numbers))
 
 
-def _frames(event: MotionEvent) -> tuple[object, ...]:
-    """The frames in which the target of an event is stated."""
-    return event.wobj, event.displacement
+def _in_one_frame(before: MotionEvent, event: MotionEvent) -> bool:
+    """Whether both ends of a line go along with whatever moves its frame: a work object or a tool that is calibrated
+    anew moves a line that begins in another, or at joint angles, to where no text can follow.
+    """
+    frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
+    return isinstance(before.target, RobTarget) and frames[0] == frames[1]
 
 
 def _combined(start: Position, end: Position, share: float) -> list[tuple[str, Vec3]]:

@@ -80,7 +80,8 @@ def arc_run(
     literal = before.statement.argument("to")
     if start is None and before.target_origin.kind == "inline" and before.target_origin.handed is None and literal:
         start = literal.text
-    if start is None or (before.wobj, before.displacement, before.tool) != (event.wobj, event.displacement, event.tool):
+    frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
+    if start is None or event.touched or frames[0] != frames[1]:
         return NO_START
     module = event.statement.module
     known = dict(before.numbers) | dict(event.numbers)

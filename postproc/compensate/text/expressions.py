@@ -106,12 +106,6 @@ class Position:
         axes = zip("xyz", ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), strict=True)
         return (*((f"{self.reference}.trans.{axis}", direction) for axis, direction in axes), *self.terms)
 
-    def turned(self, turn: Array) -> Position:
-        """The same seen in a frame that is turned by (3, 3); the coordinates are terms then."""
-        moved = (turn @ np.array(direction) for _, direction in self.all_terms)
-        found = zip((text for text, _ in self.all_terms), map(np.ndarray.tolist, moved), strict=True)
-        return Position(None, tuple((text, (x, y, z)) for text, (x, y, z) in found))
-
     def at(self, target: RobTarget | None, regressors: Mapping[str, float]) -> Array:
         """(3,) [mm] where the reference is ``target``.
 

@@ -21,6 +21,7 @@ TIME_DECIMALS = 5  # of a divided duration: 10 microseconds, finer than `num` ha
 _DECIMAL = re.compile(r"\d+\.?\d*|\.\d+")
 _TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
 
+TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')

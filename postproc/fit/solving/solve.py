@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -75,26 +75,23 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     """
     base = problem.weights
     aside: tuple[int, ...] = ()
-    stopped: set[Name] = set()
-    replaced: set[Name] = set()
+    stopped, replaced, returned = set[Name](), set[Name](), set[Name]()
     at: Slope | None = None
     place, good = problem, False
     prior = _prior(problem, fresh, terms.determined)
     kept: tuple[Name, ...] = ()
-    returned: set[Name] = set()
     damping = 0.0
 
-    def sloped(frozen: set[Name]) -> Slope:
-        return slope(problem, terms.free, frozen, terms.strength, kept)
+    def sloped(frozen: Set[Name] = frozenset()) -> Slope:
+        return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
 
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
             weights, aside = reweighted(problem, base, noise, terms.robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
-                problem = problem.weighted(weights)
-                at, good = None if at is None else at.reweighted(weights), False
+                problem, at, good = problem.weighted(weights), at and at.reweighted(weights), False
         if at is None:
-            at, place, good = sloped(replaced), problem, True
+            at, place, good = sloped(), problem, True
             # Coefficients of a free function are told by its smoothness where the data is silent.
             _enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
@@ -102,20 +99,13 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             if problem is not place:
                 at = None
                 continue
-        now = at.cost(problem)
-        little = max(terms.closely, NOTHING / len(problem.residual)) * now + 1e-12
-        further, after, stopped, held_back = advance(problem, at, now, little, damping, 10 if good else 2)
+        little = max(terms.closely, NOTHING / len(problem.residual)) * at.cost(problem) + 1e-12
+        further, fallen, stopped, held_back = advance(problem, at, little, damping, 10 if good else 2)
         damping = held_back if good else damping
-        settled = now - after <= little
+        settled = fallen <= little
         if settled and good:
-            if not stopped:
-                break
-            beside = sloped(replaced | stopped)
-            # Of what stopped, only that gives way for whose sake alone something is held.
-            freed = set(at.held).difference(beside.held)
-            more = {p for p in stopped if freed and freed.intersection(sloped(replaced | stopped - {p}).held)}
+            more = _giving_way(at, stopped, sloped)
             if not more:
-                at, place = beside, problem
                 break
             replaced, at = replaced | more, None
             continue
@@ -129,8 +119,17 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     if at is None or place is not problem or stopped.intersection(at.parameters):
         at = sloped(stopped)
     bound = tuple(sorted(stopped))
-    strength = dict(terms.strength)
-    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)
+    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, dict(terms.strength))
+
+
+def _giving_way(at: Slope, stopped: set[Name], beside: Callable[[set[Name]], Slope]) -> set[Name]:
+    """Of what has stopped at a bound, only that gives way for whose sake alone something is held.
+
+    Args:
+        beside: the slope with some names held.
+    """
+    freed = set(at.held).difference(beside(stopped).held) if stopped else set()
+    return {p for p in stopped if freed and freed.intersection(beside(stopped - {p}).held)}
 
 
 def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
@@ -205,13 +204,17 @@ def _enough(problem: Problem, fitted: int) -> None:
 
 
 def advance(
-    problem: Problem, at: Slope, now: float, little: float, damping: float, tries: int
+    problem: Problem, at: Slope, little: float, damping: float, tries: int
 ) -> tuple[Problem, float, set[Name], float]:
-    """A step at which the cost falls, held back until it does; its cost, what stops at a bound, the damping after it.
+    """A step at which the cost falls, held back until it does; by how much, what stops at a bound, the next damping.
 
     The more a step does of what the slope foretells, the less the next one is held back (Nielsen 1999).
+
+    Args:
+        little: a fall that is none.
     """
     stopped: set[Name] = set()
+    now = at.cost(problem)
     for _ in range(tries):
         step, stopped = at.damped(damping).step(problem)
         foretold = now - at.foretold(problem, step)
@@ -227,6 +230,6 @@ def advance(
             damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
             if damping < FREED:
                 damping = 0.0 if faithful > 0.25 else LEAST
-            return trial, cost, stopped, damping
+            return trial, now - cost, stopped, damping
         damping = max(4 * damping, LEAST)
-    return problem, now, stopped, damping
+    return problem, 0.0, stopped, damping

@@ -18,7 +18,8 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.curves import Curves, joints_at, pose_at
+from postproc.motion.path.curves import Curves, joints_and_poses, joints_at, pose_at
+from postproc.motion.path.wrist import arm_joints
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
@@ -117,10 +118,7 @@ def blended_poses(
     Returns:
         T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
     """
-    T = pose_at(robot, curves, move, u)
-    q = np.full((len(u), 6), np.nan)
-    in_joints = curves.joint[move]
-    q[in_joints] = joints_at(curves, move[in_joints], u[in_joints])
+    q, T = joints_and_poses(robot, curves, move, u)
     blend = np.zeros(len(u), dtype=bool)
     pairs = ((corners.before, corners.after), (corners.before_turn, corners.after_turn))
     for part, (before, after) in zip(("place", "turn"), pairs, strict=True):
@@ -133,8 +131,7 @@ def blended_poses(
         if part == "place":
             blend[rows] = True
             i = rows[both]
-            q[i] = joints_at(curves, a[both], u_a[both]) + joints_at(curves, b[both], u_b[both])
-            q[i] -= curves.q_start[b[both]]
+            q[i] = _blended_joints(curves, a[both], b[both], u_a[both], u_b[both])
             T[i] = curves.mounts_at(move[i], axes[i]).work(forward(robot, q[i]))
         rows, a, b = rows[~both], a[~both], b[~both]
         u_a, u_b = u_a[~both], u_b[~both]
@@ -144,7 +141,37 @@ def blended_poses(
             T[rows, :3, 3] = cross[:, :3, 3]
         else:
             T[rows, :3, :3] = cross[:, :3, :3]
+    if curves.wrist.any():
+        _blend_wrists(robot, curves, corners, (move, u, axes), (T, q))
     return T, q, blend
+
+
+def _blend_wrists(
+    robot: Robot, curves: Curves, corners: Corners, at: tuple[Index, Array, Array], found: tuple[Array, Array]
+) -> None:
+    """Fill in, in place, poses and joint angles in corners of two curves along which the wrist is known as joints.
+
+    The wrist passes over in the zone of the orientation, the place of the TCP is known.
+
+    Args:
+        at: moves (n,), fractions (n,) and external axes (n, 6). found: T_work_tcp (n, 4, 4) and q (n, 6).
+    """
+    (move, u, axes), (T, q) = at, found
+    rows, a, w = _locate(move, u, corners.before_turn, corners.after_turn)
+    known, wrist = curves.joint | curves.wrist, curves.wrist
+    chosen = known[a] & known[a + 1] & (wrist[a] | wrist[a + 1])
+    rows, a, w = rows[chosen], a[chosen], w[chosen]
+    b, mounts = a + 1, curves.mounts_at(move[rows], axes[rows])
+    u_a, u_b = 1.0 - corners.before_turn[a] * fade(1.0 - w), corners.after_turn[b] * fade(w)
+    solved = arm_joints(robot, mounts, T[rows], _blended_joints(curves, a, b, u_a, u_b))
+    reached = np.isfinite(solved[:, 0])
+    q[rows] = solved
+    T[rows[reached]] = mounts[reached].work(forward(robot, solved[reached]))
+
+
+def _blended_joints(curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array) -> Array:
+    """Joint angles (n, 6) of two joint moves cross-faded; axes 4 to 6 where they are wrists on a curve."""
+    return joints_at(curves, a, u_a) + joints_at(curves, b, u_b) - curves.q_start[b]
 
 
 def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Mounts) -> Array:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, constant
 from postproc.motion.mounts import Mounts
+from postproc.motion.path.wrist import arm_joints, wrist_bend
 from postproc.motion.values import Flags, Frame, Index, Move, frames_at, goal_axes, mounts_of
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
@@ -29,7 +30,8 @@ class Curves:
             from start to goal in the start's axes [rad], of arcs as seen from the path.
         center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
             p = center + cos(u angle) radial + sin(u angle) tangent.
-        q_start, q_change: (m, 6) of joint moves [rad].
+        wrist: (m,) lines and arcs on which axes 4 to 6 are interpolated as joints (see ``wrist``).
+        q_start, q_change: (m, 6) [rad]; q_bend: (m, 6) of wrists on arcs.
         mounts: of each move, whose work frame the curve is laid in, where they are at its goal.
         length: (m,) TCP path length [m]; zero for the first move of a chain.
         axes_start, axes_change: (m, 6) of the external axes, which go evenly with u [m], [rad].
@@ -47,8 +49,10 @@ class Curves:
     radial: Array
     tangent: Array
     angle: Array
+    wrist: Flags
     q_start: Array
     q_change: Array
+    q_bend: Array
     mounts: Mounts
     length: Array
     axes_start: Array
@@ -57,6 +61,8 @@ class Curves:
 
     def axes_at(self, move: Index, u: Array) -> Array:
         """(n, 6) external axes at fractions ``u`` (n,) of moves (n,)."""
+        if np.isnan(self.axes_start).all():
+            return np.broadcast_to(np.nan, (len(u), 6))
         return self.axes_start[move] + self.axes_change[move] * u[:, None]
 
     def mounts_at(self, move: Index, axes: Array) -> Mounts:
@@ -101,9 +107,11 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     chord = T_end[:, :3, 3] - T_start[:, :3, 3]
     R_start = T_start[:, :3, :3]
     turn = Rotation.from_matrix(R_start.transpose(0, 2, 1) @ T_end[:, :3, :3]).as_rotvec()
-    center, radial, tangent = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 3))
-    angle, fault = np.zeros(m), np.zeros(m, dtype=int)
+    wrist = np.array([bool(move.event.options.get("wrist_in_joints")) for move in moves]) & ~joint & ~first
+    q_bend = np.zeros((m, 6)) if wrist.any() else np.broadcast_to(0.0, (m, 6))
     rows = np.flatnonzero(arc)
+    center, radial, tangent = np.zeros((3, m, 3)) if len(rows) else np.broadcast_to(0.0, (3, m, 3))
+    angle, fault = np.zeros(m), np.zeros(m, dtype=int)
     if len(rows):
         T_via = np.array([moves[i].T_work_via for i in rows])
         circle = circle_through(T_start[rows, :3, 3], T_via[:, :3, 3], T_end[rows, :3, 3])
@@ -113,11 +121,15 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
         R_end = _carried_back(axis, angle[rows], T_end[rows, :3, :3])
         relative = Rotation.from_matrix(R_start[rows].transpose(0, 2, 1) @ R_end).as_rotvec()
         turn[rows] = _turn_past(relative, R_start[rows], R_via, fraction)
+        bent = np.flatnonzero(wrist[rows] & (fault[rows] == 0))
+        for i, T, share in zip(rows[bent], mounts[rows[bent]].flange(T_via[bent]), fraction[bent], strict=True):
+            q_bend[i] = wrist_bend(robot, T, (q[before[i]], q[i]), share)
     length = np.where(arc & (fault == 0), np.linalg.norm(radial, axis=1) * angle, np.linalg.norm(chord, axis=1))
     arc &= fault == 0
     curves = Curves(
         joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
-        q[before], q - q[before], mounts, length, axes_start, np.nan_to_num(axes - axes_start),
+        wrist, q[before], q - q[before], q_bend, mounts, length,
+        constant(axes_start), constant(np.nan_to_num(axes - axes_start)),
         tuple(dict.fromkeys(move.frame for move in moves)),
     )  # fmt: skip
     rows = np.flatnonzero(joint & ~first)
@@ -188,6 +200,25 @@ def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Ar
 
 def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
     """T_work_tcp (n, 4, 4) on the curves of ``move`` (n,) at fractions ``u`` (n,)."""
+    return joints_and_poses(robot, curves, move, u)[1]
+
+
+def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tuple[Array, Array]:
+    """Joint angles (n, 6) [rad], NaN where inverse kinematics has to find them, and T_work_tcp (n, 4, 4) there."""
+    q, T = np.full((len(u), 6), np.nan), _in_space(curves, move, u)
+    rows = np.flatnonzero(curves.joint[move] | curves.wrist[move])
+    if len(rows):
+        q[rows] = joints_at(curves, move[rows], u[rows])
+        mounts = curves.mounts_at(move[rows], curves.axes_at(move[rows], u[rows]))
+        on_curve = curves.wrist[move[rows]]
+        q[rows[on_curve]] = arm_joints(robot, mounts[on_curve], T[rows[on_curve]], q[rows[on_curve]])
+        known = np.isfinite(q[rows, 0])
+        T[rows[known]] = mounts[known].work(forward(robot, q[rows[known]]))
+    return q, T
+
+
+def _in_space(curves: Curves, move: Index, u: Array) -> Array:
+    """T_work_tcp (n, 4, 4) with the orientation that turns evenly from the start of each curve to its goal."""
     T = np.zeros((len(u), 4, 4))
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = curves.start[move] + curves.chord[move] * u[:, None]
@@ -202,14 +233,10 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
         # CirPathMode \PathFrame, the default: the tool keeps its attitude to the path but for an even reorientation.
         along = phi * axes_of(curves.radial[i], curves.tangent[i])
         T[on_arc, :3, :3] = Rotation.from_rotvec(along).as_matrix() @ T[on_arc, :3, :3]
-    in_joints = np.flatnonzero(curves.joint[move])
-    if len(in_joints):
-        q = joints_at(curves, move[in_joints], u[in_joints])
-        mounts = curves.mounts_at(move[in_joints], curves.axes_at(move[in_joints], u[in_joints]))
-        T[in_joints] = mounts.work(forward(robot, q))
     return T
 
 
 def joints_at(curves: Curves, move: Index, u: Array) -> Array:
-    """Joint angles (n, 6) of joint moves at fractions ``u`` (n,)."""
-    return curves.q_start[move] + curves.q_change[move] * u[:, None]
+    """Joint angles (n, 6) of joint moves at fractions ``u`` (n,); axes 4 to 6 of those that are wrists on a curve."""
+    share = u[:, None]
+    return curves.q_start[move] + curves.q_change[move] * share + curves.q_bend[move] * (share * (1 - share))

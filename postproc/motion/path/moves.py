@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,12 +17,12 @@ from postproc.motion.path.reach import another_arm, only_displaced
 from postproc.motion.path.refusals import refuse_events
 from postproc.motion.path.weights import doubt_weights
 from postproc.motion.values import Frame, Move, frames_at
-from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import LoadData, ToolData, WobjData
+from postproc.rapid.data.events import InForce, MotionEvent
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
-from postproc.robot.cells.cell import LETTERS
+from postproc.robot.cells.cell import LETTERS, Kind
 from postproc.robot.cells.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -32,12 +32,24 @@ _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manu
 
 @dataclass(frozen=True, slots=True)
 class _Held:
-    """Mount of the tool and load on the flange: T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
+    """What is in force for moves as they have it: mount of the tool and load on the flange, speeds, zone.
+
+    T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0; the others as in ``Move``.
+    """
 
     T_mount_tcp: Array
     stationary: bool
     mass: float
     center: Array
+    speed: float
+    rotation_speed: float
+    axis_speed: Mapping[Kind, float]
+    ease: float
+    fine: bool
+    zone: float
+    zone_rotation: float
+    zone_angle: float
+    welding: bool
 
 
 def read_moves(
@@ -59,13 +71,8 @@ def read_moves(
         where a displacement of target or work alone puts them out of reach (see ``only_displaced``).
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
-    held: dict[tuple[ToolData, LoadData, WobjData], _Held] = {}
-    loads = []
-    for i in known:
-        key = (events[i].tool, events[i].gripload, events[i].wobj)
-        if key not in held:
-            held[key] = _on_flange(*key)
-        loads.append(held[key])
+    held = {now: _held(now) for now in dict.fromkeys([events[i].in_force for i in known])}
+    loads = [held[events[i].in_force] for i in known]
     station = station or Station()
     places = _places([events[i] for i in known], station)
     q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
@@ -93,7 +100,7 @@ def read_moves(
         e = events[i]
         if i in bad:
             continue
-        broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
+        broken = e.first or not moves or (previous + 1 < i and any(map(_moves_arm, events[previous + 1 : i])))
         move = _move(i, e, load, places[row], (q[row], T_work_tcp[row]), broken)
         if e.again is not None:
             if e.again not in of_event:
@@ -114,7 +121,8 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
-    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, axes, strict=True)]
+    rows = [np.full(6, np.nan)] * len(units) if np.isnan(axes).all() else axes
+    return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]
 
 
 def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
@@ -162,55 +170,69 @@ def _moves_arm(event: MotionEvent) -> bool:
     return event.statement.interpolation != "none" or event.reason is not None
 
 
-def _on_flange(tool: ToolData, grip: LoadData, wobj: WobjData) -> _Held:
-    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass.
+def _held(e: InForce) -> _Held:
+    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass; speeds and zone in SI units.
 
     The load of a stationary tool is that of the gripper which holds the work object, and the centre of GripLoad is then
     given in the object frame (ABB RAPID reference manual, tooldata and loaddata).
     """
+    tool, grip = e.tool, e.gripload
     T_mount_tcp = tool_matrix(tool)
     mass = tool.tload.mass + grip.mass
     tool_center = pose_matrix(tool.tload.cog, _UPRIGHT)[:3, 3]
-    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(wobj)
+    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(e.wobj)
     grip_center = (T_flange_grip @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
     center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
-    return _Held(T_mount_tcp, not tool.robhold, mass, center)
-
-
-def _programmed_speed(e: MotionEvent) -> float:
-    """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
-    speed = e.speed.v_tcp * e.velocity_override / 100
-    return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
-
-
-def _move(row: int, e: MotionEvent, load: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
-    kind = e.statement.interpolation
-    assert kind != "none"
     welding = e.weld is not None and e.weld.phase != "start"
     speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
-    q, T_work_tcp = goal
-    T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
-    return Move(
-        row=row,
-        event=e,
-        kind=kind,
-        q=q,
-        T_mount_tcp=load.T_mount_tcp,
-        stationary=load.stationary,
-        T_work_tcp=None if np.isnan(T_work_tcp[0, 0]) else T_work_tcp,
-        T_work_via=T_work_via,
-        payload_mass=load.mass,
-        payload_center=load.center,
+    return _Held(
+        T_mount_tcp,
+        not tool.robhold,
+        mass,
+        center,
         speed=speed * MM,
         rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
         axis_speed={"linear": e.speed.v_leax * MM, "rotary": float(np.radians(e.speed.v_reax))},
-        duration=e.duration,
         ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
         fine=e.zone.finep,
         zone=e.zone.pzone_tcp * MM,
         zone_rotation=e.zone.pzone_ori * MM,
         zone_angle=float(np.radians(e.zone.zone_ori)),
         welding=welding,
+    )
+
+
+def _programmed_speed(e: InForce) -> float:
+    """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
+    speed = e.speed.v_tcp * e.velocity_override / 100
+    return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
+
+
+def _move(row: int, e: MotionEvent, held: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
+    kind = e.statement.interpolation
+    assert kind != "none"
+    q, T_work_tcp = goal
+    return Move(
+        row=row,
+        event=e,
+        kind=kind,
+        q=q,
+        T_mount_tcp=held.T_mount_tcp,
+        stationary=held.stationary,
+        T_work_tcp=T_work_tcp if isinstance(e.target, RobTarget) else None,
+        T_work_via=via_matrix(e) if kind == "arc" and e.via is not None else None,
+        payload_mass=held.mass,
+        payload_center=held.center,
+        speed=held.speed,
+        rotation_speed=held.rotation_speed,
+        axis_speed=held.axis_speed,
+        duration=e.duration,
+        ease=held.ease,
+        fine=held.fine,
+        zone=held.zone,
+        zone_rotation=held.zone_rotation,
+        zone_angle=held.zone_angle,
+        welding=held.welding,
         first=first,
         frame=place[0],
         axes=place[1],

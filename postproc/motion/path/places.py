@@ -31,9 +31,9 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
             now = NOWHERE
         if event.again is not None:
             now = found[event.again].axes or NOWHERE
-        elif event.target is not None:
+        elif event.target is not None and event.target.extax != NO_AXES:
             now = _reached(now, event, idle_axes(event.units, station))
-        elif event.reason is not None:
+        elif event.target is None and event.reason is not None:
             now = NOWHERE  # wherever that leads
         found.append(event if now is NOWHERE else replace(event, axes=now))
     rows = [i for i, e in enumerate(found) if e.reason is None and e.target is not None]
@@ -51,8 +51,6 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
         idle: letters of axes that do not move, whatever the target says.
     """
     assert event.target is not None
-    if event.target.extax == NO_AXES:
-        return before
     a, b, c, d, e, f = (
         old if new >= NO_AXIS or letter in idle else new + offset
         for letter, old, new, offset in zip(LETTERS, before, event.target.extax, event.axis_offset, strict=True)
@@ -133,6 +131,8 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
     positions = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     base = _finite(station.base(positions))
     units = {name for e in events if (name := unit_of(e)) is not None}
+    if not units and all(base):
+        return [None] * len(events)
     placed = {name: _finite(station.frame(name, positions)) for name in units if name.lower() in known}
     found: list[Unknown | None] = []
     for i, event in enumerate(events):

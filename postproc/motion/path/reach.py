@@ -38,6 +38,8 @@ def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
     Each target counts once, however many statements lead there, so one that is mistyped is one. A configuration that
     does not exist is no sign of another arm where the target can be reached.
     """
+    if not any(code for _, code in runs):
+        return []
     targets: dict[Hashable, set[str | None]] = {}
     for e, code in runs:
         if not e.loose:

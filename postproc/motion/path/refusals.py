@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import place
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.data.records import NO_AXIS
+from postproc.rapid.data.records import NO_AXES, NO_AXIS
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station
 
@@ -35,6 +35,8 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Statio
             continue
         if event.tool.robhold == event.wobj.robhold:
             findings.append((row, _unfit(event)))
+        if event.target.extax == NO_AXES:
+            continue
         axes = [x if x >= NO_AXIS else x + by for x, by in zip(event.target.extax, event.axis_offset, strict=True)]
         known = [k for k in carrying if axes[k] < NO_AXIS]
         moving = [k for k in known if last[k] < NO_AXIS and abs(axes[k] - last[k]) > STILL]

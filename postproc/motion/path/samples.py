@@ -94,7 +94,7 @@ def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> 
     """
     m = len(moves)
     turn = np.linalg.norm(curves.turn, axis=1)
-    travel = np.where(curves.joint, np.abs(curves.q_change).max(axis=1), 0.0)
+    travel = np.where(curves.joint | curves.wrist, np.abs(curves.q_change).max(axis=1), 0.0)
     asked = np.maximum.reduce([
         np.where(curves.joint, 0.0, curves.length / SPACING), np.where(curves.joint, 0.0, turn / TURN),
         np.abs(curves.angle) / ARC_STEP, travel / JOINT_STEP, np.abs(curves.axes_change).max(axis=1) / SPACING,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.motion.values import Flags
 
 
 @contextmanager
@@ -36,25 +37,57 @@ with _without_plots():
 __all__ = ["TOPPRA", "GridPath", "JointLimits", "JointVelocityConstraint", "SpeedBounds"]
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
-NEARLY = (-1e-6, 1e-3, -1e-3)  # weights of the path acceleration beside that of the squared speed
+FIRST, NEARLY = -1e-9, (-1e-6, 1e-3, -1e-3)  # weights of the path acceleration beside that of the squared speed
 
 
 class TOPPRA(_Toppra):  # type: ignore[misc]
-    """The algorithm of toppra, with another way to the squared speeds where a linear program ends without solution.
+    """The algorithm of toppra, with fewer linear programs, and another way where one ends without solution.
 
+    Where the arm may rest at a grid point and at the next, rest is the slowest speed: no program has to find it.
     toppra starts each program from the constraints that were active before. Where a joint turns back (its row of the
     path's first derivative is next to zero) that start may end in NaN although there is a solution. A program with next
     to the same objective is led another way, to the same corner.
+
+    Args:
+        may_rest: (g,) whether the arm may rest at the grid points.
     """
 
-    def _one_step(self, i: int, K_next: Array) -> Array:
-        found: Array = super()._one_step(i, K_next)
-        for end, sign in ((0, 1.0), (1, -1.0)):
-            for weight in NEARLY if np.isnan(found[end]) and np.isfinite(K_next).all() else ():
-                objective = np.array([weight, sign])
-                found[end] = self.solver_wrapper.solve_stagewise_optim(i, None, objective, np.nan, np.nan, *K_next)[1]
-                if np.isfinite(found[end]):
-                    break
+    def __init__(self, may_rest: Flags, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.may_rest = may_rest.tolist()
+        self.objective = np.zeros(self.solver_wrapper.get_no_vars())
+        self.double_steps = (-2.0 * self.solver_wrapper.get_deltas()).tolist()
+
+    def compute_controllable_sets(self, sdmin: float, sdmax: float) -> Array:
+        """Slowest and fastest squared speeds (g, 2) from which the end can be reached; NaN before a point without."""
+        K = np.zeros((self._N + 1, 2))
+        low, high = sdmin**2, sdmax**2
+        K[self._N] = low, high
+        self.solver_wrapper.setup_solver()
+        for i in range(self._N - 1, -1, -1):
+            ends = low, high
+            high = self._end(i, -1.0, ends)
+            low = 0.0 if ends[0] <= 0.0 and self.may_rest[i] else max(self._end(i, 1.0, ends), 0.0)
+            K[i] = low, high
+            if low != low or high != high:
+                K[: i + 1] = np.nan
+                break
+        self.solver_wrapper.close_solver()
+        return K
+
+    def _end(self, i: int, sign: float, ends: tuple[float, float]) -> float:
+        """The slowest (sign 1) or fastest (-1) squared speed at a grid point that leads to between ``ends``."""
+        found = np.nan
+        for weight in (FIRST if sign > 0 else -FIRST, *NEARLY):
+            self.objective[:2] = weight, sign
+            found = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, np.nan, np.nan, *ends)[1]
+            if found == found:
+                break
+        return found
+
+    def _forward_step(self, i: int, x: float, K_next: Array) -> Array:
+        self.objective[:2] = self.double_steps[i], -1.0
+        found: Array = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, x, x, *K_next)
         return found
 
 

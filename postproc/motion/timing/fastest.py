@@ -1,6 +1,8 @@
-"""The fastest speed along a path under the limits of the arm and of the program: toppra, once for the whole program."""
+"""The fastest speed along a path under the limits of the arm and of the program: toppra, for many runs at a time."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from postproc.motion.timing.spline import Runs
 from postproc.robot.arm import Robot
 
 UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
+_MOST = 2000  # grid points
 _STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
 _LOOSE = 1e-6  # the same for a speed that is given
 _NEGLIGIBLE = 1e-6  # share of a joint's acceleration limit
@@ -18,9 +21,10 @@ _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try wh
 
 
 def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
-    """Fastest path speeds (g,) [m/s] at the grid points, all runs in one pass of toppra.
+    """Fastest path speeds (g,) [m/s] at the grid points.
 
-    Stops are grid points with speed zero, so one call serves the whole program and its cost is linear.
+    Stops are grid points with speed zero, so one call of toppra serves many runs: as many as have ``_MOST`` points, so
+    that what it needs does not grow with the program.
 
     Args:
         gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.
@@ -28,6 +32,25 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
     Returns:
         The speeds, and the grid point where toppra finds no way on, if there is one.
     """
+    speed = np.zeros(len(grid.s))
+    for rows in _parts(grid):
+        speed[rows], blocked = _of_part(robot, runs, grid.only(rows), gravity)
+        if blocked is not None:
+            return np.zeros(len(speed)), rows.start + blocked
+    return speed, None
+
+
+def _parts(grid: Grid) -> Iterator[slice]:
+    """Whole runs, about ``_MOST`` grid points at a time."""
+    begin = 0
+    for end in (*(np.flatnonzero(np.diff(grid.run)) + 1).tolist(), len(grid.s)):
+        if end - begin >= _MOST or end == len(grid.s):
+            yield slice(begin, end)
+            begin = end
+
+
+def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+    """The same by one call of toppra."""
     from postproc.motion.timing.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
 
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
@@ -44,14 +67,16 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
     ease = grid.ease[:, None]
     eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
+    fixed, may_rest = [JointVelocityConstraint(runs.limits.speed), bounds], grid.floor <= 0
+    if robot.torque is not None:
+        # M q' u + (M q'' + C(q') q') x + g
+        terms = _torque_terms(robot, runs, grid, values, gravity)
+        fixed.append(JointLimits(terms, robot.torque, dof))
+        may_rest = may_rest & (np.abs(terms[2]) <= robot.torque).all(axis=1)
     blocked = 0
     for share in _SHARES:
-        acceleration = JointLimits(eased, share * runs.limits.acceleration, dof)
-        limits = [JointVelocityConstraint(runs.limits.speed), acceleration, bounds]
-        if robot.torque is not None:
-            # M q' u + (M q'' + C(q') q') x + g
-            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque, dof))
-        solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        limits = [*fixed, JointLimits(eased, share * runs.limits.acceleration, dof)]
+        solver = TOPPRA(may_rest, limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
         if speed is not None and not np.isnan(speed).any():

@@ -31,8 +31,8 @@ class Grid:
     floor: Array
     ease: Array
 
-    def only(self, rows: Flags) -> Grid:
-        """Some of the grid points, (g,) bool."""
+    def only(self, rows: Flags | slice) -> Grid:
+        """Some of the grid points, (g,) bool or a slice."""
         return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows], self.ease[rows])
 
 

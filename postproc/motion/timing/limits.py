@@ -12,7 +12,7 @@ from postproc.motion.timing.jerk_limited import JointMotion, Profile, joint_moti
 from postproc.motion.timing.spline import fit_spline
 from postproc.robot.arm import Robot
 
-_BLOCK = 100_000  # instants
+_BLOCK = 10_000  # instants
 
 
 @dataclass(frozen=True, slots=True)

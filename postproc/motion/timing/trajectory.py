@@ -19,6 +19,7 @@ GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
+NEGLIGIBLE = 1e-4  # [rad/s^2], [m/s^2]: no arm bends by a hundredth of a micrometre under so little
 _BLOCK = 5000  # samples
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
@@ -59,8 +60,8 @@ def retime(
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
-    axes_v, axes_a, axes_kept = np.zeros((3, n, 6))
-    axes_v[:, runs.axes], axes_a[:, runs.axes] = v[:, 6:], a[:, 6:]
+    axes_v, axes_kept = np.zeros((2, n, 6))
+    axes_v[:, runs.axes] = v[:, 6:]
     tcp_speed = np.empty(n)
     for part in blocks(n, _BLOCK):
         # The work goes past a stationary tool as fast as the tool goes over the work.
@@ -71,7 +72,7 @@ def retime(
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = a
     if runs.count:
-        rows = slope.any(axis=1)  # where nothing acts nothing lasts
+        rows = (np.abs(slope) > NEGLIGIBLE).any(axis=1)  # where nothing acts nothing lasts
         kept = np.zeros_like(slope)
         kept[rows] = sustained(
             lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
@@ -80,7 +81,7 @@ def retime(
         in_space = np.array([m.kind in ("line", "arc") for m in path.moves])[path.move]
         a_sustained = _bridged(a - slope + kept, path.blend, in_space & ~changes_speed(tcp_speed))
     axes_kept[:, runs.axes] = a_sustained[:, 6:]
-    return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_a, axes_kept)
+    return Trajectory(path, t, v[:, :6], a[:, :6], a_sustained[:, :6], tcp_speed, profile, axes_v, axes_kept)
 
 
 def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:

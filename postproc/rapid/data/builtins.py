@@ -6,7 +6,6 @@ Optional arguments (``\\Rx:=5``) are Python's by keyword; a function that does n
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping
 
 from postproc.rapid.data.pose import (
@@ -25,6 +24,7 @@ from postproc.rapid.data.pose import (
 )
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
+from postproc.rapid.syntax.tokens import word_set
 from postproc.rapid.unknown import Kind, Unknown
 
 
@@ -48,6 +48,7 @@ def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool
 
 
 def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
+    """DefFrame: the frame of three points, see ``frame_of_points``."""
     return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
 
 
@@ -59,6 +60,7 @@ def def_dframe(*points: Data) -> Data:
 
 
 def pose_vect(frame: Data, place: Data) -> Data:
+    """PoseVect: a position given in a frame, outside of it."""
     pose = to_pose(frame)
     return add(pose.trans, rotate(pose.rot, place))
 
@@ -75,6 +77,7 @@ def shortened(value: float, decimals: float, up: bool) -> float:
 
 
 def dimension(array: Data, level: float) -> float:
+    """Dim: number of elements along one dimension of an array, counted from 1."""
     for _ in range(int(level) - 1):
         array = array[0]
     return float(len(array))
@@ -96,6 +99,7 @@ def whole_text(value: Data) -> str:
 
 
 def magnitude(v: Vec3) -> float:
+    """VectMagn: length of a vector."""
     return math.sqrt(dot(v, v))
 
 
@@ -137,15 +141,10 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "dnumtonum": ("num", float),
 }
 
-RUN_TIME = frozenset(
-    re.findall(
-        r"\w+",
-        """
+RUN_TIME = word_set("""
     ainput aoutput cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym gettime ginput goutput
     isstoppos poserror reltime testdi
-    """,
-    )
-)
+    """)
 
 
 def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:

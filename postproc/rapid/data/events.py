@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 from postproc.diagnostics import Diagnostic, Source, Span
-from postproc.grouping import grouped
+from postproc.grouping import grouped, shared
 from postproc.rapid.data.records import (
     Ax6,
     JointTarget,
@@ -112,33 +112,80 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class MotionStatement:
-    """One motion statement as it stands in the file.
+class Signature:
+    """How to read one motion instruction.
 
     Args:
-        instruction: canonical spelling, ``MoveL``, ``ArcLStart``.
-        source: the file.
-        span: from the first byte of the instruction name to the byte after ``;``.
-        module: name of the module, routine: name of the routine.
-        roles: of the arguments, in the order of the text.
-        places: begin and end of each argument's span and of its whole, counted from the statement's first byte: small
-            numbers are kept once, however many statements there are.
-        interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
-        key: what tells it from every other statement of the program.
+        name: canonical spelling, ``MoveL``, ``ArcLStart``.
+        interpolation: how the controller moves to the target; ``none`` for what does not move the arm.
+        roles: of the positional arguments; older: in S4 programs, where they differ.
+        phase: of the seam, for arc and cap welding.
+        why_not: why its target is never changed.
+        jointed: the target is a jointtarget.
+        targets: how many of the first arguments are targets.
     """
 
-    instruction: str
-    source: Source
-    span: Span
+    name: str
+    interpolation: Interpolation
+    roles: tuple[str, ...]
+    phase: str = ""
+    older: tuple[str, ...] = ()
+    why_not: str = ""
+    jointed: bool = False
+    targets: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        others = [i for i, role in enumerate(self.roles) if role not in ("via", "to")]
+        object.__setattr__(self, "targets", others[0] if others else len(self.roles))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StatementShape:
+    """What the motion statements of a routine share that read alike but for their targets: thousands have one shape.
+
+    Args:
+        signature: of the instruction.
+        module: name of the module, routine: name of the routine.
+        roles: of the arguments, in the order of the text.
+        places: begin and end of each argument's span and of its whole. They are counted from the end of the target
+            before, or of the last one; where there is none from the statement's first byte.
+        complete: whether there are exactly the positional arguments that the instruction needs, where that is known.
+        words: that stand beside the targets, in lower case.
+    """
+
+    signature: Signature
     module: str
     routine: str
     roles: tuple[str, ...]
     places: tuple[int, ...]
-    interpolation: Interpolation
-    key: StatementKey = field(init=False)
+    complete: bool
+    words: frozenset[str]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "key", (self.source.path, self.span[0]))
+
+@dataclass(frozen=True, slots=True)
+class MotionStatement:
+    """One motion statement as it stands in the file.
+
+    Args:
+        source: the file.
+        span: from the first byte of the instruction name to the byte after ``;``.
+        shape: all but its targets.
+        ends: where its targets end, counted from its first byte; they are its first arguments.
+        key: what tells it from every other statement of the program.
+    """
+
+    source: Source
+    span: Span
+    shape: StatementShape
+    ends: tuple[int, ...]
+    key: StatementKey
+
+    instruction: ClassVar[str] = shared("shape.signature.name")
+    module: ClassVar[str] = shared("shape.module")
+    routine: ClassVar[str] = shared("shape.routine")
+    interpolation: ClassVar[Interpolation] = shared("shape.signature.interpolation")
+    signature: ClassVar[Signature] = shared("shape.signature")
+    roles: ClassVar[tuple[str, ...]] = shared("shape.roles")
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
@@ -147,24 +194,58 @@ class MotionStatement:
 
     def argument(self, role: str) -> Argument | None:
         """The first argument of a role."""
-        return self._argument(self.roles.index(role)) if role in self.roles else None
+        return self._argument(self.roles.index(role)) if role in self.shape.roles else None
 
-    def span_of(self, role: str) -> Span | None:
-        """Where the expression of the first argument of a role stands."""
-        if role not in self.roles:
-            return None
-        at, i = self.span[0], 4 * self.roles.index(role)
-        return at + self.places[i], at + self.places[i + 1]
+    def span_of(self, role: str) -> Span:
+        """Where the expression of the first argument of a role stands, which the statement has."""
+        return self.spans(self.shape.roles.index(role))[0]
+
+    def spans(self, i: int) -> tuple[Span, Span]:
+        """Where the expression of an argument stands, and the whole of it."""
+        at, ends = self.span[0], self.ends
+        start, end, first, last = self.shape.places[4 * i : 4 * i + 4]
+        if i < len(ends):
+            before, behind = at + (ends[i - 1] if i else 0), at + ends[i]
+        else:
+            before = behind = at + (ends[-1] if ends else 0)
+        return (before + start, behind + end), (before + first, behind + last)
 
     def _argument(self, i: int) -> Argument:
-        at = self.span[0]
-        start, end, first, last = self.places[4 * i : 4 * i + 4]
-        text = self.source.data[at + start : at + end].decode("latin-1")
-        return Argument(self.roles[i], (at + start, at + end), text, (at + first, at + last))
+        span, whole = self.spans(i)
+        return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), whole)
 
     @property
     def line(self) -> int:
+        """Number of its first line, from 1."""
         return self.source.position(self.span[0])[0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InForce:
+    """What a motion runs with beside its target; one value for all that share it.
+
+    Args:
+        duration: ``\\T`` [s]. gripload: in the tool frame. displacement: PDispSet or PDispOn, in the object frame.
+        options: ``conf_l``, ``conf_j`` and ``wrist_in_joints`` (SingArea) as far as known.
+        velocity_override: VelSet [%]; velocity_limit: VelSet [mm/s]; acceleration: AccSet [%].
+        axis_offset: EOffsSet [mm], [deg].
+        units: what ActUnit and DeactUnit have done, by name; None: not known.
+    """
+
+    tool: ToolData
+    wobj: WobjData
+    speed: SpeedData
+    zone: ZoneData
+    weld: Weld | None
+    duration: float | None
+    gripload: LoadData
+    displacement: Pose
+    options: Mapping[str, bool]
+    velocity_override: float
+    velocity_limit: float | None
+    acceleration: float
+    axis_offset: Ax6
+    units: tuple[tuple[str, bool], ...] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,22 +260,11 @@ class MotionEvent:
     via: RobTarget | None
     target_origin: Origin
     via_origin: Origin | None
-    tool: ToolData
-    wobj: WobjData
-    speed: SpeedData
-    zone: ZoneData
-    weld: Weld | None = None
-    duration: float | None = None  # \T [s]
-    gripload: LoadData = LoadData()  # GripLoad, in the tool frame
-    displacement: Pose = Pose()  # PDispSet / PDispOn, applied in the object frame
+    in_force: InForce
     conditional: bool = False  # on a branch whose condition is not known
     reason: str | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
-    options: Mapping[str, bool] = field(default_factory=dict)  # conf_l, conf_j, ... as far as known
     detached: bool = False  # the arm may come from elsewhere than the event before
-    velocity_override: float = 100.0  # VelSet [%]
-    velocity_limit: float | None = None  # VelSet [mm/s]
-    acceleration: float = 100.0  # AccSet [%]
     elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed
     first: bool = False  # where the arm comes from is not known
     loose: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
@@ -202,11 +272,25 @@ class MotionEvent:
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
+    touched: bool = False  # its frames, or the target before it, may have been written since the arm was there
     assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
-    axis_offset: Ax6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # EOffsSet [mm], [deg]
-    units: tuple[tuple[str, bool], ...] | None = ()  # what ActUnit and DeactUnit have done, by name; None: unknown
     axes: Ax6 | None = field(default=None, compare=False)  # where external axes stand at the goal [mm, deg], or NaN
     unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
+
+    tool: ClassVar[ToolData] = shared("in_force.tool")
+    wobj: ClassVar[WobjData] = shared("in_force.wobj")
+    speed: ClassVar[SpeedData] = shared("in_force.speed")
+    zone: ClassVar[ZoneData] = shared("in_force.zone")
+    weld: ClassVar[Weld | None] = shared("in_force.weld")
+    duration: ClassVar[float | None] = shared("in_force.duration")
+    gripload: ClassVar[LoadData] = shared("in_force.gripload")
+    displacement: ClassVar[Pose] = shared("in_force.displacement")
+    options: ClassVar[Mapping[str, bool]] = shared("in_force.options")
+    velocity_override: ClassVar[float] = shared("in_force.velocity_override")
+    velocity_limit: ClassVar[float | None] = shared("in_force.velocity_limit")
+    acceleration: ClassVar[float] = shared("in_force.acceleration")
+    axis_offset: ClassVar[Ax6] = shared("in_force.axis_offset")
+    units: ClassVar[tuple[tuple[str, bool], ...] | None] = shared("in_force.units")
 
     @property
     def searched(self) -> bool:

@@ -37,18 +37,22 @@ def normalise(q: Quat) -> Quat:
 
 
 def add(a: Vec3, b: Vec3) -> Vec3:
+    """``a + b``."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def subtract(a: Vec3, b: Vec3) -> Vec3:
+    """``a - b``."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def dot(a: Vec3, b: Vec3) -> float:
+    """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Vector product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
@@ -58,6 +62,7 @@ def pose_mult(a: Pose, b: Pose) -> Pose:
 
 
 def pose_inv(a: Pose) -> Pose:
+    """``T_a^-1``."""
     inverse = (a.rot[0], -a.rot[1], -a.rot[2], -a.rot[3])
     x, y, z = rotate(inverse, a.trans)
     return Pose((-x, -y, -z), inverse)

@@ -64,6 +64,8 @@ class ToolData:
 
 @dataclass(frozen=True, slots=True)
 class WobjData:
+    """uframe, oframe: user and object frame; ufmec: the unit that moves the work where ufprog is false."""
+
     name: str = "wobj0"
     robhold: bool = False
     ufprog: bool = True

@@ -160,11 +160,13 @@ def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
 
 
 def to_pose(data: Data) -> Pose:
+    """A ``pose`` [mm]; raises Unknown where data is none."""
     trans, rot = _parts(data, 2, "pose")
     return Pose(_vector(trans), to_quat(rot))
 
 
 def to_robtarget(data: Data) -> RobTarget:
+    """A ``robtarget`` [mm, deg]; raises Unknown where data is none."""
     trans, rot, conf, extax = _parts(data, 4, "robtarget")
     return RobTarget(_vector(trans), to_quat(rot), to_conf(_numbers(conf, 4)), _ax6(extax))
 
@@ -175,29 +177,33 @@ def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
     Raises:
         Unknown: an axis that has turned a thousand times.
     """
-    a, b, c, d = (round(number) for number in numbers)
-    if max(abs(a), abs(b), abs(c), abs(d)) > MOST_QUARTERS:
+    a, b, c, d = map(round, numbers)
+    if max(map(abs, (a, b, c, d))) > MOST_QUARTERS:
         raise Unknown(Kind.CONFIGURATION)
     return a, b, c, d
 
 
 def to_jointtarget(data: Data) -> JointTarget:
+    """A ``jointtarget`` [deg, mm]; raises Unknown where data is none."""
     robax, extax = _parts(data, 2, "jointtarget")
     return JointTarget(_ax6(robax), _ax6(extax))
 
 
 def to_load(data: Data) -> LoadData:
+    """A ``loaddata`` [kg, mm, kg m^2]; raises Unknown where data is none."""
     mass, cog, aom, ix, iy, iz = _parts(data, 6, "loaddata")
     aom = aom if any(_numbers(aom, 4)) else (1.0, 0.0, 0.0, 0.0)  # an unset aom means the tool's own axes
     return LoadData(_number(mass), _vector(cog), to_quat(aom), (_number(ix), _number(iy), _number(iz)))
 
 
 def to_tool(name: str, data: Data) -> ToolData:
+    """A ``tooldata`` and its name; raises Unknown where data is none."""
     robhold, frame, load = _parts(data, 3, "tooldata")
     return ToolData(name, bool(robhold), _frame(frame), to_load(load))
 
 
 def to_wobj(name: str, data: Data) -> WobjData:
+    """A ``wobjdata`` and its name; raises Unknown where data is none."""
     robhold, ufprog, ufmec, uframe, oframe = _parts(data, 5, "wobjdata")
     return WobjData(name, bool(robhold), bool(ufprog), str(ufmec), _frame(uframe), _frame(oframe))
 
@@ -215,15 +221,18 @@ def _frame(data: Data) -> Pose:
 
 
 def to_speed(data: Data) -> SpeedData:
+    """A ``speeddata`` [mm/s, deg/s]; raises Unknown where data is none."""
     v_tcp, v_ori, v_leax, v_reax = _numbers(data, 4)
     return SpeedData(v_tcp, v_ori, v_leax, v_reax)
 
 
 def to_zone(data: Data) -> ZoneData:
+    """A ``zonedata`` [mm, deg]; raises Unknown where data is none."""
     finep, *sizes = _parts(data, 7, "zonedata")
     a, b, c, d, e, f = _numbers(tuple(sizes), 6)
     return ZoneData(bool(finep), a, b, c, d, e, f)
 
 
 def as_pose(pose: Pose) -> Data:
+    """A pose as data of type ``pose``."""
     return (pose.trans, pose.rot)

@@ -41,7 +41,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
                 differences.append(_lonely(x, y))
                 continue
             compared += 1
-            found = _compare(a, x, events_a.get(x.key, []), b, y, events_b.get(y.key, []))
+            found = _compare((a, x, events_a.get(x.key, [])), (b, y, events_b.get(y.key, [])))
             most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
             far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
             if far or found.conf or found.arguments:
@@ -76,14 +76,13 @@ def _place(statement: MotionStatement) -> str:
     return f"{statement.module}.{statement.routine}"
 
 
-def _compare(
-    of_x: Program,
-    x: MotionStatement,
-    a: Sequence[MotionEvent],
-    of_y: Program,
-    y: MotionStatement,
-    b: Sequence[MotionEvent],
-) -> Difference:
+Side = tuple[Program, MotionStatement, Sequence[MotionEvent]]
+"""A statement of a program with its executions."""
+
+
+def _compare(first: Side, second: Side) -> Difference:
+    """What differs between two statements that are paired."""
+    (_, x, a), (_, y, b) = first, second
     distance: float | None = None
     angle: float | None = None
     shift: Vec3 | None = None
@@ -112,7 +111,7 @@ def _compare(
             elif p != q:
                 texts["target"] = (_shown(p), _shown(q))
         texts.update(_values(one, two))
-    known = _known(of_x, x, a) & _known(of_y, y, b)
+    known = _known(*first) & _known(*second)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
     place, speed = _place(y), _speeds(a, b)

@@ -59,6 +59,7 @@ class Difference:
         return "  ".join(parts)
 
     def as_json(self) -> dict[str, Any]:
+        """The row of the ``postproc/diff/1`` document."""
         arguments = [{"role": role, "a": a, "b": b} for role, a, b in self.arguments]
         return {**asdict(self), "arguments": arguments}
 
@@ -76,6 +77,7 @@ class ProgramDiff:
 
     @property
     def equal(self) -> bool:
+        """Whether nothing differs by more than the tolerance."""
         return not self.differences
 
     def render(self) -> str:
@@ -99,6 +101,7 @@ class ProgramDiff:
         )
 
     def as_json(self) -> dict[str, Any]:
+        """The ``postproc/diff/1`` document."""
         return {
             "schema": "postproc/diff/1",
             "equal": self.equal,

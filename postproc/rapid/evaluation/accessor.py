@@ -55,6 +55,7 @@ class Accessor:
         return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def assign(self, target: Span, data: Data, memory: Memory) -> None:
+        """Write data to what the text at a span names; where that is not known, all that it may be is forgotten."""
         try:
             store(self.tree(target, memory), data, memory)
         except Unknown:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from postproc.rapid.data.values import Data, Value, as_type
-from postproc.rapid.evaluation.evaluate import evaluate, whole
-from postproc.rapid.evaluation.memory import Binding, Memory, Reference
+from postproc.rapid.evaluation.memory import Binding, Memory, Path, Reference, part_of
 from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, alike
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
-from postproc.rapid.syntax.trees import Component, Expression, Index, Name
+from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import (
     Assumed,
     Causes,
@@ -24,8 +23,6 @@ from postproc.rapid.unknown import (
     without_causes,
 )
 
-Path = tuple[int | str, ...]
-
 
 def store(tree: Expression, data: Data, memory: Memory) -> None:
     """Write data (known, assumed or, as Unknown, not known) to a variable, an element or a component.
@@ -33,7 +30,10 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
     Raises:
         Unknown: which part is written is not known; nothing is written then.
     """
-    path, name, causes = _path(tree, memory)
+    part = part_of(tree, memory)
+    if part is None:
+        raise Unknown(Kind.NOT_ASSIGNABLE)
+    name, path, causes = part
     data, own = without_causes(data)
     data = _anew(data)
     causes = joined_causes(own, causes)
@@ -59,6 +59,8 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
         now.held = (*now.held, declaration.key)
     if memory.teaching.covers(declaration):
         data = memory.teaching.written(declaration, data, lambda: memory.declared(declaration).data)
+    if isinstance(now, Unknown):
+        memory.invalidate(declaration.key)
     memory.changed[declaration.key] = data
 
 
@@ -116,6 +118,7 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key[0] == "%" else None
         if key == UNSEEN:
+            memory.invalidate(UNSEEN)
             assume(memory, memory.changes.exposed, cause)
         elif isinstance(bound, Reference):
             _forget_data(bound.declaration, kind, cause, memory)
@@ -126,6 +129,7 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
             if declaration is not None and memory.teaching.covers(declaration):
                 _forget_data(declaration, kind, cause, memory)
             else:
+                memory.invalidate(key)
                 memory.changed[key] = Unknown(kind, shown(key, memory.program), cause, key=key)
 
 
@@ -183,22 +187,6 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
             else:
                 result[key] = assumed_for(a, joined_causes(first, second))
     return result
-
-
-def _path(tree: Expression, memory: Memory) -> tuple[Path, str, Causes]:
-    """Indices and components that lead from a variable to the part that is written, and the variable's name."""
-    match tree:
-        case Name(_, name):
-            return (), name, ()
-        case Index(_, base, indices):
-            path, name, causes = _path(base, memory)
-            values = [evaluate(i, memory) for i in indices]
-            causes = joined_causes(causes, *(value.assumed for value in values))
-            return (*path, *(whole(value.data) for value in values)), name, causes
-        case Component(_, base, field):
-            path, name, causes = _path(base, memory)
-            return (*path, field), name, causes
-    raise Unknown(Kind.NOT_ASSIGNABLE)
 
 
 def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memory) -> Data:

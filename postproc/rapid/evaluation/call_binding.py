@@ -8,14 +8,14 @@ from dataclasses import replace
 from postproc.diagnostics import Span
 from postproc.rapid.data.events import ByValueArgument
 from postproc.rapid.data.values import as_type
-from postproc.rapid.evaluation.evaluate import evaluate, whole
-from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference
+from postproc.rapid.evaluation.evaluate import evaluate
+from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference, part_of
 from postproc.rapid.program.arguments import Piece
 from postproc.rapid.program.function_effects import BY_REFERENCE
 from postproc.rapid.program.write_effects import paired
 from postproc.rapid.syntax.nodes import Parameter, Routine
-from postproc.rapid.syntax.trees import Component, Expression, Index, Name
-from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes
+from postproc.rapid.syntax.trees import Expression
+from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 Tree = Callable[[Span, Memory], Expression]
 
@@ -73,20 +73,12 @@ def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: T
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:
     """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
-    path: tuple[int | str, ...] = ()
-    causes: Causes = ()
-    while not isinstance(tree, Name):
-        if isinstance(tree, Component):
-            path = (tree.name, *path)
-        elif isinstance(tree, Index):
-            values = [evaluate(i, memory) for i in tree.indices]
-            causes = joined_causes(causes, *(value.assumed for value in values))
-            path = (*(whole(value.data) for value in values), *path)
-        else:
-            return None
-        tree = tree.base
-    bound = memory.frame.bindings.get(tree.name)
+    part = part_of(tree, memory)
+    if part is None:
+        return None
+    name, path, causes = part
+    bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
         return Reference(bound.declaration, (*bound.path, *path), joined_causes(bound.assumed, causes))
-    declaration = memory.find(tree.name) if bound is None else None
+    declaration = memory.find(name) if bound is None else None
     return Reference(declaration, path, causes) if declaration is not None else None

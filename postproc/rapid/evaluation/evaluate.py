@@ -43,16 +43,20 @@ class Scope(Protocol):
     noted: list[Unknown]
 
     @property
-    def records(self) -> Mapping[str, Fields]: ...
+    def records(self) -> Mapping[str, Fields]:
+        """Fields of records by lower-case type name."""
 
-    def lookup(self, name: Name) -> Value: ...
+    def lookup(self, name: Name) -> Value:
+        """Value of a name."""
 
-    def element(self, name: Name, indices: tuple[int, ...]) -> Value: ...
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        """Value of an element of an array; indices count from 1."""
 
     def call(self, call: Call) -> Value | None:
         """Result of a function of the program's own; None if there is none of that name."""
 
-    def present(self, name: str) -> bool: ...
+    def present(self, name: str) -> bool:
+        """Whether the caller gave an optional parameter."""
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
         """What a function gives for which an arm is needed (``data.arm``)."""
@@ -112,6 +116,7 @@ def _read(value: Value, scope: Scope) -> Value:
 
 
 def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
+    """Component of a record; raises Unknown where it has none of that name."""
     fields = records.get(value.type, ())
     for at, (field, kind) in enumerate(fields):
         if field == name and isinstance(value.data, tuple) and at < len(value.data):

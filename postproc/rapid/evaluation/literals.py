@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from math import isfinite
+from collections.abc import Sequence
+from functools import lru_cache
+from math import hypot, isfinite
 
 from postproc.diagnostics import Source
-from postproc.rapid.data.records import NO_AXES, RobTarget
+from postproc.rapid.data.records import NO_AXES, Ax6, Quat, RobTarget
 from postproc.rapid.data.values import Data, to_conf, to_quat
 from postproc.rapid.syntax.expressions import number
-from postproc.rapid.syntax.spans import TargetSpans, literal
+from postproc.rapid.syntax.spans import TargetSpans, literal, literal_parts
 from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.unknown import Kind, Unknown
 
-NO_AXES_LIST = list(NO_AXES)
+ROUNDED = 0.002  # of the length of a quaternion: two decimals of each number leave no more than a few times this
 
 
 def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
@@ -31,17 +33,43 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     Raises:
         Unknown: the numbers are no robtarget (orientation zero).
     """
-    found = literal(source.data, start, end)
-    if found is None:
-        return None
-    n = numbers_of(found)
+    parts = literal_parts(source.data, start, end)
+    if parts is not None:
+        x, y, z, behind = parts.groups()
+        trans, rest = (float(x), float(y), float(z)), _written(behind)
+    else:
+        found = literal(source.data, start, end)
+        if found is None:
+            return None
+        n = numbers_of(found)
+        trans, rest = (n[0], n[1], n[2]), _behind(n[3:])
+    if not isfinite(sum(trans)):
+        raise Unknown(Kind.NUMBER_TOO_LARGE)
+    rot, conf, extax, rough = rest
+    return RobTarget(trans, rot, conf, extax), TargetSpans(source, (start, end), rough)
+
+
+Behind = tuple[Quat, tuple[int, int, int, int], Ax6, bool]
+
+
+@lru_cache(maxsize=4096)
+def _written(behind: bytes) -> Behind:
+    """As ``_behind``, of a text: few programs have as many orientations as targets."""
+    return _behind([float(number) for number in behind.translate(None, b"[]").split(b",")])
+
+
+def _behind(n: Sequence[float]) -> Behind:
+    """Orientation, configuration, external axes and whether the orientation is rough, from the 14 numbers behind a
+    position. The same as ``to_robtarget``, without its checks: there are as many numbers as targets need.
+
+    Raises:
+        Unknown: they are too large, or no orientation.
+    """
     if not isfinite(sum(n)):
         raise Unknown(Kind.NUMBER_TOO_LARGE)
-    # The same as to_robtarget, without its checks: there are as many numbers as targets need.
-    rot = to_quat((n[3], n[4], n[5], n[6]))
-    conf = to_conf(n[7:11])
-    extax = NO_AXES if n[11:] == NO_AXES_LIST else (n[11], n[12], n[13], n[14], n[15], n[16])
-    return RobTarget((n[0], n[1], n[2]), rot, conf, extax), TargetSpans(source, (start, end))
+    rot, conf = to_quat(tuple(n[0:4])), to_conf(n[4:8])
+    extax = NO_AXES if tuple(n[8:]) == NO_AXES else (n[8], n[9], n[10], n[11], n[12], n[13])
+    return rot, conf, extax, abs(hypot(*n[0:4]) - 1.0) > ROUNDED
 
 
 def numbers_of(found: re.Match[bytes]) -> list[float]:

@@ -6,17 +6,16 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
-from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import Declared
-from postproc.rapid.evaluation.evaluate import component, pick
+from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import WriteEffects, named_writers
+from postproc.rapid.program.write_effects import UNSEEN, WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
-from postproc.rapid.syntax.trees import Call, Name
+from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name
 from postproc.rapid.unknown import (
     Causes,
     Kind,
@@ -38,12 +37,16 @@ def set_first(unknowns: Iterable[Unknown]) -> str | None:
     return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"
 
 
+CLOCK = ""  # the key of the present time in ``Memory.unseen``
+Path = tuple[int | str, ...]  # indices, from 1, and components
+
+
 @dataclass(frozen=True, slots=True)
 class Reference:
     """A parameter that stands for the caller's data: its declaration, and indices and components of a part of it."""
 
     declaration: Declaration
-    path: tuple[int | str, ...] = ()
+    path: Path = ()
     assumed: Causes = ()  # why it is not certain which part
 
 
@@ -67,7 +70,8 @@ class Frame:
 class Memory:
     """Present values by key, over the initial values; a copy is cheap and independent.
 
-    ``changed`` holds only what has been assigned or forgotten; ``reads`` and ``noted`` see ``Scope``.
+    ``changed`` holds only what has been assigned or forgotten; ``unseen`` says of data how often something may have
+    written it, and when last, in all copies together; ``reads`` and ``noted`` see ``Scope``.
     """
 
     program: Program
@@ -76,6 +80,7 @@ class Memory:
     frame: Frame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
+    unseen: dict[str, tuple[int, int]] = field(default_factory=dict)
     trial: bool = False
     teaching: Teaching = field(default_factory=Teaching)
     reads: list[Unknown] = field(default_factory=list)
@@ -83,6 +88,7 @@ class Memory:
 
     @property
     def records(self) -> Mapping[str, Fields]:
+        """See ``Scope``."""
         return self.constants.records
 
     def aside(self) -> Memory:
@@ -90,9 +96,29 @@ class Memory:
         frame = replace(self.frame, bindings=dict(self.frame.bindings))
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 
+    @property
+    def time(self) -> int:
+        """How often something may have written any data so far."""
+        return self.unseen.get(CLOCK, (0, 0))[0]
+
+    def invalidate(self, key: str) -> None:
+        """Note that something may have written data, or (`UNSEEN`) all that code in none of the files can reach."""
+        time = self.time + 1
+        self.unseen[CLOCK] = time, time
+        self.unseen[key] = self.unseen.get(key, (0, 0))[0] + 1, time
+
+    def invalidated(self, key: str) -> tuple[int, int]:
+        """How often something may have written data, and when last: zeros for never."""
+        count, time = self.unseen.get(key, (0, 0))
+        if UNSEEN in self.unseen and key in self.changes.exposed:
+            more, later = self.unseen[UNSEEN]
+            return count + more, max(time, later)
+        return count, time
+
     # -- Scope ---------------------------------------------------------------------------------------------------
 
     def lookup(self, name: Name) -> Value:
+        """See ``Scope``: parameters and loop indices first, then declared data, then what every controller has."""
         bound = self.frame.bindings.get(name.name)
         if isinstance(bound, Unknown):
             raise bound
@@ -126,6 +152,7 @@ class Memory:
         return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        """See ``Scope``: read alone where nothing has written the array."""
         bound = self.frame.bindings.get(name.name)
         declaration = self.find(name.name) if bound is None else None
         if isinstance(bound, Reference) and all(isinstance(step, int) for step in bound.path):
@@ -149,14 +176,11 @@ class Memory:
         return Value(data, declaration.type, rank, declaration.key, indices)
 
     def call(self, call: Call) -> Value | None:
+        """See ``Scope``."""
         return self.function(call, self)
 
-    def is_builtin(self, name: str) -> bool:
-        """Whether a function is the controller's own here; the program may have another of that name."""
-        routine = self.program.routine(name, self.frame.routine.module)
-        return name in FUNCTIONS and (routine is None or routine.kind != "FUNC")
-
     def present(self, name: str) -> bool:
+        """See ``Scope``."""
         return name in self.frame.present
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
@@ -176,6 +200,7 @@ class Memory:
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
+        """The declaration that a name means in the present routine."""
         routine = self.frame.routine
         return self.program.declaration(name, routine.module, routine.name)
 
@@ -246,3 +271,25 @@ class Memory:
         if routine is None:
             routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())
         return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})
+
+
+def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:
+    """Name of the data that an expression is or is a part of, the way to that part, and why that is not certain; None
+    for what is no data.
+
+    Raises:
+        Unknown: which part it is.
+    """
+    path: Path = ()
+    causes: Causes = ()
+    while not isinstance(tree, Name):
+        if isinstance(tree, Component):
+            path = (tree.name, *path)
+        elif isinstance(tree, Index):
+            values = [evaluate(index, memory) for index in tree.indices]
+            causes = joined_causes(*(value.assumed for value in values), causes)
+            path = (*(whole(value.data) for value in values), *path)
+        else:
+            return None
+        tree = tree.base
+    return tree.name, path, causes

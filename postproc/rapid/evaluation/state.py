@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.pose import pose_inv, pose_mult, subtract
@@ -19,27 +18,17 @@ NO_MASS = 0.001
 NO_OFFSET = (0.0,) * 6
 
 
-@dataclass(frozen=True, slots=True)
-class State:
-    """Values by ``@`` key; a value may be Unknown."""
+# After a program start: no payload, no displacement, ConfL and ConfJ on, full speed.
+AT_START: Mapping[str, Data] = {
+    "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": NO_OFFSET, "@units": (), "@conf_l": True, "@conf_j": True,
+    "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0,
+}  # fmt: skip
 
-    values: Mapping[str, Data]
 
-    @classmethod
-    def initial(cls) -> State:
-        """State after a program start: no payload, no displacement, ConfL and ConfJ on, full speed."""
-        return cls(
-            {
-                "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": NO_OFFSET, "@units": (),
-                "@conf_l": True, "@conf_j": True,
-                "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0,
-            }
-        )  # fmt: skip
-
-    def forgotten(self, keys: Iterable[str]) -> State:
-        """The same with the given keys not known."""
-        unknown = {k: Unknown(Kind.STATE_UNKNOWN, f"what {SETTERS[k]} sets", key=k) for k in keys if k in self.values}
-        return replace(self, values={**self.values, **unknown})
+def start_without(keys: Iterable[str]) -> Mapping[str, Data]:
+    """State after a program start, by ``@`` key, of which the given keys are not known."""
+    unknown = {k: Unknown(Kind.STATE_UNKNOWN, f"what {SETTERS[k]} sets", key=k) for k in keys if k in AT_START}
+    return {**AT_START, **unknown}
 
 
 def run_state_instruction(

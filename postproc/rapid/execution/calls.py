@@ -79,12 +79,12 @@ class Execution(ABC):
         """Run a routine's body; what it returns."""
 
     def call(self, statement: Statement, memory: Memory) -> None:
+        """Run a statement that begins with a name: a motion, a routine, an instruction."""
         source = memory.frame.routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
             self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
-            found = motion.argument("found")
-            if found is not None:
+            if (found := motion.argument("found")) is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
@@ -165,6 +165,7 @@ class Execution(ABC):
         return None
 
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
+        """Run a routine with these arguments; what it returns."""
         frame = bound_frame(routine, pieces, memory, self.data.tree)
         if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
@@ -198,6 +199,8 @@ class Execution(ABC):
             if not isinstance(bound, Reference):
                 forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{routine.name}`")
             elif bound.assumed:
+                for key in keys:
+                    memory.invalidate(key)
                 assume(memory, keys, f"`{routine.name}`")
 
     def endless(self, routine: Routine, frame: Frame) -> bool:
@@ -228,6 +231,7 @@ class Execution(ABC):
         raise result if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
     def report_once(self, found: Diagnostic) -> None:
+        """Add a finding that has not been made with these words."""
         if (found.code, found.message) not in self.reported:
             self.reported.add((found.code, found.message))
             self.diagnostics.append(found)

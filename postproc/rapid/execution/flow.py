@@ -64,6 +64,7 @@ class Flow(Loops):
         return reached
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
+        """Run one statement; False where it leaves the body that it stands in."""
         self.steps += 1
         if self.changes.by_unknown or self.changes.by_own:
             self.forget_written(statement, memory)
@@ -173,6 +174,7 @@ class Flow(Loops):
             self.report_moved(*self.teaching.moved[key])
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
+        """Run IF or TEST, every arm that may be taken; whether its end is reached."""
         place = (memory.frame.routine.source.path, statement.span[0])
         if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
@@ -259,17 +261,20 @@ class Flow(Loops):
         return verdict
 
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
+        """How many GOTOs lead to each label of a routine."""
         if routine.key not in self.jumps:
             self.jumps[routine.key] = jumps_in(routine)
         return self.jumps[routine.key]
 
     def label(self, statement: Statement, memory: Memory) -> None:
+        """What may have been written before a jump to here is not known."""
         routine = memory.frame.routine
         if statement.word in self.jumps_of(routine):
             forget(memory, self.changes.of_routine[routine.key], Kind.CHANGED_BEFORE_JUMP)
             self.ways.doubt()
 
     def leave_with(self, span: Span, memory: Memory) -> None:
+        """Note what RETURN gives, the expression at a span."""
         if span[0] == span[1]:
             return
         value: Value | Unknown

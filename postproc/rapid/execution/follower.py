@@ -16,12 +16,11 @@ from postproc.rapid.data.values import Value, as_type, to_jointtarget, to_robtar
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
 from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import State
+from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.loops import counted
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown, without_causes
@@ -106,7 +105,7 @@ class _Follower(Flow):
         frame = unbound_frame(routine)
         for parameter in routine.parameters:
             frame.bindings.pop(parameter.name)
-        state = dict(State.initial().values)
+        state = dict(AT_START)
         return WorldMemory(self.program, self.changes, self.constants, frame, self.function, state, world=self.world)
 
     # -- statements ----------------------------------------------------------------------------------------------------
@@ -195,20 +194,10 @@ class _Follower(Flow):
         words = routine.source.data[slice(*condition)].decode("latin-1")
         return self.world.next(f"{routine.key} {words}").random() < 0.5
 
-    def for_loop(self, loop: Statement, memory: Memory) -> bool:
-        hidden = memory.frame.bindings.get(loop.word)
+    def turns(self, loop: Statement, memory: Memory) -> list[float]:
         bounds = [without_causes(self.data.value_or_not(span, memory))[0] for span in loop.parts]
         turns = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else [1.0, 2.0]
-        reached = True
-        for index in turns or ():
-            memory.frame.bindings[loop.word] = Value(index, "num")
-            reached = self.body(loop.branches[0].body, memory)
-            if not reached:
-                break
-        memory.frame.bindings.pop(loop.word, None)
-        if hidden is not None:
-            memory.frame.bindings[loop.word] = hidden
-        return reached
+        return turns or []
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         while not loop.parts or self.truth(loop.parts[0], memory):
@@ -229,7 +218,7 @@ class _Follower(Flow):
             if self.own > MOST_MOTIONS:
                 raise _Stop
         arguments = {argument.role: argument for argument in motion.arguments}
-        to, circle, signature = arguments.get("to"), arguments.get("via"), SIGNATURES[motion.instruction.lower()]
+        to, circle, signature = arguments.get("to"), arguments.get("via"), motion.signature
         target = self.joints(to, memory) if signature.jointed else self.place(to, memory)
         via = self.place(circle, memory)
         tool, wobj = self.frames(arguments.get("tool"), arguments.get("\\wobj"), memory)

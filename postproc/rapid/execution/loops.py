@@ -29,14 +29,14 @@ class Loops(Execution):
         """Run statements; whether the end of them is reached."""
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
+        """Value of a condition; None where it is not known."""
         data = self.data.value_or_not(condition, memory)
         return data if isinstance(data, bool) else None
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run a FOR loop; whether its end is reached."""
         hidden = memory.frame.bindings.get(loop.word)
-        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
-        known = all(isinstance(bound, float) for bound in bounds)
-        turns = counted(*bounds) if known else None
+        turns = self.turns(loop, memory)
         reached = True
         done = turns is not None
         for index in turns or ():
@@ -54,7 +54,13 @@ class Loops(Execution):
             memory.frame.bindings[loop.word] = hidden
         return reached
 
+    def turns(self, loop: Statement, memory: Memory) -> list[float] | None:
+        """Values of the index of a FOR loop; None where they are not known."""
+        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
+        return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
+
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run WHILE; whether its end is reached."""
         condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):

@@ -5,20 +5,22 @@ A branch whose condition is not known is followed both ways; what the ways leave
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.evaluation.state import State
+from postproc.rapid.evaluation.state import AT_START, start_without
 from postproc.rapid.execution.calls import MAX_STEPS
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
+from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.write_effects import holds_word
@@ -63,7 +65,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     flow = _followed(program, started)
     count, found = len(flow.ways.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
-    unknown = State.initial().forgotten(flow.changes.everything)
+    unknown = start_without(flow.changes.everything)
     for routine in uncalled:
         if routine.key not in flow.entered:
             _start(flow, routine, unknown)
@@ -72,12 +74,12 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
         others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
         flow.recorder.elsewhere |= others
-        events = _marked(flow)[:count]
-        return Walk(events, (*found, *rough_orientations(events), *rough_frames(program)))
-    events = _marked(flow)
+        events, flips = assume_wrist(_marked(flow)[:count])
+        return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
+    events, flips = assume_wrist(_marked(flow))
     loose = [replace(event, loose=True) for event in events[count:]]
     later = map(forgiven, flow.diagnostics[len(found) :])
-    return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events), *rough_frames(program)))
+    return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
 def _followed(program: Program, started: Sequence[Routine]) -> Flow:
@@ -89,7 +91,7 @@ def _followed(program: Program, started: Sequence[Routine]) -> Flow:
         for forced in ways or [{}]:
             flow.choices = Choices(forced, met)
             for routine in started:
-                flow.check_end(_start(flow, routine, State.initial()))
+                flow.check_end(_start(flow, routine, AT_START))
         more = flow.choices.lacking(flow.ways.events) if ways else {}
         if not more:
             flow.choices = Choices()
@@ -106,7 +108,7 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_rest(flow: Flow, unknown: State) -> None:
+def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     """Motions that no known way leads to, and routines that some call means which no known way leads to."""
     for routine in flow.program.all_routines():
         if not routine.source.lent:
@@ -151,7 +153,7 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     return found
 
 
-def _start(flow: Flow, routine: Routine, state: State) -> Memory:
+def _start(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Run a routine as if somebody had started it; its parameters are not known."""
     flow.ways.lose()
     memory = _memory(flow, routine, state)
@@ -159,9 +161,9 @@ def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     return memory
 
 
-def _memory(flow: Flow, routine: Routine, state: State) -> Memory:
+def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Data and state before a routine that somebody has started; taught data that may be written is as in the file."""
-    frame, values = unbound_frame(routine), dict(state.values)
+    frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():
         declaration = flow.program.names.get(key)
@@ -171,7 +173,7 @@ def _memory(flow: Flow, routine: Routine, state: State) -> Memory:
     return memory
 
 
-def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
+def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
     """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):
@@ -205,19 +207,21 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
 
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine that have no event yet."""
-    known = flow.program.motions.get(routine.source.path, {})
-    seen = flow.recorder.visited.setdefault(routine.source.path, set())
+    path, known = routine.source.path, flow.program.motions
     for statement in statements_of(routine):
-        if statement.span[0] in known and statement.span[0] not in seen:
+        key = (path, statement.span[0])
+        if key in known and key not in flow.recorder.visited:
             yield statement
 
 
 def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
     """The places from which each routine is called by its name."""
     found: dict[str, set[tuple[str, int]]] = {}
+    names = {name for _, name in program.routines}
     for routine in program.all_routines():
         for statement in statements_of(routine):
-            called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
+            named = statement.kind == "call" and statement.word in names
+            called = program.routine(statement.word, routine.module) if named else None
             if called is not None and program.motion(routine.source, statement) is None:
                 found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
     return found
@@ -226,21 +230,21 @@ def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
 def _uncalled(program: Program) -> list[Routine]:
     """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
     named: set[str] = set()
+    for motion in program.statements:
+        if "procedure" in motion.roles:
+            start, end = motion.span_of("procedure")
+            named.add(motion.source.data[start:end].decode("latin-1").strip('" ').rpartition(":")[2].lower())
     for routine in program.all_routines():
         for statement in statements_of(routine):
-            if statement.kind in ("call", "connect"):
+            moves = (routine.source.path, statement.span[0]) in program.motions
+            if statement.kind in ("call", "connect") and not moves:
                 _add_names(program, routine.source, statement, named)
     own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
     return [r for r in own if r.name.lower() not in named]
 
 
 def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:
-    motion = program.motion(source, statement)
-    if motion is not None:
-        procedure = motion.argument("procedure")
-        if procedure is not None:
-            named.add(procedure.text.strip('" ').rpartition(":")[2].lower())
-        return
+    """Add the routines that a statement names which is no motion."""
     named.add(statement.word)
     late = late_call(statement, source.data, program, "")
     if late is not None and statement.word == "callbyvar":

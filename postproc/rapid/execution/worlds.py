@@ -1,7 +1,8 @@
 """A program followed concretely, in a world in which everything that the text leaves open has some value.
 
-What the worlds of an original and of its corrected program draw depends on the thing and on how often it was asked for,
-not on the order of the questions: both programs meet the same inputs, operators and unseen routines.
+What the worlds of an original and of its corrected program draw depends on the thing: of data on how often something
+may have written it, of inputs on how often they were asked for. An added target that reads data once more changes
+nothing: both programs meet the same inputs, operators and unseen routines.
 """
 
 from __future__ import annotations
@@ -97,6 +98,7 @@ class WorldDeclared(Declared):
         self.written = written
 
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
+        """The value that a declaration gives, as an operator may have changed it."""
         value = super().initial(declaration, span, home)
         if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
             return value
@@ -129,6 +131,7 @@ class WorldMemory(Memory):
     world: World = field(default_factory=lambda: World(0, frozenset()))
 
     def value(self, declaration: Declaration) -> Value:
+        """The present value of declared data; what is not known is drawn, and stays."""
         key, rank = declaration.key, len(declaration.dims)
         if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
             return self._declared(declaration)
@@ -142,8 +145,8 @@ class WorldMemory(Memory):
         elif isinstance(data, Unknown):
             data = self._drawn(declaration, self._declared(declaration).data)
         elif isinstance(data, Assumed):
-            data = self._drawn(declaration, data.data) if self.world.next(f"{key}?").random() < 0.5 else data.data
-        self.changed[key] = data
+            kept = self.world.generator(f"{key}? {self.invalidated(key)[0]}").random() < 0.5
+            data = data.data if kept else self._drawn(declaration, data.data)
         return Value(data, declaration.type, rank)
 
     def _declared(self, declaration: Declaration) -> Value:
@@ -155,10 +158,12 @@ class WorldMemory(Memory):
             return Value(data, declaration.type, len(declaration.dims))
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
-        drawn, kind, rank = self.world.next(declaration.key), declaration.type, len(declaration.dims)
+        key, kind, rank = declaration.key, declaration.type, len(declaration.dims)
+        drawn = self.world.generator(f"{key} {self.invalidated(key)[0]}")
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:
+        """Value of a name; that of a signal or a parameter that nobody gave is drawn."""
         try:
             return Memory.lookup(self, name)  # super() does not know a class with slots
         except Unknown:  # a signal, or a parameter that nobody gave
@@ -171,6 +176,7 @@ class WorldMemory(Memory):
             return value
 
     def call(self, call: Call) -> Value | None:
+        """Result of a function; of one that nobody can follow it is drawn."""
         own = self.function(call, self)
         if own is not None or call.name in FUNCTIONS:
             return own

@@ -67,6 +67,14 @@ class Predecessors:
         if _still(event):
             self.events.append(event)
             return
+        if self.last == NOWHERE or self.ends != {self.last}:
+            self._go_by_all_ways(event)
+        else:  # as nearly all do: on from the motion before
+            self.events.append(event)
+        self.last = len(self.events) - 1
+        self.ends = frozenset({self.last})
+
+    def _go_by_all_ways(self, event: MotionEvent) -> None:
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = self.known
         if len(known) > 1:
@@ -78,8 +86,6 @@ class Predecessors:
             if known and (end != self.last or number > 0):
                 self.events.append(replace(self.events[end], again=end))
             self.events.append(replace(event, way=number) if number else event)
-        self.last = len(self.events) - 1
-        self.ends = frozenset({self.last})
 
 
 def reached(event: MotionEvent) -> tuple[object, ...]:

@@ -9,7 +9,7 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKe
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.elements import Choice, elements
-from postproc.rapid.motions.events_of import EventMaker
+from postproc.rapid.motions.events_of import NAMED, EventMaker
 from postproc.rapid.motions.predecessors import NOWHERE, Predecessors, reached
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.motions.repeats import Repeats
@@ -21,8 +21,8 @@ class Recorder:
 
     Args:
         ways: the events, and after which of them the arm may stand.
-        visited: offsets of the statements that have an event, by file; first: indices of their first events; went: of
-            the first event of a statement to each target.
+        visited: statements that have an event; first: indices of their first events; went: of the first event of a
+            statement to each other target.
         elsewhere: statements that run again with another target; astray: that begin elsewhere.
         others: what numbers statements name on ways that are not followed, and where they go there.
         only_new: only what has not been recorded yet counts.
@@ -38,7 +38,7 @@ class Recorder:
         self.maker = maker
         self.repeats = Repeats(maker)
         self.ways = Predecessors()
-        self.visited: dict[str, set[int]] = {}
+        self.visited: set[StatementKey] = set()
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
@@ -48,6 +48,7 @@ class Recorder:
         self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
+        self.time = 0  # of the last motion, see ``Memory.time``
 
     def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
         """One execution; how many events it takes beyond the first."""
@@ -59,9 +60,8 @@ class Recorder:
         return more
 
     def _go(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
-        seen = self.visited.setdefault(statement.source.path, set())
-        new = statement.span[0] not in seen
-        seen.add(statement.span[0])
+        new = statement.key not in self.visited
+        self.visited.add(statement.key)
         if not new and self.only_new:
             before_it = self.first.get(statement.key) if self.supposed else self._earlier(statement, memory)
             if self.supposed or before_it is not None:
@@ -88,15 +88,17 @@ class Recorder:
         statement = event.statement
         events, before = self.ways.events, len(self.ways.events)
         came_from = events[self.ways.last] if before and self.ways.ends == {self.ways.last} else None
-        start = self.maker.start(came_from, event, memory) if came_from is not None else None
-        if start is not None:
-            event = replace(event, start=start)
+        if came_from is not None and came_from.target_origin.kind in NAMED:
+            start = self.maker.start(came_from, event, memory)
+            event = event if start is None else replace(event, start=start)
+        if self.maker.touched(event, memory, self.time):
+            event = replace(event, touched=True)
+        self.time = memory.time
         self.ways.go(event)
         index = before
         while events[index].again is not None:
             index += 1
-        self.first.setdefault(statement.key, index)
-        if isinstance(event.target, RobTarget):
+        if self.first.setdefault(statement.key, index) != index and isinstance(event.target, RobTarget):
             self.went.setdefault((statement.key, event.target), index)
         return len(events) - before - 1
 
@@ -141,8 +143,11 @@ class Recorder:
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """The first event in which the statement went where it goes now; its first one where no target tells."""
-        first, to = self.first[statement.key], statement.argument("to")
-        if to is None or not isinstance(self.ways.events[first].target, RobTarget):
+        first = self.first[statement.key]
+        known = self.ways.events[first].target
+        if "to" not in statement.roles or not isinstance(known, RobTarget):
             return first
-        target = self.maker.targets.robtarget(statement.source, to.span, memory)[0]
+        target = self.maker.targets.robtarget(statement.source, statement.span_of("to"), memory)[0]
+        if target == known:
+            return first
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None

@@ -26,16 +26,16 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
     program displacement. There are none where one execution goes where the other does; of an element of an array its
     coordinates alone tell that.
     """
-    data, frames = statement.source.data, [*_frames(statement, memory)]
-    argument = statement.argument("to")
-    if argument is None:
-        return ()
+    frames = [*_frames(statement, memory)]
     terms: list[Term] = []
     if origin.kind == "expression" or origin.handed is not None or frames:
         terms += _words(statement, memory)
     elif origin.kind != "element":
         return ()
-    for written in (data[slice(*argument.span)], *frames):
+    if "to" not in statement.roles:
+        return ()
+    data = statement.source.data
+    for written in (data[slice(*statement.span_of("to"))], *frames):
         try:
             terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)
         except Unknown:
@@ -59,8 +59,7 @@ def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
     """
     if "@pdisp" in memory.changes.everything:
         yield b"C_PROGDISP.pdisp"
-    wobj = statement.argument("\\wobj")
-    if wobj is not None:
+    if (wobj := statement.argument("\\wobj")) is not None:
         declaration = memory.find(wobj.text.lower())
         if wobj.text.lower() in memory.frame.bindings or (
             declaration is not None and declaration.key in memory.changes.everything

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.evaluation.literals import numbers_of
+from postproc.rapid.evaluation.literals import ROUNDED, numbers_of
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import literal
@@ -15,7 +15,6 @@ from postproc.rapid.syntax.trees import Aggregate, Expression, Number
 from postproc.rapid.unknown import Unknown
 
 FRAMED = frozenset({"tooldata", "wobjdata"})
-ROUNDED = 0.002  # of the length: two decimals of each number leave no more than a few times this
 
 
 def rough_frames(program: Program) -> Iterator[Diagnostic]:
@@ -53,10 +52,10 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
     for event in events:
         for origin in (event.target_origin, event.via_origin):
             spans = origin.spans if origin is not None else None
-            if spans is None or (spans.source.path, spans.whole[0]) in seen:
+            if spans is None or not spans.rough or (spans.source.path, spans.whole[0]) in seen:
                 continue
             seen.add((spans.source.path, spans.whole[0]))
             found = literal(spans.source.data, *spans.whole)
-            length = math.hypot(*numbers_of(found)[3:7]) if found else 1.0
-            if abs(length - 1.0) > ROUNDED:
-                yield _rough("the orientation", length, spans.source, (spans.rot[0][0], spans.rot[-1][1]))
+            if found is not None:
+                length = math.hypot(*numbers_of(found)[3:7])
+                yield _rough("the orientation", length, spans.source, (found.start(4), found.end(7)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.data.events import Argument, MotionStatement
+from postproc.rapid.data.events import Argument, MotionStatement, StatementShape
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import LoadData, SpeedData, ToolData, Weld, WobjData, ZoneData
 from postproc.rapid.data.values import Data, Value, to_load, to_speed, to_tool, to_wobj, to_zone
@@ -16,9 +16,7 @@ from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.expressions import read_whole_expression
-from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Invalid, Kind, Unknown
 
 T = TypeVar("T")
@@ -47,21 +45,16 @@ class SettingsReader:
         self.program = program
         self.missing = missing
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
-        self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
+        self.settled: dict[StatementShape, Settings] = {}
 
     def read(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> Settings:
-        """The data a statement names beside its target; remembered by their text if they cannot change."""
-        data, span, routine = statement.source.data, statement.span, memory.frame.routine
-        to = statement.span_of("to")
-        first = statement.span_of("via") or to
-        before, after = (first[0], to[1]) if first is not None and to is not None else (span[1], span[1])
-        key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
-        varying = memory.frame.varying()
-        lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))
-        if lasting and key in self.settled:
-            return self.settled[key]
+        """The data a statement names beside its target; remembered by its shape if they cannot change."""
+        shape, routine = statement.shape, memory.frame.routine
+        lasting = shape.words.isdisjoint(memory.frame.varying())
+        if lasting and shape in self.settled:
+            return self.settled[shape]
         arguments = {a.role: a for a in statement.arguments}
         count = len(reasons)
 
@@ -95,7 +88,7 @@ class SettingsReader:
         used = [a for role, a in arguments.items() if role in _SETTINGS]
         names = [(a.role, a.text, routine.module, routine.name) for a in used]
         if lasting and len(reasons) == count and all(name in self.fixed for name in names):
-            self.settled[key] = settings
+            self.settled[shape] = settings
         return settings
 
     def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
@@ -128,7 +121,7 @@ class SettingsReader:
 
     def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
         """Phase of the seam and the speed while welding: the first number of welddata."""
-        signature = SIGNATURES[statement.instruction.lower()]
+        signature = statement.signature
         if not signature.phase:
             return None
         roles = statement.roles

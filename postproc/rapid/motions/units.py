@@ -92,9 +92,9 @@ def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
 
 def object_matrices(events: Sequence[MotionEvent]) -> Array:
     """``object_matrix`` of many events at once, (n, 4, 4) [m]."""
-    frames: dict[tuple[WobjData, Pose], int] = {}
-    rows = [frames.setdefault((event.wobj, event.displacement), len(frames)) for event in events]
-    return np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])[rows]
+    every = [event.in_force for event in events]
+    row = {now: i for i, now in enumerate(dict.fromkeys(every))}
+    return np.stack([object_matrix(now.wobj, now.displacement) for now in row])[[row[now] for now in every]]
 
 
 def target_poses(events: Sequence[MotionEvent], T_frame_tcp: Array) -> list[Pose]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from sys import intern
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.program.signatures import SIGNATURES, Signature
+from postproc.rapid.data.events import MotionStatement, Signature, StatementShape
+from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax import patterns
+from postproc.rapid.syntax.tokens import identifiers
 
 Piece = tuple[str, Span, Span]
 
@@ -47,29 +49,59 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
     return tuple(found)
 
 
-def positional_roles(signature: Signature, count: int) -> tuple[str, ...]:
-    return signature.older if signature.older and count == len(signature.older) else signature.roles
+class MotionReader:
+    """Reads the motion statements of one file; what stands beside the targets once for all that read alike."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.shapes: dict[tuple[object, ...], StatementShape] = {}
+        self.ends: dict[tuple[int, ...], tuple[int, ...]] = {}  # one tuple for all that are equal
+
+    def read(self, span: Span, word: str, module: str, routine: str) -> MotionStatement:
+        """The motion statement at ``span`` of an instruction of ``SIGNATURES``.
+
+        Positional arguments beyond the signature get the role ``extra``.
+        """
+        signature = SIGNATURES[word]
+        data, start = self.source.data, span[0]
+        at, found, beside = start + len(word), list[int](), list[bytes]()
+        for _ in range(signature.targets):
+            target = patterns.TARGET.match(data, at, span[1])
+            if target is None:
+                break
+            first, last = target.span(1)
+            if data[last - 1] <= 32 or b"!" in target[1]:
+                last = patterns.trimmed(data, first, last)
+            beside.append(data[at:first])
+            found.append(last - start)
+            at = last
+        ends = tuple(found)
+        key = (word, module, routine, *beside, data[at : span[1]])
+        shape = self.shapes.get(key)
+        if shape is None:
+            pieces = read_arguments(data, start + len(word), span[1])
+            names = frozenset(identifiers(b" ".join([*beside, data[at : span[1]]])))
+            shape = self.shapes[key] = _shape(signature, (module, routine), names, _counted(pieces, start, ends))
+        return MotionStatement(self.source, span, shape, self.ends.setdefault(ends, ends), (self.source.path, start))
 
 
-def read_motion(source: Source, span: Span, word: str, module: str, routine: str) -> MotionStatement | None:
-    """The motion statement at ``span``, or None if ``word`` is no motion instruction.
+def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
+    """Arguments with their places as ``StatementShape`` counts them, from targets that end at ``ends``."""
+    found = []
+    for i, (name, span, whole) in enumerate(pieces):
+        before, behind = (start + (0, *ends)[min(k, len(ends))] for k in (i, i + 1))
+        found.append((name, (span[0] - before, span[1] - behind), (whole[0] - before, whole[1] - behind)))
+    return found
 
-    Positional arguments beyond the signature get the role ``extra``.
-    """
-    signature = SIGNATURES.get(word)
-    if signature is None:
-        return None
-    pieces = read_arguments(source.data, span[0] + len(word), span[1])
-    given = positional_roles(signature, len([1 for name, _, _ in pieces if not name]))
+
+def _shape(
+    signature: Signature, home: tuple[str, str], names: frozenset[str], counted: Sequence[Piece]
+) -> StatementShape:
+    """What statements share that have these arguments, in a module and a routine of these names."""
+    count = len([1 for name, _, _ in counted if not name])
+    given = signature.older if signature.older and count == len(signature.older) else signature.roles
     rest = iter(given)
-    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])
-    roles = given if roles == given else roles  # most statements: one tuple for all of them
-    begin = span[0]
-    places = tuple([place - begin for _, at, whole in pieces for place in (*at, *whole)])
-    return MotionStatement(signature.name, source, span, module, routine, roles, places, signature.interpolation)
-
-
-def fits(statement: MotionStatement, signature: Signature) -> bool:
-    """Whether the statement has exactly the positional arguments of its signature."""
-    count = len([1 for role in statement.roles if role[0] != "\\"])
-    return count == len(signature.roles) or (bool(signature.older) and count == len(signature.older))
+    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in counted])
+    places = tuple([place for _, span, whole in counted for place in (*span, *whole)])
+    complete = not signature.roles or count == len(given)
+    return StatementShape(signature, *home, roles, places, complete, names)

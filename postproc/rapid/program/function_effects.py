@@ -10,29 +10,26 @@ from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.program.late_binding import TEXT
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import word_set
 
 # Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
 # of which GetNextSym writes.
-READING = frozenset(
-    re.findall(
-        r"\w+",
-        """
+READING = word_set("""
     absdnum and argname atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum bitor
     bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez calcrotaxisframe
     corrread cosdnum crossprod cspeedoverride dectohex defaccframe div dnumtostr eventtype exechandler execlevel
     filesize filetime fssize getmaxnumberofcyclicbool getmecunitname getmodalpayloadmode getserviceinfo getsysinfo
     gettaskname ginputdnum goutputdnum hextodec indinpos indspeed iounitstate isfile isleadthrough ismechunitactive
-    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxrobspeed min mirpos mod modexist modtime
-    modtimednum motionplannerno nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
+    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxextlinearspeed
+    maxextreorientspeed maxrobreorientspeed maxrobspeed min mirpos mod modexist modtime modtimednum motionplannerno
+    nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
     pathrecvalidbwd pathrecvalidfwd pfrestart powdnum ppmovedinmanmode present progmemfree rawbyteslen readbin
     readmotor readnum readstr readstrbin readvar remainingretries rmqgetslotname robname robos rounddnum runmode
     sindnum socketgetstatus socketpeek sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen
     strdigcalc strdigcmp strfind strmap strmatch strmemb strorder strtobyte tandnum taskisactive taskisexecuting
     taskrunmec taskrunrob tasksinsync testsignread textget texttabfreetouse texttabget truncdnum type uialphaentry
     uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio xor
-    """,
-    )
-).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
+    """).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
 COUNTING = ("incr", "decr", "add", "clear")  # instructions that write their first argument and do nothing else
 BY_REFERENCE = ("VAR", "PERS", "INOUT")
 # The look-behind keeps the search from starting again at every letter of a long word.

@@ -7,13 +7,10 @@ procedure of the user's are left out: what they write cannot be seen.
 
 from __future__ import annotations
 
-import re
+from postproc.rapid.syntax.tokens import word_set
 
 # Instructions that only read their arguments.
-READ_ONLY = frozenset(
-    re.findall(
-        r"\w+",
-        """
+READ_ONLY = word_set("""
     accset activateparam actunit alarm bookerrno break callbyvar cirpathmode clearpath clkreset clkstart clkstop close
     confj confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
     idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
@@ -22,14 +19,9 @@ READ_ONLY = frozenset(
     syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
     tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
     waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
-    """,
-    )
-)
+    """)
 # Instructions that may also write data that they are given by name.
-WRITING = frozenset(
-    re.findall(
-        r"\w+",
-        """
+WRITING = word_set("""
     acteventbuffer add aliascamera aliasio aliasioreset arckill arcrefresh bechecktcp bedebugstate
     berefpointer besetuptoolj betcpextend beupdatetcp bitclear bitset brakecheck
     camflush camgetparameter camgetresult camloadjob camreqimage camsetexposure camsetparameter camsetprogrammode
@@ -67,23 +59,16 @@ WRITING = frozenset(
     unpackrawbytes useaccprofile usereachabletargets waitandrecprof waitsensor waittestandset waitwobj warmstart
     writeanybin writeblock writecfgdata writerawbytes writevar writevararr wzboxdef wzcyldef wzdisable wzdoset
     wzenable wzfree wzhomejointdef wzlimjointdef wzsphdef
-    """,
-    )
-)
+    """)
 KNOWN = READ_ONLY | WRITING
 # Of these, what moves the arm by itself, or lets something else move it: calibration and load identification, force
 # control, a sensor or a computer that guides the arm, soft servo, single axes, spot guns, steps back along the path.
-MOVING = frozenset(
-    re.findall(
-        r"\w+",
-        """
+MOVING = word_set("""
     bechecktcp besetuptoolj betcpextend beupdatetcp brakecheck contactl cssact cssdeactmovel cyclicbrakecheck
     egmactjoint egmactmove egmactpose egmstreamstart fcact fcrefcircle fcrefforce fcrefline fcrefmoveframe fcrefrot
     fcrefspiral fcrefsprforcecart fcrefstart fcreftorque fricidevaluate indamove indcmove inddmove indgunmove indrmove
     loadid manloadidproc mtoolrotcalib mtooltcpcalib setleadthrough stcalib stepbwdpath stindgun stoolrotcalib
     stooltcpcalib synctosensor syncwwobj
-    """,
-    )
-)
+    """)
 # These go on writing what they are given, at any moment from then on.
 LASTING = frozenset({"ivarvalue", "setupcyclicbool", "sigetcyclic"})

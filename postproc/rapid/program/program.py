@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.data.arm import Arm
-from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.program.arguments import fits, read_motion
+from postproc.rapid.data.events import MotionStatement, StatementKey
+from postproc.rapid.program.arguments import MotionReader
 from postproc.rapid.program.scopes import (
     all_declarations,
     check_taught,
@@ -33,7 +33,7 @@ class Program:
         declarations: data of modules and routines, in text order.
         statements: every motion statement in text order.
         diagnostics: what is wrong or not understood.
-        motions: the same motion statements by path and offset.
+        motions: the same motion statements by their key.
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
         arm: that runs it, for functions that need one; None where it is not known.
@@ -44,7 +44,7 @@ class Program:
     declarations: tuple[Declaration, ...]
     statements: tuple[MotionStatement, ...]
     diagnostics: tuple[Diagnostic, ...]
-    motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
+    motions: Mapping[StatementKey, MotionStatement] = field(repr=False)
     names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     taught: frozenset[str] = frozenset()
@@ -65,25 +65,33 @@ class Program:
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
     def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
-        return self.motions.get(source.path, {}).get(statement.span[0])
+        """The motion statement that a statement of a file is; None for any other."""
+        return self.motions.get((source.path, statement.span[0]))
 
     def all_routines(self) -> Iterator[Routine]:
+        """The routines of all modules, in the order of the text."""
         for module in self.modules:
             yield from module.routines
 
 
-def statements_in(body: Sequence[Statement]) -> Iterator[Statement]:
+def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:
     """Every statement of a body in text order, those inside blocks too."""
-    for statement in body:
-        yield statement
-        for branch in statement.branches:
-            yield from statements_in(branch.body)
+    found: list[Statement] = []
+    done = 0
+    for i, statement in enumerate(body):
+        if statement.branches:
+            found += body[done : i + 1]
+            done = i + 1
+            for branch in statement.branches:
+                found += statements_in(branch.body)
+    return [*found, *body[done:]] if found else body
 
 
-def statements_of(routine: Routine) -> Iterator[Statement]:
+def statements_of(routine: Routine) -> Sequence[Statement]:
     """Every statement of a routine and of its handlers in text order, those inside blocks too."""
-    for body in (routine.body, *routine.handlers):
-        yield from statements_in(body)
+    if not routine.handlers:
+        return statements_in(routine.body)
+    return [statement for body in (routine.body, *routine.handlers) for statement in statements_in(body)]
 
 
 def is_encrypted(data: bytes) -> bool:
@@ -92,6 +100,7 @@ def is_encrypted(data: bytes) -> bool:
 
 
 def is_utf16(data: bytes) -> bool:
+    """Whether bytes are UTF-16 text."""
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
@@ -113,24 +122,35 @@ def read_program(sources: Sequence[Source] | Source, taught: Iterable[str] = (),
     names = declared_names(modules, diagnostics)
     diagnostics += check_taught(taught, names)
     routines = named_routines(modules)
-    motions: dict[str, dict[int, MotionStatement]] = {}
-    for module in modules:
-        known = motions.setdefault(module.source.path, {})
-        for routine in module.routines:
-            for statement in statements_of(routine):
-                if statement.kind != "call" or statement.word not in SIGNATURES:
-                    continue
-                # A routine of the user's with that name wins over the instruction.
-                if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
-                    continue
-                motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
-                if motion is not None:
-                    known[statement.span[0]] = motion
-                    diagnostics += _check(motion)
-    statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
+    motions = _read_motions(modules, routines)
+    statements = _in_text_order(motions)
+    diagnostics += [_incomplete(statement) for statement in statements if not statement.shape.complete]
     declarations = tuple(all_declarations(modules))
     told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
     return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated, arm)
+
+
+def _read_motions(
+    modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
+) -> dict[StatementKey, MotionStatement]:
+    """The motion statements of all files, by their key."""
+    motions: dict[StatementKey, MotionStatement] = {}
+    for module in modules:
+        reader = MotionReader(module.source)
+        # A routine of the user's with that name wins over the instruction.
+        own = {name for home, name in routines if home in ("", module.name.lower())}
+        for routine in module.routines:
+            for statement in statements_of(routine):
+                if statement.kind == "call" and statement.word in SIGNATURES and statement.word not in own:
+                    motion = reader.read(statement.span, statement.word, module.name, routine.name)
+                    motions[motion.key] = motion
+    return motions
+
+
+def _in_text_order(motions: Mapping[StatementKey, MotionStatement]) -> tuple[MotionStatement, ...]:
+    """File by file, as they come."""
+    files = {path: number for number, path in enumerate(dict.fromkeys([path for path, _ in motions]))}
+    return tuple([motions[key] for key in sorted(motions, key=lambda key: (files[key[0]], key[1]))])
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
@@ -162,11 +182,7 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
     return modules, problems
 
 
-def _check(motion: MotionStatement) -> Iterator[Diagnostic]:
-    signature = SIGNATURES[motion.instruction.lower()]
-    if signature.roles and not fits(motion, signature):
-        wanted = ", ".join(signature.roles)
-        yield Diagnostic(
-            "RAP014", "error", f"`{motion.instruction}` does not have the arguments it needs: {wanted}",
-            motion.source, motion.span, "check commas and backslashes of this statement",
-        )  # fmt: skip
+def _incomplete(motion: MotionStatement) -> Diagnostic:
+    wanted = ", ".join(motion.signature.roles)
+    text, help = f"does not have the arguments it needs: {wanted}", "check commas and backslashes of this statement"
+    return Diagnostic("RAP014", "error", f"`{motion.instruction}` {text}", motion.source, motion.span, help)

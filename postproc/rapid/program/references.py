@@ -12,7 +12,7 @@ from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.data.values import Fields, known_records
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.write_effects import WriteEffects, named_by_text, paired
+from postproc.rapid.program.write_effects import BY_NAME, WriteEffects, named_by_text, paired
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
 
@@ -25,7 +25,7 @@ _WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)
 _INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
 _COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
 _PLAIN = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
-_NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
+_NUMBERS_ONLY = re.compile(rb"[\[\]\d.,eE+\-\s]*")
 
 MOST_LEVELS = 10  # of records inside one another; deeper ones may hold anything
 
@@ -72,15 +72,19 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
                     used = program.declaration(name, declaration.module, declaration.routine)
                     _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
     for routine in program.all_routines():
+        parameters = {p.name: p for p in routine.parameters}
+        names = declared | parameters.keys()
         for statement in statements_of(routine):
-            for name, use in _of_statement(program, changes, routine, statement, declared):
-                parameter = next((p for p in routine.parameters if p.name == name), None)
+            motion = program.motions.get((routine.source.path, statement.span[0]))
+            named = _of_statement(program, changes, routine, statement) if motion is None else _of_motion(motion, names)
+            for name, use in named:
+                parameter = parameters.get(name)
                 if parameter is None:
                     _add(found, program.declaration(name, routine.module, routine.name), use, records)
                 elif _touches_target(use, parameter.type, records):
                     found.setdefault(routine.parameter_key(name), []).append(use)
-            for named in named_by_text(statement, routine, program):
-                _add(found, named, Use("argument", routine.source, statement.span, routine.name), records)
+            for meant in named_by_text(statement, routine, program) if statement.word in BY_NAME else ():
+                _add(found, meant, Use("argument", routine.source, statement.span, routine.name), records)
     return {key: tuple(uses) for key, uses in found.items()}
 
 
@@ -109,26 +113,29 @@ def _holds_target(kind: str, records: Records, depth: int) -> bool:
     return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
 
 
+def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]]:
+    """Uses of some names in the arguments of a motion statement."""
+    source, shape, found = motion.source, motion.shape, list[tuple[str, Use]]()
+    some = len(motion.ends) if shape.words.isdisjoint(names) else len(shape.roles)
+    for role, i in zip(shape.roles, range(some), strict=False):
+        span = motion.spans(i)[0]
+        if _numbers_only(source, span):
+            continue
+        whole = _is_plain(source.data[slice(*span)])
+        for at, (name, place) in enumerate(names_at(source, span)):
+            kind: UseKind = "expression" if at or not whole else "motion"
+            kind = "write" if role == "found" and at == 0 else kind
+            if name in names:
+                found.append((name, Use(kind, source, place, motion.routine, motion, role)))
+    return found
+
+
 def _of_statement(
-    program: Program, changes: WriteEffects, routine: Routine, statement: Statement, declared: Set[str]
+    program: Program, changes: WriteEffects, routine: Routine, statement: Statement
 ) -> Iterator[tuple[str, Use]]:
+    """Uses of data in a statement that is no motion."""
     source = routine.source
     own = {p.name for p in routine.parameters}
-    motion = program.motion(source, statement)
-    if motion is not None:
-        for argument in motion.arguments:
-            if argument.text[:1] == "[" and _NUMBERS_ONLY.fullmatch(argument.text):
-                continue
-            if argument.text.isidentifier() and argument.role != "found":
-                name = argument.text.lower()
-                if name in declared or name in own:
-                    yield name, Use("motion", source, argument.span, routine.name, motion, argument.role)
-                continue
-            for at, (name, span) in enumerate(names_at(source, argument.span)):
-                kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
-                kind = "write" if argument.role == "found" and at == 0 else kind
-                yield name, Use(kind, source, span, routine.name, motion, argument.role)
-        return
     spans: tuple[Span, ...] = statement.parts
     other: UseKind = "read"
     if statement.kind in ("call", "opaque", "connect"):
@@ -157,19 +164,17 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
     return {
         span[0]: called.parameter_key(parameter.name)
         for parameter, span in paired(called.parameters, pieces)
-        if _is_plain(data[span[0] : span[1]].decode("latin-1"))
+        if _is_plain(data[span[0] : span[1]])
     }
 
 
-def _is_plain(text: str) -> bool:
+def _is_plain(text: bytes) -> bool:
     """Whether an argument is a name, an element or a component, nothing else around it."""
-    return _PLAIN.fullmatch(text.strip().encode("latin-1")) is not None
+    return _PLAIN.fullmatch(text.strip()) is not None
 
 
 def _numbers_only(source: Source, span: Span) -> bool:
-    return source.data[span[0] : span[0] + 1] == b"[" and bool(
-        _NUMBERS_ONLY.fullmatch(source.data[span[0] : span[1]].decode("latin-1"))
-    )
+    return source.data[span[0] : span[0] + 1] == b"[" and bool(_NUMBERS_ONLY.fullmatch(source.data, *span))
 
 
 def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:

@@ -7,25 +7,10 @@ argument.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
-from postproc.rapid.data.events import Interpolation
-
-
-@dataclass(frozen=True, slots=True)
-class Signature:
-    """How to read one instruction: canonical spelling, interpolation, roles; ``phase`` for arc and cap welding."""
-
-    name: str
-    interpolation: Interpolation
-    roles: tuple[str, ...]
-    phase: str = ""
-    older: tuple[str, ...] = ()  # positional arguments in S4 programs, where they differ
-    why_not: str = ""  # why its target is never changed
-    jointed: bool = False  # the target is a jointtarget
-
+from postproc.rapid.data.events import Interpolation, Signature
 
 MOVE = ("to", "speed", "zone", "tool")
 ARC = ("to", "speed", "seam", "weld", "zone", "tool")

@@ -11,6 +11,7 @@ from postproc.rapid.program.arguments import Piece, read_arguments
 from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
 from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
+from postproc.rapid.program.measured_places import measured_places
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
@@ -154,6 +155,11 @@ class WriteEffects:
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
+    def measured(self) -> frozenset[str]:
+        """Keys of data that is set to where the arm stands (see ``measured_places``)."""
+        return measured_places(self.program)
+
+    @cached_property
     def may_be_written(self) -> frozenset[str]:
         """Keys of declarations that anything, in these files or not, may write while the program runs.
 
@@ -223,13 +229,12 @@ class WriteEffects:
         motion = self.program.motion(routine.source, statement)
         if motion is not None:
             changed.add("@moves")
-            found = motion.argument("found")
-            if found is not None:
-                self._add(argument_name(data, found.span), routine, changed)
-            procedure = motion.argument("procedure")
-            if procedure is not None:
+            if "found" in motion.roles:
+                self._add(argument_name(data, motion.span_of("found")), routine, changed)
+            if "procedure" in motion.roles:
                 started: set[CalledWith] = set()
-                self._of_late_call(text_template(data[slice(*procedure.span)]), (), routine, changed, started)
+                named = text_template(data[slice(*motion.span_of("procedure"))])
+                self._of_late_call(named, (), routine, changed, started)
                 self.sync |= {key for key, _ in started}
                 calls |= started
             return

@@ -11,6 +11,7 @@ from postproc.rapid.syntax.tokens import skip
 
 
 def text(data: bytes) -> str:
+    """Bytes as text; every byte is a letter of ISO 8859-1."""
     return data.decode("latin-1")
 
 
@@ -29,6 +30,7 @@ class Cursor:
         self.depth = 0
 
     def report(self, code: str, severity: Severity, message: str, span: Span, help: str = "") -> None:
+        """Add a finding about a span of the file."""
         self.diagnostics.append(Diagnostic(code, severity, message, self.source, span, help))
 
     def peek(self) -> tuple[bytes, int, int]:

@@ -119,10 +119,13 @@ class _Reader:
         if not self.take(word):
             raise ExpressionError(f"`{word}` is missing before `{self.word}`")
 
-    def binary(self, level: int) -> Expression:
+    def deeper(self) -> None:
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise ExpressionError("the expression is nested too deeply")
+
+    def binary(self, level: int) -> Expression:
+        self.deeper()
         left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
         while True:
             operator = self.word.lower()
@@ -150,9 +153,7 @@ class _Reader:
         if self.kind == "operator" and self.word in "+-":
             sign, start = self.word, self.span[0]
             self.step()
-            self.depth += 1
-            if self.depth > MAX_NESTING:
-                raise ExpressionError("the expression is nested too deeply")
+            self.deeper()
             operand = self.signed()
             self.depth -= 1
             span = (start, operand.span[1])

@@ -26,6 +26,7 @@ class FileReader(StatementReader):
     """Modules and routines of one file."""
 
     def file(self) -> list[Module]:
+        """Every module of the file; data and routines outside of one are in modules without a name."""
         modules: list[Module] = []
         header = HEADER.match(self.data)
         if header is not None:
@@ -54,6 +55,7 @@ class FileReader(StatementReader):
                 self.at = max(line.end() if line else start, start + 1)
 
     def module_at(self, head: re.Match[bytes]) -> Module:
+        """The module whose head this is."""
         self.at = head.end()
         attributes = tuple(re.findall(r"\w+", text(head[2]).upper())) if head[2] else ()
         return self.items(text(head[1]), head.span(), attributes)
@@ -106,6 +108,7 @@ class FileReader(StatementReader):
         return Module(self.source, (head[0], self.at), head, name, attributes, *parts)
 
     def record(self, at: int) -> Record:
+        """The RECORD behind that word."""
         self.at = at
         name, _, self.at = self.peek()
         fields = []
@@ -125,6 +128,7 @@ class FileReader(StatementReader):
         return Record(text(name), tuple(fields))
 
     def routine_at(self, item: int, start: int, scope: str) -> Routine | None:
+        """The routine that begins at ``start``, and its scope at ``item``; None where it has no head."""
         head = patterns.ROUTINE_HEAD.match(self.data, start)
         if head is None:
             self.opaque(start)

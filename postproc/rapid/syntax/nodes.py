@@ -86,6 +86,7 @@ class Routine:
 
     @property
     def key(self) -> str:
+        """Canonical name: ``module.routine``, lower case."""
         return f"{self.module}.{self.name}".lower()
 
     def parameter_key(self, name: str) -> str:

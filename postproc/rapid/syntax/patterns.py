@@ -71,6 +71,10 @@ PIECE = re.compile(
     GAP + rb"(,?)" + GAP + rb"(?>(?:\\" + GAP + WORDED + GAP + _maybe(rb"(:=|\?)") + rb"|"
     + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(" + EXPRESSION + rb")"
 )  # fmt: skip
+# One of the first arguments of a motion instruction, if it is no option; group 1: its expression.
+TARGET = re.compile(
+    GAP + rb",?" + GAP + rb"(?>(?:" + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(?![,;\\])(" + EXPRESSION + rb")"
+)
 # Arguments that are names, nothing else between them than commas.
 PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.

@@ -21,6 +21,8 @@ _LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)
 # The same as nearly everybody writes it, decimals without blanks: found six times as fast.
 _DECIMAL = rb"([+-]?\d++(?:\.\d*+)?(?:[eE][+-]?\d++)?)"
 _TIGHT = re.compile(rb"\[" + b",".join(rb"\[" + b",".join([_DECIMAL] * n) + rb"\]" for n in (3, 4, 4, 6)) + rb"\]")
+_BEHIND = b",".join(rb"\[" + b",".join([_DECIMAL.replace(b"(", b"(?:", 1)] * n) + rb"\]" for n in (4, 4, 6))
+_PARTS = re.compile(rb"\[\[" + b",".join([_DECIMAL] * 3) + rb"\],(" + _BEHIND + rb")\]")
 
 
 def literal(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
@@ -28,26 +30,18 @@ def literal(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
     return _TIGHT.fullmatch(data, start, end) or _LITERAL.fullmatch(data, start, end)
 
 
+def literal_parts(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
+    """The same for a robtarget as nearly everybody writes it: a group for x, y and z each and one for all the rest."""
+    return _PARTS.fullmatch(data, start, end)
+
+
 @dataclass(frozen=True, slots=True)
 class TargetSpans:
-    """Byte spans of the numbers of a ``literal``, found again whenever they are asked for: eleven take 1.5 kB."""
+    """Where a ``literal`` stands; its numbers are found again when they are asked for, their spans would take 1.5 kB.
+
+    ``rough`` says whether its quaternion has to be stretched by more than rounding.
+    """
 
     source: Source
     whole: Span
-
-    def _groups(self, first: int, last: int) -> tuple[Span, ...]:
-        found = literal(self.source.data, *self.whole)
-        return found.regs[first:last] if found else ()
-
-    @property
-    def trans(self) -> tuple[Span, ...]:
-        return self._groups(1, 4)
-
-    @property
-    def rot(self) -> tuple[Span, ...]:
-        return self._groups(4, 8)
-
-    @property
-    def numbers(self) -> tuple[Span, ...]:
-        """Position, orientation and configuration in the order of the text."""
-        return self._groups(1, 12)
+    rough: bool = False

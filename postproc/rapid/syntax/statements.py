@@ -108,6 +108,7 @@ class StatementReader(Cursor):
         return self.opaque(at)
 
     def nested(self, word: bytes, start: int, end: int) -> Statement:
+        """A statement that holds others; opaque where it is nested too deeply."""
         if self.depth > MAX_NESTING:
             self.report("RAP009", "error", f"blocks are nested deeper than {MAX_NESTING}", (start, end))
             return self.opaque(start)
@@ -129,6 +130,7 @@ class StatementReader(Cursor):
             self.report("RAP010", "error", told, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
+        """IF with its branches, or ``IF condition statement``."""
         condition, has_then = self.head(TO_THEN, end, 4)
         if not has_then:
             return self.compact_if(start, end)
@@ -164,6 +166,7 @@ class StatementReader(Cursor):
         return Statement("if", (start, self.at), branches=(Branch((condition.span,), (inner,)),))
 
     def loop_at(self, word: bytes, start: int, end: int) -> Statement:
+        """FOR or WHILE with its body."""
         self.at = end
         if word == b"while":
             condition, ok = self.head(TO_DO, end, 2)
@@ -185,6 +188,7 @@ class StatementReader(Cursor):
         return Statement(text(word), (start, self.at), name, tuple(parts), (Branch((), body),))
 
     def test_at(self, start: int, end: int) -> Statement:
+        """TEST with its cases."""
         found = TO_TEST_BODY.match(self.data, end)
         self.at = found.end() if found else end
         subject = self.part(end, self.at)
@@ -209,6 +213,7 @@ class StatementReader(Cursor):
         return Statement("test", (start, self.at), parts=(subject,), branches=tuple(branches))
 
     def declaration(self, start: int, scope: str) -> Declaration | None:
+        """The data declaration at the cursor; None where it cannot be read."""
         at = skip(self.data, self.at, self.end)
         found = patterns.DECLARATION.match(self.data, at)
         if found is None:

@@ -59,9 +59,12 @@ def skip(data: bytes, at: int, end: int) -> int:
 def number_text(data: bytes, span: Span) -> str:
     """A number as it is written, with one sign at most and nothing between that and its digits."""
     text = data[span[0] : span[1]].decode("latin-1")
-    if text.isalnum() or text.removeprefix("-").replace(".", "", 1).isdigit():
-        return text  # as nearly all are
-    text = SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
+    try:
+        float(text)
+    except ValueError:  # signs that stand apart from their digits, or no decimal
+        text = SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
+    else:
+        return text[1:] if text[0] == "+" else text
     digits = text.lstrip("+-")
     return digits if text.count("-", 0, len(text) - len(digits)) % 2 == 0 else f"-{digits}"
 
@@ -69,3 +72,8 @@ def number_text(data: bytes, span: Span) -> str:
 def identifiers(data: bytes) -> set[str]:
     """Every word of the text in lower case, those in comments and strings too (a superset is safe for new names)."""
     return {word.decode("latin-1").lower() for word in set(NAMES.findall(data))}
+
+
+def word_set(text: str) -> frozenset[str]:
+    """The words of a text, for long lists of names."""
+    return frozenset(text.split())

@@ -10,21 +10,29 @@ from postproc.diagnostics import Span
 
 @dataclass(frozen=True, slots=True)
 class Node:
+    """Any expression; ``span`` is where it stands."""
+
     span: Span
 
 
 @dataclass(frozen=True, slots=True)
 class Number(Node):
+    """A number with its sign."""
+
     value: float
 
 
 @dataclass(frozen=True, slots=True)
 class Text(Node):
+    """A string."""
+
     value: str
 
 
 @dataclass(frozen=True, slots=True)
 class Truth(Node):
+    """TRUE or FALSE."""
+
     value: bool
 
 
@@ -43,18 +51,24 @@ class Name(Node):
 
 @dataclass(frozen=True, slots=True)
 class Index(Node):
+    """``base{indices}``."""
+
     base: Expression
     indices: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Component(Node):
+    """``base.name``."""
+
     base: Expression
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Aggregate(Node):
+    """``[items]``."""
+
     items: tuple[Expression, ...]
 
 
@@ -70,12 +84,16 @@ class Call(Node):
 
 @dataclass(frozen=True, slots=True)
 class Unary(Node):
+    """A sign, ``not``, or ``()`` for parentheses."""
+
     operator: str
     operand: Expression
 
 
 @dataclass(frozen=True, slots=True)
 class Binary(Node):
+    """Two operands; the operator is in lower case."""
+
     operator: str
     left: Expression
     right: Expression

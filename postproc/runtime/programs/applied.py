@@ -18,7 +18,6 @@ from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import LoadData, RobTarget
 from postproc.rapid.motions.units import target_poses, tool_matrix, via_matrix
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.robot.inverse import nearest_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import transform
@@ -61,7 +60,7 @@ def apply_module(
     given = list(events)
     reasons = Counter({NO_TOOL: len(mine) - len(held)})
     for welding in (False, True):
-        group = [m for m in held if (SIGNATURES[m.event.statement.instruction.lower()].phase in WELDING) == welding]
+        group = [m for m in held if (m.event.statement.signature.phase in WELDING) == welding]
         if not group:
             continue
         q = np.array([m.q for m in group])

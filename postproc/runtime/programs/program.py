@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ from postproc.arrays import Array
 from postproc.compensate.correction.deviation import Deviation
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.motions.units import MM, tool_matrix
@@ -35,6 +36,7 @@ from postproc.runtime.proof.chord import LINE_M
 from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"
+HEADER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 MM_PER_M = 1e3
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 
@@ -86,16 +88,26 @@ class OnTheController:
         }
 
 
-def corrected_before(sources: Iterable[Source]) -> Iterator[tuple[Source, tuple[int, int]]]:
-    """Files that call the function, or hold it, with the place."""
+def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
+    """CMP001 at files that say so in their header, and at those that hold the function or call it."""
+    own = "the program was compensated before", "start from the original, or take the postproc lines out"
+    lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
     for source in sources:
-        at = source.data.find(MARKER.encode())
-        if at >= 0:
-            yield source, (at, at + len(MARKER))
-            continue
-        if b"ppcorrected" in source.data.lower():
-            named = (span for name, span in names_at(source, (0, len(source.data))) if name in CORRECTING)
-            yield from ((source, span) for span in [next(named, None)] if span is not None)
+        span = _mark(source)
+        if span is not None:
+            text, help_ = lent if source.lent else own
+            yield Diagnostic("CMP001", "error", text, source, span, help_)
+
+
+def _mark(source: Source) -> Span | None:
+    """Where a file shows that it was corrected."""
+    for marker in (HEADER, re.compile(re.escape(MARKER).encode())):
+        if (found := marker.search(source.data)) is not None:
+            return found.span()
+    if b"ppcorrected" not in source.data.lower():
+        return None
+    named = (span for name, span in names_at(source, (0, len(source.data))) if name in CORRECTING)
+    return next(named, None)
 
 
 def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], options: Options) -> OnTheController:

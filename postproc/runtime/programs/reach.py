@@ -11,7 +11,6 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.unknown import Kind, Unknown
@@ -67,7 +66,7 @@ class Reach:
             return "it stands in a file that is only read along"
         if statement.key in self._barred:
             return self._barred[statement.key]
-        if self.scope == "welds" and self._welds and not SIGNATURES[statement.instruction.lower()].phase:
+        if self.scope == "welds" and self._welds and not statement.signature.phase:
             return OUTSIDE
         try:
             edits = run_time_edits(statement)
@@ -181,7 +180,7 @@ def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
     if not keys:
         return []
     statements = [s for s in program.statements if s.key in keys]
-    welds = sum(bool(SIGNATURES[s.instruction.lower()].phase) for s in statements)
+    welds = sum(bool(s.signature.phase) for s in statements)
     burning = f" ({welds} of them weld)" if welds else ""
     text = f"{counted(len(statements), 'motion statement')}{burning} could be corrected on the controller"
     help_ = "numbers cannot correct them: `--run-time where-needed` writes a function beside the program that does"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import Argument, MotionStatement
 from postproc.rapid.evaluation.evaluate import names_in
-from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import (
@@ -44,7 +43,7 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
         LeftAlone: why the statement stays as it is: its target is none in a frame, is where the arm stands, is hidden
             (``*``), or would be worked out twice by a function that does more than calculate.
     """
-    signature = SIGNATURES[motion.instruction.lower()]
+    signature = motion.signature
     to, tool = motion.argument("to"), motion.argument("tool")
     if signature.why_not or signature.jointed or to is None or tool is None:
         raise LeftAlone(signature.why_not or "its target is not a place in a work object")

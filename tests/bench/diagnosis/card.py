@@ -140,16 +140,25 @@ def sizes(lines: Sequence[Line]) -> str:
 
 
 def real(lines: Sequence[Line]) -> str:
-    """Errors in space of rows held out, a fifth at a time."""
-    some = [x for x in lines if x["kind"] == "real" and "after" in x]
+    """Errors in space of rows held out, a fifth at a time: of all, and of those that a model could reach."""
+    some = [x for x in lines if x["kind"] == "real" and "held" in x]
     rows = []
     for name in dict.fromkeys(x["set"].removeprefix("real: ").partition(" #")[0] for x in some):
         mine = [x for x in some if name in x["set"]]
-        before, after = (1e3 * np.sqrt(3 * np.mean(_of(mine, w) ** 2)) for w in ("before", "after"))
+        before = f"{1e3 * np.sqrt(3 * np.mean(_of(mine, 'before') ** 2)):.3f}"
+        median = f"{1e3 * np.mean(_of(mine, 'held_median')):.3f}"
+        groups = [_together([x[which] for x in mine]) for which in ("held", "held_reached", "held_among")]
         named = Counter(k for x in mine for k in x["named"])
         told = ", ".join(f"`{k}` {n}" for k, n in named.most_common())
-        rows.append([name, str(len(mine)), str(mine[0]["rows"]), f"{before:.3f}", f"{after:.3f}", told])
-    return table(["table", "parts", "rows", "base, mm", "with what was named, mm", "named in so many parts"], rows)
+        rows.append([name, before, *groups, median, told])
+    header = ["table", "base", "with what was named", "rows that can be reached", "among joint angles seen", "median"]
+    return table([*header, "named in so many parts"], rows)
+
+
+def _together(parts: Sequence[tuple[float, int]]) -> str:
+    """Root mean square [mm] of several groups of rows in one, and how many rows they are."""
+    size, count = np.array(parts, dtype=float).T
+    return f"{1e3 * np.sqrt(np.sum(size**2 * count) / np.sum(count)):.3f} ({int(count.sum())})"
 
 
 def misses(lines: Sequence[Line]) -> str:

@@ -20,6 +20,7 @@ from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
+from tests.bench.diagnosis.real import held_out
 from tests.bench.diagnosis.sets import Set, Truth
 from tests.peak import peak_mb
 
@@ -106,6 +107,8 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     before, after = error(base.model, one.true), error(d.final.model, one.true)
     result |= {"before": before, "after": after, "unnamed": d.unnamed, "claimed": d.final.held_out_rms}
     result["memory_mb"] = peak_mb()
+    if one.whole is not None:
+        result |= held_out(d.final, one.true, one.whole)
     if one.truth is None or one.noise is None:
         return result
     named = [k for k in result["named"] if k not in ABOUT_DATA]

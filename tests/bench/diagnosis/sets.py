@@ -68,6 +68,7 @@ class Set:
         kind, name: ``library``, ``backlash x2``; robot: of the catalogue; data: measured rows; true: other poses with
             their true places, or rows held out; noise: standard deviation per axis [m], or [rad] of encoders.
         base: keys of the effects that are fitted before anything is asked; station: its cell, where it has one.
+        whole: a real table, measured rows and those held out.
     """
 
     kind: str
@@ -79,6 +80,7 @@ class Set:
     noise: float | None
     base: tuple[str, ...] = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
     station: Station | None = None
+    whole: Measurements | None = None
 
     @property
     def start(self) -> Model:
@@ -302,4 +304,4 @@ def real(name: str, folder: Path, block: int) -> Set:
     data = data.rows(data.usable)
     held = np.arange(len(data)) * 25 // len(data) % 5 == block
     base = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance", "link_geometry")
-    return Set("real", f"{name} #{block}", REAL[name], data.rows(~held), data.rows(held), None, None, base)
+    return Set("real", f"{name} #{block}", REAL[name], data.rows(~held), data.rows(held), None, None, base, whole=data)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
+from postproc.effects.library.joints.joint_error_map import ORDERS as MAPPED
 from postproc.effects.sums import SumOfTerms
 
-GEAR, MOTOR = 30, 250
-"""Highest order searched of the output side, and of the motor side."""
+GEAR, MOTOR = 30, 320
+"""Highest order searched of the output side, and of the motor side: two waves a turn of a strain-wave gear of 160:1."""
 MANY = 3
 """Lines in all from which a smooth function may tell them as well."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
@@ -58,7 +59,8 @@ class TransmissionError(
         """Not where three lines on a joint, or more than three orders in all, or a line beside a map would be one.
 
         Eccentric gears have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a mapped
-        joint, or on any where three joints or more have one (one kind of gear is in all of them).
+        joint, or on any where three joints or more have one (one kind of gear is in all of them). What is finer than
+        any map has room: strain waves and the lines of an encoder come hundreds of times a turn.
         """
         mapped = getattr(others.get("joint_error_map"), "joint", ())
         joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
@@ -67,7 +69,8 @@ class TransmissionError(
             assert isinstance(term, TransmissionError)
             joints = (*joint, *term.joint)
             many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3
-            return not (many or len(mapped) > 2 or not set(joints).isdisjoint(mapped))
+            beside = len(mapped) > 2 or not set(term.joint).isdisjoint(mapped)
+            return not (many or (beside and min(term.order) <= MAPPED[-1]))
 
         if len(joint) < 2 and not mapped:
             return np.ones(len(terms), dtype=bool)  # two lines are never many
