@@ -231,7 +231,7 @@ def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str
     count = f"{len(_simulated(own))} simulated sets"
     if older:
         some = Counter(x["kind"] for x in _simulated(older))
-        count += f" and, of revision `{rest}`, {some.total()} ({', '.join(f'{k} {n}' for k, n in some.items())})"
+        count += f", and at `{rest}`\n{some.total()}: {', '.join(f'{n} of {k}' for k, n in some.items())}"
     own += older
     what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
     text = Path(__file__).with_name("card.md").read_text()
