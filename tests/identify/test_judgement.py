@@ -28,7 +28,6 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
 from postproc.fit.solving.solve import Terms
 from postproc.identify.acceptance import (
-    convincing,
     fitted_best,
     impossible,
     judged,
@@ -408,13 +407,11 @@ def test_forms_follow_the_weights_of_the_present_fit():
 
 
 def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():
-    data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
-    base = base_fit(data)
-    none = np.zeros(6, dtype=bool)
-    more = Candidate("backlash", Backlash(), none, "joint 2", 9.0, 0.1 * base.linear.square, 1, 0.0, 9.0, 1e-3)
-    assert not convincing(more, base)
-    there = replace(base, problem=base.problem.at([*base.model.effects, Backlash()]))
-    assert convincing(more, there)
+    base = base_fit(cell(_loose, seed=904, noise=0.02, poses=100)[0])
+    there = base.problem.at([*base.model.effects, Backlash()])
+    some = {"backlash": Backlash, "arm_load": ArmLoad}
+    paid = [Screen(problem, some).rarity("backlash") for problem in (base.problem, there)]
+    assert paid == [pytest.approx(2 * np.log(2)), 0.0]
 
 
 def test_a_hose_that_is_tied_far_away_costs_what_its_ends_are_off_in_ordinary_sizes():

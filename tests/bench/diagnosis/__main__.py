@@ -61,7 +61,8 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--results", type=Path, default=RESULTS)
     o.add_argument("--again", action="store_true", help="run what stands in the results, too")
     o.add_argument("--card", action="store_true", help="only write the page from the results")
-    o.add_argument("--against", default="", help="label that the page compares with")
+    o.add_argument("--against", default="", help="labels that the page compares with, joined by commas")
+    o.add_argument("--rest", default="", help="label whose results stand in the page for sets that were not run")
     a = o.parse_args(argv)
     a.label = a.label or revision()
     if not a.card:
@@ -70,7 +71,7 @@ def main(argv: list[str] | None = None) -> int:
 
     every = read(a.results)
     if a.card:
-        (ROOT / "docs" / "scorecard.md").write_text(page(every, a.label, a.against))
+        (ROOT / "docs" / "scorecard.md").write_text(page(every, a.label, a.against, a.rest))
     else:
         print(summary([x for x in every if (x["label"], x["without"], x["method"]) == (a.label, a.without, a.method)]))
     return 0

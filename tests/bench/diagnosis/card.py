@@ -205,7 +205,7 @@ def compared(every: Sequence[Line], label: str, against: str) -> str:
     others = dict.fromkeys((x["label"], x["without"]) for x in every if x["method"] == "postproc")
     rows = []
     for other, without in others:
-        if (other, without) == (label, "") or (other != label and (without or other != against)):
+        if (other, without) == (label, "") or (other != label and (without or other not in against.split(","))):
             continue
         pairs = [(own[x["kind"], x["index"]], x) for x in _simulated(every) if (x["label"], x["without"], x["method"]) == (other, without, "postproc") and (x["kind"], x["index"]) in own]  # fmt: skip
         if not pairs:
@@ -221,17 +221,27 @@ def compared(every: Sequence[Line], label: str, against: str) -> str:
     return table(head, rows)
 
 
-def page(every: Sequence[Line], label: str, against: str) -> str:
-    """docs/scorecard.md."""
-    own = [x for x in every if (x["label"], x["without"], x["method"]) == (label, "", "postproc")]
+def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str:
+    """docs/scorecard.md. Args: rest: label whose lines stand for sets that the first one has not run."""
+    own, older = (
+        [x for x in every if (x["label"], x["without"], x["method"]) == (r, "", "postproc")] for r in (label, rest)
+    )
+    new = {(x["kind"], x["index"]) for x in own}
+    older = [x | {"set": f"{x['set']}, at `{rest}`"} for x in older if (x["kind"], x["index"]) not in new]
+    count = f"{len(_simulated(own))} simulated sets"
+    if older:
+        some = Counter(x["kind"] for x in _simulated(older))
+        count += f", and at `{rest}`\n{some.total()}: {', '.join(f'{n} of {k}' for k, n in some.items())}"
+    own += older
     what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
     text = Path(__file__).with_name("card.md").read_text()
-    pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (against, "", "postproc")]
-    before = f"`{against}` on {len(_simulated(pinned))} sets:\n\n{verdicts(pinned)}\n\n{figures(pinned)}\n\n{calibration(pinned)}"
+    first = against.split(",")[0]
+    pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (first, "", "postproc")]
+    before = f"`{first}` on {len(_simulated(pinned))} sets:\n\n{verdicts(pinned)}\n\n{figures(pinned)}\n\n{calibration(pinned)}"
     found = {
         "pinned": before if pinned else "",
         "label": label,
-        "count": str(len(_simulated(own))),
+        "count": count,
         "kinds": what,
         "verdicts": verdicts(own),
         "figures": figures(own),
