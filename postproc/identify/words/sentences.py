@@ -78,9 +78,11 @@ def to_record(d: Diagnosis) -> list[str]:
     From which side a joint comes and what the arm carries move every arm. Where nobody wrote them down, what they do
     looks like a law of whatever stands in the table, which explains some of it.
     """
-    state, told = d.base.data.state, sum(s.share for s in (*d.suspects[:1], *d.beside))
+    if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= WHOLE:
+        return []
+    state = d.base.data.state
     lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
-    return [name for name, column in lacking if column is None] if d.suspects and told < WHOLE else []
+    return [name for name, column in lacking if column is None]
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:
