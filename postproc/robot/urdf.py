@@ -36,17 +36,7 @@ def read_urdf(path: Path) -> Robot:
     import pinocchio
 
     pin: Any = pinocchio
-    if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
-        made = f"{path.name.split('.')[0]}_made.urdf"
-        text = f"`{path}` is a xacro file, a recipe for a URDF"
-        raise PostprocError.of("KIN007", text, help=f"make the URDF with ROS: `xacro {path} > {made}`, and give that")
-    text, snapped = exact_angles(_text(path))
-    said: list[str] = []
-    try:
-        with _parser_words(said):
-            model = pin.buildModelFromXML(text)
-    except (ValueError, RuntimeError) as error:
-        raise _wrong(path, f"not a URDF of a robot: {'; '.join(said) or error}") from error
+    model, snapped = _parsed(path, pin)
     serial = all(model.parents[i] == i - 1 for i in range(1, model.njoints))
     if model.nv != 6 or model.njoints != 7 or not serial:
         raise _wrong(
@@ -90,6 +80,21 @@ def read_urdf(path: Path) -> Robot:
             **({"angles": f"{', '.join(snapped)} rad taken as multiples of an eighth of a turn"} if snapped else {}),
         },
     )
+
+
+def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
+    """The model in pinocchio, and the angles that were taken as eighths of a turn."""
+    if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
+        made = f"{path.name.split('.')[0]}_made.urdf"
+        text = f"`{path}` is a xacro file, a recipe for a URDF"
+        raise PostprocError.of("KIN007", text, help=f"make the URDF with ROS: `xacro {path} > {made}`, and give that")
+    text, snapped = exact_angles(_text(path))
+    said: list[str] = []
+    try:
+        with _parser_words(said):
+            return pin.buildModelFromXML(text), snapped
+    except (ValueError, RuntimeError) as error:
+        raise _wrong(path, f"not a URDF of a robot: {'; '.join(said) or error}") from error
 
 
 def exact_angles(text: str) -> tuple[str, list[str]]:

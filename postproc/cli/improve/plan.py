@@ -69,12 +69,8 @@ def run(
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
         name = output.name if output is not None else "the table"
-        state = plan.state
-        loads = state.payload_mass
-        write(
-            rapid,
-            measuring_module(arm.robot, state.q, state.approach, labels, name, payload_kg=loads, extax=plan.extax),
-        )
+        q, sides, loads = plan.state.q, plan.state.approach, plan.state.payload_mass
+        write(rapid, measuring_module(arm.robot, q, sides, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
     if json:
