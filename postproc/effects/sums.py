@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Self
 
@@ -11,12 +12,12 @@ from numpy.typing import NDArray
 from postproc.effects.base import Effect, Variant
 
 
-class SumOfTerms(Effect):
+class SumOfTerms(Effect, ABC):
     """A sum of terms of one kind: a diagnosis adds one after another, and moves all of them when a new one is in."""
 
+    @abstractmethod
     def plus(self, term: Self) -> Self:
         """The effect with the terms of another one of its kind after its own."""
-        raise NotImplementedError
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
         """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""

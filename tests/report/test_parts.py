@@ -110,6 +110,11 @@ def test_tables_are_text_and_align() -> None:
     assert spec["rows"] == [["</script><x>", 1.23456, "a.html"], ["y", None, None]]
     assert [column["number"] for column in spec["columns"]] == [False, True]
     assert tables(table("t", ("name",), []))["t"]["rows"] == []
+    spec = tables(table("t", ("left", "empty", "name"), [(1, None, "y"), (0, "", "x")], links=(2, ["a.html", None])))[
+        "t"
+    ]
+    assert [column["title"] for column in spec["columns"]] == ["left", "name"]  # a column without any value is left out
+    assert (spec["rows"], spec["link"]) == ([[1, "y", "a.html"], [0, "x", None]], 1)
 
 
 def test_columns_are_read_as_they_were_written() -> None:

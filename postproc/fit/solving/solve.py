@@ -77,10 +77,9 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     aside: tuple[int, ...] = ()
     stopped, replaced, returned = set[Name](), set[Name](), set[Name]()
     at: Slope | None = None
-    place, good = problem, False
+    place, good, damping = problem, False, 0.0
     prior = _prior(problem, fresh, terms.determined)
     kept: tuple[Name, ...] = ()
-    damping = 0.0
 
     def sloped(frozen: Set[Name] = frozenset()) -> Slope:
         return slope(problem, terms.free, replaced | frozen, terms.strength, kept)

@@ -6,6 +6,7 @@ positioner carries is moved the same way, which is the inverse motion of the arm
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
 
@@ -27,14 +28,14 @@ Mask = NDArray[np.bool_]
 MOVED = 1e-6  # [m] or [rad]: an axis that stood still in all rows tells nothing of its motion
 
 
-class AxisMotion(Effect, reads=("external_axes", "robot"), linear=False):
+class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
     """A small motion of external axes, one entry of every parameter for each of them."""
 
     axes: tuple[str, ...] = structure(("a",))
 
+    @abstractmethod
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
         """T_base_axis (n, 4, 4), and X - 1 (n, 4, 4) of the motion X of the k-th axis in that frame."""
-        raise NotImplementedError
 
     def displacement(self, state: State) -> Displacement | None:
         if state.robot is None or state.station is None:
