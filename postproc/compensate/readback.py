@@ -22,7 +22,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station
 
 MOST = 2000  # events of the written program that are looked at together
@@ -38,7 +38,7 @@ def run_again(
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
+    written = read_again(program, drafts)
     ran = place_events(walk(written, options.entry), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
 
