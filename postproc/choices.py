@@ -32,6 +32,7 @@ class Choices(BaseModel):
         scope: correct all motions, or those that weld.
         allow_partial: write a program although statements that the arm cannot run as programmed stay as they are, or a
             weld between corrected ones does.
+        largest_correction_mm: beyond it nothing is written.
         template: folder of Jinja templates in place of the shipped ones.
         taught: names of tools, work objects, targets and other data that calibration and teach routines of the program
             set to the value in the file.
@@ -57,6 +58,7 @@ class Choices(BaseModel):
     run_time: Literal["off", "where-needed", "all"] | None = None
     run_time_module: str | None = None
     allow_partial: bool | None = None
+    largest_correction_mm: Positive | None = None
     template: str | None = None
     taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
     already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
@@ -120,6 +122,7 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
         "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
         "air_tolerance_m": None if choices.air_tolerance_mm is None else choices.air_tolerance_mm * 1e-3,
         "allow_partial": choices.allow_partial,
+        "largest_correction_m": None if choices.largest_correction_mm is None else choices.largest_correction_mm * 1e-3,
         "template_dir": None if choices.template is None else root / choices.template,
         "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
         "taught": None if choices.taught is None else tuple(choices.taught),

@@ -12,12 +12,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import accumulate
 from typing import Any, Literal, Self
 
 from postproc.excerpt import underlined, wrapped
 
 Severity = Literal["error", "warning", "info"]
 Span = tuple[int, int]
+
+_BLOCK = 4096
+_CONTINUED = bytes(range(0x80, 0xC0))  # bytes within a character of UTF-8
 
 
 _CONTROL = "\r(?!\n)|[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f"
@@ -70,11 +74,29 @@ class Source:
             return "latin-1"
         return "utf-8"
 
+    @cached_property
+    def _characters(self) -> list[int]:
+        """Characters before every block of ``_BLOCK`` bytes: a file of one line is not read anew for each finding."""
+        parts = (self.data[at : at + _BLOCK] for at in range(0, len(self.data), _BLOCK))
+        return [0, *accumulate(len(self._begun(part)) for part in parts)]
+
+    def _begun(self, part: bytes) -> bytes:
+        """The bytes at which a character begins."""
+        return part if self.encoding == "latin-1" else part.translate(None, _CONTINUED)
+
+    def _characters_before(self, offset: int) -> int:
+        block = min(offset, len(self.data)) // _BLOCK
+        return self._characters[block] + len(self._begun(self.data[block * _BLOCK : offset]))
+
+    def row(self, offset: int) -> int:
+        """Number of the line of a byte offset, from 1."""
+        return bisect_right(self.line_starts, offset)
+
     def position(self, offset: int) -> tuple[int, int]:
         """Line and column of a byte offset, both counted from 1, columns in characters."""
-        row = bisect_right(self.line_starts, offset) - 1
-        start = self.line_starts[row]
-        return row + 1, len(self.data[start:offset].decode(self.encoding, "replace")) + 1
+        row = self.row(offset)
+        start = self.line_starts[row - 1]
+        return row, self._characters_before(offset) - self._characters_before(start) + 1
 
     def line_span(self, number: int) -> Span:
         """Offsets of a line, without what ends it."""

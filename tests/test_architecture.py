@@ -176,3 +176,10 @@ def test_no_files_import_in_circles() -> None:
         for name in free:
             del uses[name]
     assert sorted(uses) == []
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_only_effects_know_the_library(path: Path) -> None:
+    """The rest asks effects by what they declare of themselves, so that one more effect is one more file."""
+    inside = path.relative_to(PACKAGE).parts[0] == "effects"
+    assert inside or not any(name.startswith("postproc.effects.library") for name in imported(path))

@@ -74,6 +74,7 @@ class ConvertOptions(ProgramOptions):
         scope: correct all motions (default), or those that weld.
         allow_partial: write the program although statements that the arm cannot run stay uncorrected, or a weld
             statement between corrected ones does.
+        largest_correction: farthest that a target may be moved [mm]; beyond it nothing is written. Default: 15.
         template: folder of Jinja templates in place of the shipped ones.
         already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia,
             with commas between them. What it leaves is corrected.
@@ -88,6 +89,7 @@ class ConvertOptions(ProgramOptions):
     air_tolerance: Tolerance | None = None
     scope: Literal["all", "welds"] | None = None
     allow_partial: Flag = False
+    largest_correction: Tolerance | None = None
     template: Path | None = None
     already: Names = ()
     channel: Names = ()
@@ -103,6 +105,7 @@ class ConvertOptions(ProgramOptions):
             "air_tolerance_mm": self.air_tolerance,
             "scope": self.scope,
             "allow_partial": self.allow_partial or None,
+            "largest_correction_mm": self.largest_correction,
             "template": self.template and str(self.template),
             "already": split_names(self.already) or None,
             "channel": dict(map(parse_channel, self.channel)) or None,

@@ -33,6 +33,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
+from postproc.effects.roles import FRAMES, Role
 from postproc.robot.arm import Robot
 
 __all__ = [
@@ -83,6 +84,7 @@ class Effect:
         laws_of: columns of the table of which every smooth law is the effect: a pattern of them gives way to its name.
         unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
             infinite where a diagnosis does not name it at all.
+        role: what it is to the rest of the package (`Role`), where that is more than one effect among others.
 
     What is not given is taken from the class it derives from.
     """
@@ -97,6 +99,7 @@ class Effect:
     beside: ClassVar[str] = ""
     laws_of: ClassVar[tuple[str, ...]] = ()
     unlikely: ClassVar[float] = 0.0
+    role: ClassVar[Role | None] = None
     _parameters: ClassVar[dict[str, Parameter]] = {}
     _structures: ClassVar[dict[str, Structure]] = {}
 
@@ -112,6 +115,7 @@ class Effect:
         beside: str | None = None,
         laws_of: Sequence[str] | None = None,
         unlikely: float | None = None,
+        role: Role | None = None,
     ) -> None:
         super().__init_subclass__()
         # dataclass() invents a docstring where there is none, so the title is taken before it runs.
@@ -125,6 +129,7 @@ class Effect:
         cls.beside = cls.beside if beside is None else beside
         cls.laws_of = cls.laws_of if laws_of is None else tuple(laws_of)
         cls.unlikely = cls.unlikely if unlikely is None else unlikely
+        cls.role = cls.role if role is None else role
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
         cls._parameters, cls._structures = _declared(cls, Parameter), _declared(cls, Structure)
@@ -257,6 +262,11 @@ class Effect:
     def amplitudes(self) -> NDArray[np.bool_]:
         """(p,) True for amplitudes, False for parameters that only form the effect."""
         return self.layout.amplitude
+
+    @property
+    def is_frame(self) -> bool:
+        """Whether it is the constant frame of the instrument or of the tool."""
+        return self.role in FRAMES
 
     @property
     def is_null(self) -> bool:

@@ -117,6 +117,13 @@ class State:
                 picked[name] = getattr(self, name)[index]
         return self.with_(**picked, channels={name: np.asarray(value)[index] for name, value in self.channels.items()})
 
+    @property
+    def session_of_rows(self) -> NDArray[np.str_]:
+        """(n,) name of the session of each row, its number where it has none; for states that have sessions."""
+        index = np.asarray(self.session, dtype=int)
+        names = np.array(self.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
+        return np.asarray(names[index])
+
     @cached_property
     def motions(self) -> list[BodyMotion] | None:
         """How each body moves (`body_motions`), for every load that asks; None where nothing tells it.

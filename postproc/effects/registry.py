@@ -42,6 +42,7 @@ from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.effects.library.structure.thermal_growth import ThermalGrowth
 from postproc.effects.loading import effects_of, load_effect_file, problems_of
+from postproc.effects.roles import Role
 
 Library = Mapping[str, type[Effect]]
 GROUP = "postproc.effects"
@@ -74,6 +75,11 @@ BUILT_IN: tuple[type[Effect], ...] = (
     Session,
     Outlier,
 )
+
+
+def effect_in_role(role: Role) -> type[Effect]:
+    """The effect of the library that has a role."""
+    return next(cls for cls in BUILT_IN if cls.role is role)
 
 
 def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:

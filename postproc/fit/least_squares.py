@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.library.frames.instrument_frame import InstrumentFrame
-from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import FRAMES, Role
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
 from postproc.fit.solving.determined import slope
@@ -142,15 +142,14 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     session_laws(model, data)
     data = _enough(data.rows(data.usable))
     figures = estimate_noise(data, noise)
-    lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
-    if not lacking or data.tool_known:
-        lacking = [e for e in lacking if e.key == "instrument_frame"]
+    frames = FRAMES[:1] if data.tool_known else FRAMES
+    lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
     whole = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(whole, data, make_weights(data, figures)))
-    whole, session = problem.model, problem.model.effect("session")
-    if session is not None and session is not model.effect("session"):
+    whole, session = problem.model, problem.model.in_role(Role.SESSION_FRAMES)
+    if session is not None and session is not model.in_role(Role.SESSION_FRAMES):
         lacking.append(session)
-    frame = model.effect("instrument_frame")
+    frame = model.in_role(Role.INSTRUMENT_FRAME)
     place = None if frame is None else elsewhere(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
     if frame is not None and place is not None:
         problem = seen_from(problem, place)

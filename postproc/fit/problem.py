@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.roles import Role
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -252,7 +253,7 @@ def at_least_ordinary(model: Model, spring: Effect) -> Effect:
 
     Half the stated one is taken; where none was measured, a fifth of the typical one of the fitted joints.
     """
-    if spring.key != "joint_compliance":
+    if spring.role is not Role.JOINT_SPRINGS:
         return spring
     x, known = spring.vector(), model.robot.stiffness_source == "measured"
     stated = model.robot.joint_compliance if known else None

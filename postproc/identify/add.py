@@ -17,7 +17,6 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.rounding import rounded
 from postproc.fit.solving.solve import Terms
-from postproc.fit.solving.step import FRAMES
 from postproc.fit.words.record import figures_json, fit_json
 from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidates.candidate import Screen
@@ -188,7 +187,7 @@ def _added(
         shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
         steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
     without: dict[str, Figures] = {}
-    for k, effect in enumerate(e for e in final.model.effects if e.key not in FRAMES):
+    for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
         # Of many rows what the slope foretells is near enough: nobody fits them ten times.
         fit = _without(final, effect.key, noise) if start is base else without_some(final, [effect.key])

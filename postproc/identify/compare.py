@@ -9,6 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.effects.roles import Role
 from postproc.fit.errors import distances, mm, rms
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate, fit_model
@@ -105,7 +106,7 @@ class Comparison:
         """DAT031 where the instrument stood elsewhere than for the model: the figures are those from there."""
         if self.before is None or not self.fit.free["instrument_frame"].any():
             return []
-        now = self.fit.model.effect("instrument_frame")
+        now = self.fit.model.in_role(Role.INSTRUMENT_FRAME)
         assert now is not None
         far = 1e3 * float(np.linalg.norm((now.vector() - self.before)[:3]))
         message = f"the instrument stood {far:.1f} mm from where the model has it, or turned: these points place it"
@@ -174,7 +175,7 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
     so that the figures speak of the arm. So is the place of an instrument that was set up elsewhere.
     """
-    frame = model.effect("instrument_frame")
+    frame = model.in_role(Role.INSTRUMENT_FRAME)
     fit = evaluate(model, data, noise=noise)
     error, place = fit.observed_error.copy(), fit.position_error
     error[list(fit.set_aside)] = np.nan

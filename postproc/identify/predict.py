@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
+from postproc.effects.roles import Role
 from postproc.fit.errors import distances
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate
@@ -100,7 +101,7 @@ def _place(model: Model, seen: Measurements) -> Fit:
         message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
         help_ = f"measure {FEWEST} poses at least, far from each other and not in line"
         raise PostprocError.of("DAT035", message, seen.source, help=help_)
-    bare = model.with_effects(*(e for e in model.effects if e.key != "instrument_frame"))
+    bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
     placed = evaluate(bare, replace(seen, rotation=None, joint=None))
     if any(key == "instrument_frame" for key, _ in placed.held):
         message = f"the {len(seen)} measured positions stand in line: they do not place the instrument"
@@ -127,7 +128,7 @@ def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], positi
         return
     message = f"the measured positions lie {1e3 * np.median(off):.0f} mm from the predicted ones in the median row"
     help_ = "is the instrument set up anew? `--place` places it by these rows"
-    if model.effect("instrument_frame") is None:
+    if model.in_role(Role.INSTRUMENT_FRAME) is None:
         help_ = f"the model does not know where the instrument stands; {help_.partition('? ')[2]}"
     yield Diagnostic("DAT035", "warning", message, data.source, help=help_)
 

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
+from postproc.effects.roles import Role
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
@@ -91,6 +92,10 @@ class Model:
     def effect(self, key: str) -> Effect | None:
         """The effect with a key, if the model holds it."""
         return next((e for e in self.effects if e.key == key), None)
+
+    def in_role(self, role: Role) -> Effect | None:
+        """The effect with a role, if the model holds it."""
+        return next((e for e in self.effects if e.role is role), None)
 
     def with_effects(self, *effects: Effect) -> Model:
         """The same arm with other effects."""

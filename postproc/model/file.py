@@ -14,8 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
-from postproc.effects.library.joints.joint_compliance import JointCompliance
-from postproc.effects.registry import effect_library, installed_effects
+from postproc.effects.registry import effect_in_role, effect_library, installed_effects
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.robot.arm import Robot
@@ -158,7 +158,7 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
             "and give that model with -m",
         )
     source = "estimated" if robot.stiffness_factor is not None else str(robot.stiffness_source)
-    springs = JointCompliance(compliance_rad_per_Nm=robot.joint_compliance)
+    springs = effect_in_role(Role.JOINT_SPRINGS).null().with_vector(robot.joint_compliance)
     return Model(robot, (springs,), robot_name=str(robot_name), stiffness_source=source)
 
 

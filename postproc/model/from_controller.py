@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.diagnostics import PostprocError
-from postproc.effects.library.joints.joint_compliance import JointCompliance
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration
@@ -45,7 +46,7 @@ def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
     sources[UNREAD] = ", ".join(calibration.unread)
     kind = "controller"
     robot = replace(robot, joint_compliance=compliance, stiffness_source=kind, stiffness_factor=None, sources=sources)
-    springs = JointCompliance(compliance_rad_per_Nm=compliance)
+    springs = effect_in_role(Role.JOINT_SPRINGS).null().with_vector(compliance)
     return Model(robot, (springs,), robot_name=robot_name, stiffness_source=kind)
 
 

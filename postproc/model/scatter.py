@@ -8,6 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
@@ -56,7 +57,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
 
 def _shares(model: Model, state: State) -> Array:
     """(42, 3 n) shares of the TCP's deflection [m]: joint by joint, of bodies 1 to 6 and of what is stated."""
-    spring = model.effect("joint_compliance")
+    spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
         return np.zeros((42, 3 * len(state)))
     state = model.felt(state)

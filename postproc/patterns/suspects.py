@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
@@ -112,7 +113,7 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     # A compliance that a missing load has pushed towards zero would hide it.
     springs = replace(problem.sensitivity, springs=problem.softer.springs)
     for name, b in LOADED.items() if weighed else ():
-        weight = ArmLoad(body=(b,))
+        weight = effect_in_role(Role.CARRIED_MASS).null(body=(b,))
         found[name] = springs.by_parameter(weight, weight.amplitudes())
     for b in range(1, 6):
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]

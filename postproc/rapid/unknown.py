@@ -65,6 +65,7 @@ class Kind(Enum):
     NEEDS_TRUTH = "NOT needs a truth value"
     TYPES = "the types of the expression do not fit each other"
     NESTED = "the calculation is nested too deeply"
+    TEXT_TOO_LONG = "a text is longer than the 80 characters that a string holds"
     NOT_WHOLE = "an array index is not a whole number"
     NO_COMPONENT = "`.{subject}` is not a known component"
     NO_PART = "the part that is written does not exist"

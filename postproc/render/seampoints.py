@@ -49,7 +49,7 @@ class SeamPoints:
 
     def finding(self, code: str, index: int, message: str, help_: str = "", severity: Severity = "error") -> Diagnostic:
         """A finding about one point, at its row."""
-        row = self.source.position(self.rows[index][0])[0]
+        row = self.source.row(self.rows[index][0])
         return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
 
     def doubts(self) -> list[Diagnostic]:

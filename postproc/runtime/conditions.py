@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.robot.kinematics import body_poses
 
@@ -85,7 +85,7 @@ def at_run_time(model: Model, channels: Mapping[str, float]) -> tuple[Model, tup
 
     def told(effect: Effect) -> bool:
         known = all(name in TOLD or name in channels for name in effect.reads)
-        return known and not isinstance(effect, ToolFrame)
+        return known and effect.role is not Role.TOOL_FRAME
 
     return model.with_effects(*filter(told, ours)), tuple(e.key for e in ours if not told(e))
 

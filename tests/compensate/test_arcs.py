@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -77,3 +78,13 @@ def test_the_name_of_the_function_is_free() -> None:
     own = '  PROC ppArcPoint()\n    TPWrite "";\n  ENDPROC\n'
     text = written(convert(TEXT.replace("ENDMODULE", own + "ENDMODULE"), tolerance_m=5e-6))
     assert "LOCAL FUNC pos ppArcPoint2(" in text and "[ppArcPoint2(a,b,c," in text
+
+
+@pytest.mark.parametrize("written_by", [str.upper, str.lower, str])
+def test_a_corrected_program_without_its_header_is_known_by_its_function(written_by: Callable[[str], str]) -> None:
+    """Somebody takes all comments out, and an editor changes the case of the words."""
+    text = written(convert(TEXT, tolerance_m=5e-6))
+    stripped = "\n".join(line for line in lines_of(text) if not line.lstrip().startswith("!"))
+    assert "compensated" not in stripped
+    again = convert(written_by(stripped))
+    assert [d.code for d in again.diagnostics] == ["CMP001"] and not again.outputs

@@ -53,11 +53,21 @@ def test_a_gantry_turns_the_correction_round() -> None:
     assert np.abs(gantry + floor).max() < 0.02
 
 
-@pytest.mark.parametrize(("turn", "severity"), [(0.002, None), (0.01, "warning"), (0.2, "error")])
-def test_a_correction_that_no_arm_needs_is_not_written_in_silence(turn: float, severity: str | None) -> None:
+@pytest.mark.parametrize(
+    ("turn", "allowed", "severity"),
+    [
+        (0.002, 0.015, None),
+        (0.01, 0.015, "warning"),
+        (0.01, 0.008, "error"),
+        (0.02, 0.015, "error"),
+        (0.02, 0.04, "warning"),
+        (0.2, 0.015, "error"),
+    ],
+)
+def test_a_correction_that_no_arm_needs_is_not_written(turn: float, allowed: float, severity: str | None) -> None:
     """0.2 deg of joint 2 written where radians are meant move the torch by a quarter of a metre."""
     offset = f"[effects.joint_offset]\noffset_rad = [0, {turn}, 0, 0, 0, 0]\n"
-    found = convert(TEXT, model(SPRINGS.format("3e-7") + offset), force=NO_FORCE)
+    found = convert(TEXT, model(SPRINGS.format("3e-7") + offset), force=NO_FORCE, largest_correction_m=allowed)
     doubts = [d for d in found.diagnostics if d.code == "CMP015"]
     assert [d.severity for d in doubts] == ([severity] if severity else [])
     assert all("most of it by `joint_offset`" in d.message for d in doubts)

@@ -145,10 +145,11 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
     """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
-    from postproc.fit.solving.step import FRAMES
+    from postproc.effects.registry import effect_in_role
+    from postproc.effects.roles import FRAMES
     from postproc.measure.checks.readings import HOPELESS_M
 
-    left_out = [f"`{key}`" for key in FRAMES if key not in keys]
+    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAMES) if key not in keys]
     if not left_out or fit.rms < NO_FRAME:
         return
     message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"

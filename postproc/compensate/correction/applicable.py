@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
-from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.controller_part import corrected_by_controller
 from postproc.model.doubts import doubts
@@ -62,7 +61,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
         if untold := [name for name in effect.reads if name not in told and name not in stated]:
             findings.append(_left_out(effect, untold, source))
             continue
-        if isinstance(effect, ToolFrame):
+        if effect.role is Role.TOOL_FRAME:
             carried, finding = _carry_tool(model, effect, events)
             findings.append(finding)
             if carried is None:
@@ -124,9 +123,9 @@ def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]
         yield Diagnostic("CMP014", "warning", text, source, None, help_)
 
 
-def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) -> tuple[ToolFrame | None, Diagnostic]:
+def _carry_tool(model: Model, effect: Effect, events: Sequence[MotionEvent]) -> tuple[Effect | None, Diagnostic]:
     """The error of the measured tool as the error of the program's tool, None where the program has another."""
-    measured = model.T_flange_tcp @ displace(np.concatenate([effect.shift_m, effect.turn_rad]))
+    measured = model.T_flange_tcp @ displace(effect.vector())
     source = events[0].statement.source
     used = {e.tool.name: e.tool for e in events if e.reason is None}
     tools = {name: tool_matrix(tool) for name, tool in used.items()}
@@ -142,7 +141,7 @@ def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) 
         f"`{name}` is taken for the tool that was measured: its TCP stands {1e3 * far[name]:.2f} mm from its tooldata"
     )
     finding = Diagnostic("CMP011", "info", text, source, None, "calibrate the tool anew and this correction vanishes")
-    return replace(effect, shift_m=shift, turn_rad=np.zeros(3)), finding
+    return effect.with_vector(np.concatenate([shift, np.zeros(3)])), finding
 
 
 def _moves_instrument(model: Model, effect: Effect) -> bool:

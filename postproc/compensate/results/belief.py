@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 import numpy as np
 
 from postproc.compensate.plan import Plan
@@ -11,8 +13,7 @@ from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move
 
-# [m]: industrial arms are off by a few millimetres where they are neither calibrated nor loaded beyond what they carry.
-DOUBTFUL, IMPOSSIBLE = 0.01, 0.05
+DOUBTFUL = 0.01  # [m]: most arms are off by less, calibrated or not
 
 
 def doubt_weights(model: Model, plan: Plan) -> list[Diagnostic]:
@@ -30,24 +31,26 @@ def doubt_weights(model: Model, plan: Plan) -> list[Diagnostic]:
 
 
 def doubt_corrections(model: Model, plan: Plan) -> list[Diagnostic]:
-    """CMP015 at the target with the largest correction: a warning above 10 mm, an error above 50 mm.
-
-    It names the effect that does most of it.
-
+    """CMP015 at the target with the largest correction, with the effect that does most of it: a warning above 10 mm, an
+    error beyond what the options allow.
     """
     samples = plan.motion.samples
     wanted = samples.T_work_tcp[samples.goal, :3, 3]
     moved = np.linalg.norm(samples.curves.mounts.work(plan.exact.T_base_flange)[:, :3, 3] - wanted, axis=1)
     worst = int(np.argmax(moved))
-    if moved[worst] <= DOUBTFUL:
+    allowed = plan.motion.options.largest_correction_m
+    if moved[worst] <= min(DOUBTFUL, allowed):
         return []
     state = plan.motion.at(samples.goal[[worst]])
     rigid = predict(model.with_effects(), state)[0, :3, 3]
     alone = {e.key: np.linalg.norm(predict(model.with_effects(e), state)[0, :3, 3] - rigid) for e in model.effects}
     key = max(alone, key=lambda k: float(alone[k]))
-    severity: Severity = "error" if moved[worst] > IMPOSSIBLE else "warning"
+    severity: Severity = "error" if moved[worst] > allowed else "warning"
     text = (
         f"the model moves this target by {1e3 * moved[worst]:.1f} mm, most of it by `{key}` ({1e3 * alone[key]:.1f} mm)"
     )
-    help_ = "no arm is that far off: look at the numbers of this effect (rad, m, kg) and at the loads of the program"
+    help_ = "look at the numbers of this effect (rad, m, kg) and at the loads of the program"
+    if severity == "error":
+        text += f"; more than {1e3 * allowed:g} mm is not written"
+        help_ += f"; if it is meant, `--largest-correction {ceil(1e3 * moved[worst])}`"
     return [at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)]

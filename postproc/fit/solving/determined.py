@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.roles import Role
 from postproc.fit.problem import Problem
-from postproc.fit.solving.step import FRAMES, Masks, Name, Slope, sizes
+from postproc.fit.solving.step import Masks, Name, Slope, sizes
 
 NEARBY = 3.0
 """Ordinary sizes by which places deviate from the origin of their body."""
@@ -95,7 +96,7 @@ def pull(problem: Problem, effect: Effect) -> Array:
     away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal fits lies one that an arm
     may have.
     """
-    if effect.key in (*FRAMES, "session"):  # the instrument may stand anywhere
+    if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
         return np.zeros(len(effect.vector()))
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
     wide = np.where(effect.amplitudes(), 30.0, np.where(places, NEARBY, np.inf))

@@ -15,7 +15,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.solving.determined import slope
 from postproc.fit.solving.reweight import reweighted
-from postproc.fit.solving.step import FRAMES, Masks, Name, Slope, sizes
+from postproc.fit.solving.step import Masks, Name, Slope, sizes
 from postproc.measure.checks.repeats import Noise
 
 SWEEPS = 40
@@ -163,7 +163,7 @@ def _held_at_prior(
         if effect.key in fresh:
             back &= effect.amplitudes()  # where the points of a new hose are is a guess
         there = effect.with_vector(np.where(back, prior[effect.key], x))
-        known = effect.key in FRAMES or effect.roughness() is not None or not back.any()
+        known = effect.is_frame or effect.roughness() is not None or not back.any()
         mute = there.is_null and any(key == effect.key for key, _ in at.parameters)
         change = prior[effect.key] - x
         if known or mute or (effect.key in fresh and not _made_up_for(problem, at, effect, back, change)):
@@ -183,7 +183,7 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
     """
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
-    every = [e for e in problem.model.effects if e.key not in FRAMES]
+    every = [e for e in problem.model.effects if not e.is_frame]
     here = {(e.key, i): x for e in every for i, x in enumerate(e.vector())}
     size = {(e.key, i): x for e in every for i, x in enumerate(sizes(problem, e))}
     others = [(name, by) for name, by in zip(at.parameters, step, strict=True) if name in here]

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.effects.library.frames.session import Session, names_of_rows
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
 from postproc.fit.problem import Problem
 from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, Arm
@@ -27,24 +28,26 @@ def start_frames(problem: Problem) -> Problem:
     """
     data = problem.data
     rows = np.asarray(np.isfinite(data.position).all(axis=1))
-    if data.state.session is None or problem.model.effect("instrument_frame") is None:
+    if data.state.session is None or problem.model.in_role(Role.INSTRUMENT_FRAME) is None:
         return _placed(problem, rows)
-    session = names_of_rows(data.state)
+    session = data.state.session_of_rows
     first = np.asarray(rows & (session == session[np.argmax(rows)]))
     moved = _moved(_placed(problem, first), session, rows) if first.sum() >= FEWEST else {}
     if not moved:
         return _placed(problem, rows)
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
-    frame = begun.model.effect("instrument_frame")
+    frame = begun.model.in_role(Role.INSTRUMENT_FRAME)
     assert frame is not None
-    known = begun.model.effect("session")
+    known = begun.model.in_role(Role.SESSION_FRAMES)
     steps: dict[str, Array] = {}
-    if isinstance(known, Session):
-        steps = dict(zip(known.session, np.hstack([known.shift_m, known.turn_rad]), strict=True))
+    if known is not None:
+        names = vars(known)["session"]
+        steps = dict(zip(names, np.hstack(list(known.vector().reshape(2, len(names), 3))), strict=True))
     steps |= {name: _vector(place) - frame.vector() for name, place in moved.items()}
     step = np.array(list(steps.values()))
-    frames = Session(session=tuple(steps), shift_m=step[:, :3], turn_rad=step[:, 3:])
-    others = [e for e in begun.model.effects if e.key not in ("instrument_frame", "session")]
+    frames = effect_in_role(Role.SESSION_FRAMES).null(session=tuple(steps))
+    frames = frames.with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
+    others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
     # Frames come first: what does the same as they (joint 1) is held against them.
     return begun.at([frame, frames, *others])
 
@@ -67,13 +70,13 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
 def seen_from(problem: Problem, place: Alignment) -> Problem:
     """The problem with its instrument there."""
     every = problem.model.effects
-    return problem.at([e.with_vector(_vector(place)) if e.key == "instrument_frame" else e for e in every])
+    return problem.at([e.with_vector(_vector(place)) if e.role is Role.INSTRUMENT_FRAME else e for e in every])
 
 
 def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
     """The problem with its null frames where some rows see them."""
     model, data = problem.model, problem.data
-    frame, tool = model.effect("instrument_frame"), model.effect("tool_frame")
+    frame, tool = model.in_role(Role.INSTRUMENT_FRAME), model.in_role(Role.TOOL_FRAME)
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
     if not fresh or rows.sum() < FEWEST or frame is None or not frame.is_null:
         return problem
@@ -96,7 +99,7 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
 
 def turned_tool(problem: Problem) -> Problem:
     """The problem with its tool turned as measured orientations say, as they are seen on the average."""
-    tool, rotation = problem.model.effect("tool_frame"), problem.data.rotation
+    tool, rotation = problem.model.in_role(Role.TOOL_FRAME), problem.data.rotation
     if tool is None or rotation is None:
         return problem
     off = np.swapaxes(problem.T_instrument_tcp[:, :3, :3], 1, 2) @ rotation
@@ -106,7 +109,7 @@ def turned_tool(problem: Problem) -> Problem:
     x = tool.vector()
     turn = Rotation.from_rotvec(x[3:]) * Rotation.from_matrix(off[good]).mean()
     whole = tool.with_vector(np.concatenate([x[:3], turn.as_rotvec()]))
-    return problem.at([whole if e.key == "tool_frame" else e for e in problem.model.effects])
+    return problem.at([whole if e.role is Role.TOOL_FRAME else e for e in problem.model.effects])
 
 
 def _vector(place: Alignment) -> Array:

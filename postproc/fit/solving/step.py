@@ -15,8 +15,6 @@ from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.linear import MANY
 from postproc.fit.problem import Problem, Weights
 
-FRAMES = ("instrument_frame", "tool_frame")
-
 SMALL = 0.3
 """Share of its ordinary size by which a parameter may move without changing the others' columns."""
 

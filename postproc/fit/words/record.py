@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
+from postproc.effects.roles import Role
 from postproc.fit.errors import mm
 from postproc.fit.fitted import Fit
 from postproc.fit.recorded import left_of_pose
@@ -62,7 +63,7 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
 
 def _unphysical(fit: Fit) -> list[Diagnostic]:
     """DAT026 where the fit makes joints yield against their load, by more than the interval."""
-    effect = fit.model.effect("joint_compliance")
+    effect = fit.model.in_role(Role.JOINT_SPRINGS)
     if effect is None:
         return []
     x, width = effect.vector().copy(), fit.intervals[effect.key]

@@ -12,7 +12,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
-from postproc.fit.solving.step import FRAMES, Name
+from postproc.fit.solving.step import Name
 from postproc.identify.candidates.candidate import Screen
 from postproc.identify.candidates.composition import compose
 from postproc.identify.candidates.forms import ordinary
@@ -32,7 +32,7 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
         size = ordinary(fit.model, effect, mask)
         old.append(fit.problem.columns(effect, mask) * size)
         new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
-        tied.append(np.full(len(size), 1e-6 if effect.key in FRAMES else 1 / 30**2))
+        tied.append(np.full(len(size), 1e-6 if effect.is_frame else 1 / 30**2))
     return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
 
 
@@ -50,7 +50,8 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
     entries = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
-    arm = np.array([key not in FRAMES for key, _ in entries])
+    frames = {e.key for e in fit.model.effects if e.is_frame}
+    arm = np.array([key not in frames for key, _ in entries])
     width = np.sqrt(np.diag(P))
     every = Z.reshape(-1, Z.shape[2])
     told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER

@@ -13,6 +13,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.contract import AXES, State
 from postproc.effects.registry import effect_library, find_effect
+from postproc.effects.roles import Role
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.problem import Problem, make_weights
@@ -177,7 +178,7 @@ def plan_poses(
         chosen, before, after = separate(fit, pool, pair, n)
         worst, never = [], []
     picked = pool.data.rows(np.array(chosen)).state
-    T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
+    T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.role is not Role.INSTRUMENT_FRAME)), picked)
     return Plan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
 
 

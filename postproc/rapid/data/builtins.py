@@ -27,6 +27,8 @@ from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
 from postproc.rapid.syntax.tokens import word_set
 from postproc.rapid.unknown import Kind, Unknown
 
+MOST_DECIMALS = 80  # a string holds no more
+
 
 def offs(target: Data, x: float, y: float, z: float) -> Data:
     """Offs: displacement in the object frame, orientation unchanged."""
@@ -98,6 +100,13 @@ def whole_text(value: Data) -> str:
     return str(int(value))
 
 
+def number_text(value: float, decimals: float) -> str:
+    """NumToStr: a number with that many decimals."""
+    if decimals > MOST_DECIMALS:
+        raise ValueError("more decimals than a string holds")
+    return f"{value:.{int(decimals)}f}"
+
+
 def magnitude(v: Vec3) -> float:
     """VectMagn: length of a vector."""
     return math.sqrt(dot(v, v))
@@ -135,7 +144,7 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "dim": ("num", dimension),
     "strlen": ("num", lambda s: float(len(s))),
     "strpart": ("string", string_part),
-    "numtostr": ("string", lambda x, decimals: f"{x:.{int(decimals)}f}"),
+    "numtostr": ("string", number_text),
     "valtostr": ("string", whole_text),
     "numtodnum": ("dnum", float),
     "dnumtonum": ("num", float),

@@ -217,7 +217,7 @@ class MotionStatement:
     @property
     def line(self) -> int:
         """Number of its first line, from 1."""
-        return self.source.position(self.span[0])[0]
+        return self.source.row(self.span[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

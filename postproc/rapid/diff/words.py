@@ -79,7 +79,7 @@ def _rows(program: Program) -> dict[str, list[_Row]]:
         before = 0
         for number, body in enumerate((routine.body, *routine.handlers)):
             if number:
-                rows.append(_Row(("handler",), routine.source.position(body[0].span[0])[0] if body else 0, before))
+                rows.append(_Row(("handler",), routine.source.row(body[0].span[0]) if body else 0, before))
             before = _add_rows(program, routine, body, before, rows)
         if rows:
             found.setdefault(routine.key, []).extend(rows)
@@ -98,7 +98,7 @@ def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], bef
         if statement.branches:
             spans = [*statement.parts, *(c for branch in statement.branches for c in branch.conditions)]
         text = " ".join([statement.kind, *(source.data[s:e].decode("latin-1") for s, e in spans)])
-        line, end = (source.position(at)[0] for at in (statement.span[0], statement.span[1] - 1))
+        line, end = (source.row(at) for at in (statement.span[0], statement.span[1] - 1))
         rows.append(_Row(words(text)[0 if statement.branches else 1 :], line, before))
         for number, branch in enumerate(statement.branches, 1):
             before = _add_rows(program, routine, branch.body, before, rows)
@@ -120,7 +120,7 @@ def compare_declarations(a: Program, b: Program) -> Iterator[Difference]:
             continue
         kind: Literal["changed", "added", "removed"] = "changed" if x and y else "removed" if x else "added"
         either = y or x
-        lines = [d.source.position(d.span[0])[0] if d else None for d in (x, y)]
+        lines = [d.source.row(d.span[0]) if d else None for d in (x, y)]
         if either is not None:
             row = (("value", texts[0], texts[1]),) if kind == "changed" else ()
             yield Difference(kind, "declaration", either.module, either.name, lines[0], lines[1], arguments=row)

@@ -30,6 +30,7 @@ from postproc.rapid.syntax.trees import (
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 MOST_NOTED = 100  # causes
+MOST_LETTERS = 80  # of a string
 
 
 class Scope(Protocol):
@@ -89,7 +90,7 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
         case Number(_, value):
             return Value(value, "num")
         case Text(_, text):
-            return Value(text, "string")
+            return Value(as_string(text), "string")
         case Truth(_, truth):
             return Value(truth, "bool")
         case Name():
@@ -134,6 +135,17 @@ def whole(data: Data) -> int:
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
         raise Unknown(Kind.NOT_WHOLE)
     return int(data)
+
+
+def as_string(text: str) -> str:
+    """A text as a ``string`` holds it (ABB RAPID reference manual, data type ``string``).
+
+    Raises:
+        Unknown: it is longer; the controller stops there.
+    """
+    if len(text) > MOST_LETTERS:
+        raise Unknown(Kind.TEXT_TOO_LONG)
+    return text
 
 
 def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
@@ -192,7 +204,7 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
             case "*":
                 return _product(replace(a, data=x), replace(b, data=y), kind)
             case "+" if isinstance(x, str) or isinstance(y, str):
-                return Value(x + y, "string")
+                return Value(as_string(x + y), "string")
             case _:
                 combine = add if operator == "+" else sub
                 if isinstance(x, tuple):
@@ -245,7 +257,7 @@ def _call(call: Call, scope: Scope) -> Value:
     if call.name in BY_ARM:
         return _read(scope.by_arm(call.text, arguments, options), scope)
     kind, data = functions.call(call.name, arguments, options)
-    return Value(as_type(data, kind), kind)
+    return Value(as_string(data) if kind == "string" else as_type(data, kind), kind)
 
 
 def names_in(tree: Expression) -> set[str]:

@@ -46,7 +46,7 @@ class Flow(Loops):
         self.left = left
         self.stack.pop()
         self.conditional = conditional
-        self.ways.ends, self.ways.exits = self.ways.ends | self.ways.exits, exits
+        self.ways.ends, self.ways.exits = self.ways.either(self.ways.ends, self.ways.exits), exits
         result, self.returned = self.returned, outer
         return result
 
@@ -194,7 +194,7 @@ class Flow(Loops):
             left = len(self.left)
             if self.body(branch.body, memory):
                 ends.append(memory.changed)
-                stands |= self.ways.ends
+                stands = self.ways.either(stands, self.ways.ends)
                 arms[arm] = memory.changed
             else:
                 self.ways.leave()
@@ -209,7 +209,7 @@ class Flow(Loops):
             if not uncertain:
                 return True
             ends.append(memory.changed)  # none of the conditions holds
-            stands |= begin
+            stands = self.ways.either(stands, begin)
             arms[len(statement.branches)] = None
         if self.recorder.emitting and len(arms) > 1:
             self.choose(statement, arms, len(self.left) > out, memory)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from postproc.diagnostics import Span
 from postproc.rapid.program.program import statements_in, statements_of
 from postproc.rapid.syntax.nodes import Branch, Routine, Statement
 
 UNTIL = "until"  # word of a loop that ends when its condition holds
+MOST_SEEN = 50  # times the statements of a body: jumps across one another could make their square or more to look at
+
+Jump = tuple[Statement, tuple[Statement, ...]]
 
 
 def jumps_in(routine: Routine) -> Mapping[str, int]:
@@ -23,51 +26,119 @@ def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[S
     ``l: S; IF c GOTO l;`` is S and then ``WHILE c`` S; ``l: S; GOTO l;`` is a loop without end; ``IF c GOTO l; S; l:``
     runs S unless c holds; ``l: S; IF c GOTO m; T; GOTO l; m:`` is S and then, as long as c does not hold, T and S.
     """
-    if not jumps:
+    if not jumps or not any(s.kind == "label" for s in body):
         return body
-    labels = {s.word: i for i, s in enumerate(body) if s.kind == "label" and jumps.get(s.word) == 1}
-    for j, statement in enumerate(body if labels else ()):
+    rewritten = _Rewritten(body, jumps)
+    while rewritten.at < len(body):
+        rewritten.take(body[rewritten.at])
+    return tuple(rewritten.steps)
+
+
+class _Rewritten:
+    """The statements up to a place of a body, as what their jumps do.
+
+    Args:
+        labels, ahead: where in ``steps`` labels stand, and conditional jumps to labels that have not come yet; what
+            has become part of a loop or branch since is no longer there.
+        sizes: how many statements each of the steps holds, with those inside; spare: how many may still be looked at.
+    """
+
+    def __init__(self, body: tuple[Statement, ...], jumps: Mapping[str, int]) -> None:
+        self.body, self.jumps, self.at = body, jumps, 0
+        self.steps: list[Statement] = []
+        self.sizes: list[int] = []
+        self.labels: dict[str, tuple[int, Statement]] = {}
+        self.ahead: dict[str, tuple[int, Statement]] = {}
+        self.spare = MOST_SEEN * len(body)
+
+    def take(self, statement: Statement) -> None:
+        """Add the next statement, and what it makes of those before it."""
+        self.at += 1
+        alone = self.jumps.get(statement.word) == 1
+        if statement.kind == "label":
+            if not (alone and self.skips(statement)):
+                self.labels[statement.word] = len(self.steps), statement
+                self.put(len(self.steps), [statement])
+            return
         jump = _jump(statement)
-        i = labels.get(jump[0].word) if jump is not None else None
-        if jump is None or i is None:
-            continue
-        (goto, before), part = jump, body[min(i, j) + 1 : max(i, j)]
-        span = (min(body[i].span[0], statement.span[0]), max(body[i].span[1], statement.span[1]))
+        if jump is not None and self.jumps.get(jump[0].word) == 1:
+            if self.place(self.labels, jump[0].word) is not None:
+                if self.loops(statement, jump):
+                    return
+            elif statement is not jump[0]:
+                self.ahead[jump[0].word] = len(self.steps), statement
+        self.put(len(self.steps), [statement])
+
+    def put(self, at: int, steps: Sequence[Statement]) -> None:
+        """Put steps in the place of all from ``at`` on."""
+        self.steps[at:] = steps
+        self.sizes[at:] = [len(statements_in([step])) if step.branches else 1 for step in steps]
+
+    def place(self, places: Mapping[str, tuple[int, Statement]], word: str) -> int | None:
+        """Where a label, or the jump to it, still stands."""
+        at, statement = places.get(word, (0, None))
+        return at if at < len(self.steps) and self.steps[at] is statement else None
+
+    def looks(self, at: int) -> bool:
+        """Whether all from a step on may be looked at once more."""
+        self.spare -= sum(self.sizes[at:])
+        return self.spare >= 0
+
+    def skips(self, label: Statement) -> bool:
+        """Make what stands between a jump and its label a branch."""
+        at = self.place(self.ahead, label.word)
+        if at is None or not self.looks(at):
+            return False
+        statement, part = self.steps[at], tuple(self.steps[at + 1 :])
+        jump = _jump(statement)
+        if jump is None or any(self.leads_before(s, at) for s in part):
+            return False
+        span, branch = (statement.span[0], label.span[1]), Branch(statement.branches[0].conditions, jump[1])
+        self.put(at, [Statement("if", span, "", (), (branch, Branch((), part)))])
+        return True
+
+    def leads_before(self, statement: Statement, at: int) -> bool:
+        """Whether a statement jumps back to a label before a place: what it skips is part of a loop."""
+        jump = _jump(statement)
+        place = self.place(self.labels, jump[0].word) if jump is not None else None
+        return place is not None and place < at
+
+    def loops(self, statement: Statement, jump: Jump) -> bool:
+        """Make what stands between a label and the jump back to it a loop."""
+        at = self.labels[jump[0].word][0]
+        if not self.looks(at):
+            return False
+        part, (goto, before) = tuple(self.steps[at + 1 :]), jump
+        span = self.steps[at].span[0], statement.span[1]
+        gone = Statement("placeholder", self.steps[at].span)  # what follows the label keeps its place
         conditions = statement.branches[0].conditions if statement is not goto else ()
-        if i < j:
-            if not conditions and (turns := _until(part, body[j + 1 :], labels, span)):
-                return structured((*body[:i], *turns, *body[j + 2 :]), jumps)
+        if not conditions:
+            if turns := self.until(part, span):
+                self.put(at, [gone, *turns])
+                self.at += 1
+                return True
             inside = {s.word for s in part if s.kind == "label"}
-            if not conditions and any(s.kind == "goto" and s.word not in inside for s in statements_in(part)):
-                continue  # it leads out of the loop, nobody knows when
-            loop = Statement("while", span, "", conditions, (Branch(conditions, (*before, *part)),))
-            return structured((*body[:i], *(part if conditions else ()), loop, *body[j + 1 :]), jumps)
-        if conditions and not any(_leads_before(s, body[:j]) for s in part):
-            skip = Statement("if", span, "", (), (Branch(conditions, before), Branch((), part)))
-            return structured((*body[:j], skip, *body[i + 1 :]), jumps)
-    return body
+            if any(s.kind == "goto" and s.word not in inside for s in statements_in(part)):
+                return False  # it leads out of the loop, nobody knows when
+        loop = Statement("while", span, "", conditions, (Branch(conditions, (*before, *part)),))
+        self.put(at, [gone, *part, loop] if conditions else [loop])
+        return True
+
+    def until(self, part: tuple[Statement, ...], span: Span) -> tuple[Statement, ...]:
+        """A part that is repeated until a condition in it leads to the label behind it; empty if it is none."""
+        after = self.body[self.at] if self.at < len(self.body) else None
+        if after is None or after.kind != "label" or self.jumps.get(after.word) != 1:
+            return ()
+        for k, statement in enumerate(part):
+            jump = _jump(statement)
+            if jump and statement.kind == "if" and jump[0].word == after.word:
+                conditions = statement.branches[0].conditions
+                loop = Statement("while", span, UNTIL, conditions, (Branch(conditions, (*part[k + 1 :], *part[:k])),))
+                return (*part[:k], loop, *jump[1])
+        return ()
 
 
-def _until(
-    part: tuple[Statement, ...], after: tuple[Statement, ...], labels: Mapping[str, int], span: Span
-) -> tuple[Statement, ...]:
-    """A part that is repeated until a condition in it leads to the label directly after it; empty if it is none."""
-    for k, statement in enumerate(part):
-        jump = _jump(statement)
-        if jump and statement.kind == "if" and jump[0].word in labels and after and after[0].word == jump[0].word:
-            conditions = statement.branches[0].conditions
-            loop = Statement("while", span, UNTIL, conditions, (Branch(conditions, (*part[k + 1 :], *part[:k])),))
-            return (*part[:k], loop, *jump[1])
-    return ()
-
-
-def _leads_before(statement: Statement, body: tuple[Statement, ...]) -> bool:
-    """Whether a statement jumps back to a label of the body before it: what it skips is part of a loop."""
-    jump = _jump(statement)
-    return jump is not None and any(s.kind == "label" and s.word == jump[0].word for s in body)
-
-
-def _jump(statement: Statement) -> tuple[Statement, tuple[Statement, ...]] | None:
+def _jump(statement: Statement) -> Jump | None:
     """The GOTO with which a statement or its only branch ends, and what that branch does before."""
     if statement.kind == "goto":
         return statement, ()

@@ -10,7 +10,7 @@ from postproc.rapid.data.values import Value, single
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
-from postproc.rapid.execution.calls import Execution
+from postproc.rapid.execution.calls import MAX_STEPS, Execution
 from postproc.rapid.execution.jumps import UNTIL
 from postproc.rapid.program.write_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
@@ -18,6 +18,7 @@ from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown
 
 MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
+MOST_STEPS_ABOVE = 2  # times MAX_STEPS: from there on what is in a loop is not followed at all
 MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; after them all it changes is unknown
 
 
@@ -102,6 +103,10 @@ class Loops(Execution):
         """
         keys = self.changes.of_one(loop, memory.frame.routine)
         memory.frame.bindings.update(bindings)
+        if self.steps > MOST_STEPS_ABOVE * MAX_STEPS:
+            forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
+            self.ways.doubt()
+            return
         body, moves = loop.branches[0].body, "@moves" in keys
         keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
         keys |= self.changes.of_one(loop, memory.frame.routine) & {UNSEEN}

@@ -8,21 +8,49 @@ from postproc.rapid.data.events import MotionEvent
 
 NOWHERE = -1  # where the arm stands is not known; less than that: see ``Predecessors.stay``
 MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
+MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
 
 
 class Predecessors:
     """Events in the order in which they run; where several ways meet, one after the other.
 
+    ``ends`` are indices of the events after one of which the arm stands now, or codes for where that is not known.
+
     Args:
-        ends: indices of the events after one of which the arm stands now, or codes for where that is not known.
         exits: the same for ways on which the routine may have been left.
     """
 
     def __init__(self) -> None:
         self.events: list[MotionEvent] = []
-        self.ends: frozenset[int] = frozenset({NOWHERE})
+        self._ends: frozenset[int] = frozenset({NOWHERE})
         self.exits: frozenset[int] = frozenset()
         self.last = NOWHERE  # the last event that moves the arm
+
+    @property
+    def ends(self) -> frozenset[int]:
+        """Where the arm may stand (see above)."""
+        return self._ends
+
+    @ends.setter
+    def ends(self, ends: frozenset[int]) -> None:
+        self._ends = self.either(ends, frozenset())
+
+    def either(self, ends: frozenset[int], more: frozenset[int]) -> frozenset[int]:
+        """Ends of some ways and of others; of very many those alone that a motion after them tells from all: two at
+        each of the last places (see ``go``), and codes.
+        """
+        ends |= more
+        if len(ends) <= MOST_KEPT:
+            return ends
+        places: dict[tuple[object, ...], list[int]] = {}
+        kept = [*sorted(end for end in ends if end < NOWHERE)[:2], *ends & {NOWHERE}]
+        for end in sorted(ends, reverse=True):
+            if end <= NOWHERE or len(places) == MOST_WAYS:
+                break
+            here = places.setdefault(reached(self.events[end]), [])
+            kept += [end] if len(here) < 2 else []
+            here.append(end)
+        return frozenset(kept)
 
     @property
     def known(self) -> list[int]:
@@ -56,7 +84,7 @@ class Predecessors:
 
     def leave(self) -> None:
         """The routine ends on this way."""
-        self.exits |= self.ends
+        self.exits = self.either(self.exits, self.ends)
         self.ends = frozenset()
 
     def go(self, event: MotionEvent) -> None:

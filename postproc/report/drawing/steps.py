@@ -14,7 +14,6 @@ from postproc.compensate.correction.inverse import command
 from postproc.effects.asking import displacement_of
 from postproc.fit.errors import distances
 from postproc.fit.fitted import Fit
-from postproc.fit.solving.step import FRAMES
 from postproc.model.arm import Model
 from postproc.report.drawing.chain import chain_of
 from postproc.report.drawing.charts import shares
@@ -118,10 +117,10 @@ def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Mapping[str, An
     state = fit.problem.rest.state.rows(index)
     if not fit.data.tool_known:
         # Nobody said which tool it was: what was fitted is the tool, and no error of it.
-        frames = [displacement_of(e, state).tool for e in model.effects if e.key in FRAMES]
+        frames = [displacement_of(e, state).tool for e in model.effects if e.is_frame]
         tool = sum((np.broadcast_to(xi, (len(index), 6)) for xi in frames if xi is not None), np.zeros((len(index), 6)))
         state = state.with_(T_flange_tcp=state.T_flange_tcp @ displace(tool))
-        model = model.with_effects(*(e for e in model.effects if e.key not in FRAMES))
+        model = model.with_effects(*(e for e in model.effects if not e.is_frame))
     wanted = forward(model.robot, state.q) @ state.T_flange_tcp
     written = command(model, state, wanted).T_base_tcp
     return [

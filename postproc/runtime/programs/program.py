@@ -37,6 +37,10 @@ from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"
 HEADER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
+# The functions that added targets call (templates/arc_point.j2): they stay where somebody takes the header out.
+ADDED = re.compile(
+    rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++pp(?:Arc|Line)Point\d*+[ \t]*+\()", re.MULTILINE
+)
 MM_PER_M = 1e3
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 
@@ -89,7 +93,10 @@ class OnTheController:
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
-    """CMP001 at files that say so in their header, and at those that hold the function or call it."""
+    """CMP001 at files that say so in their header, and at those that hold one of the functions or call it.
+
+    A file whose header is gone and in which only numbers were changed shows nothing.
+    """
     own = "the program was compensated before", "start from the original, or take the postproc lines out"
     lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
     for source in sources:
@@ -101,7 +108,7 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
 
 def _mark(source: Source) -> Span | None:
     """Where a file shows that it was corrected."""
-    for marker in (HEADER, re.compile(re.escape(MARKER).encode())):
+    for marker in (HEADER, ADDED, re.compile(re.escape(MARKER).encode())):
         if (found := marker.search(source.data)) is not None:
             return found.span()
     if b"ppcorrected" not in source.data.lower():

@@ -6,10 +6,12 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, param
+from postproc.effects.roles import Role
 
 
 class InstrumentFrame(
     Effect,
+    role=Role.INSTRUMENT_FRAME,
     reads=(),
     confused_with={
         "link_geometry": "nothing: the pedestal and the frame are one and the same to the instrument",

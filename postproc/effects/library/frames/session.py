@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.roles import Role
 
 
 class Session(
     Effect,
+    role=Role.SESSION_FRAMES,
     unlikely=4.0,
     reads=("session",),
     about_data=True,
@@ -34,7 +35,7 @@ class Session(
     turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
-        member = (names_of_rows(state)[:, None] == np.array(self.session)).astype(float)
+        member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 
     @classmethod
@@ -47,16 +48,9 @@ class Session(
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         if state.session is None:
             return ()
-        later = tuple(dict.fromkeys(names_of_rows(state)[np.argsort(state.session, kind="stable")].tolist()))[1:]
+        later = tuple(dict.fromkeys(state.session_of_rows[np.argsort(state.session, kind="stable")].tolist()))[1:]
         if current is not None or not later:
             return (variant(current),) if current is not None else ()
         effect = cls(session=later)
         shift = np.arange(6 * len(later)) < 3 * len(later)
         return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))
-
-
-def names_of_rows(state: State) -> NDArray[np.str_]:
-    """(n,) name of each row's session; its number where it has none."""
-    index = np.asarray(state.session, dtype=int)
-    names = np.array(state.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
-    return np.asarray(names[index])

@@ -8,10 +8,12 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, Variant, param, variant
+from postproc.effects.roles import Role
 
 
 class ToolFrame(
     Effect,
+    role=Role.TOOL_FRAME,
     reads=(),
     confused_with={
         "joint_offset": "nothing for joint 6: turning it and turning the tool about its axis are the same",

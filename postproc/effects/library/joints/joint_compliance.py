@@ -6,10 +6,12 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, param
+from postproc.effects.roles import Role
 
 
 class JointCompliance(
     Effect,
+    role=Role.JOINT_SPRINGS,
     reads=("load",),
     confused_with={
         "arm_load": "weigh the part, or two payloads: compliance scales with the payload, a mass does not",

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
 from postproc.effects.geometry import weight
+from postproc.effects.roles import Role
 from postproc.robot.arm import Robot
 
 WRIST = 0.1
@@ -19,6 +20,7 @@ WRIST = 0.1
 
 class ArmLoad(
     Effect,
+    role=Role.CARRIED_MASS,
     reads=("pose",),
     linear=False,
     confused_with={

@@ -1,0 +1,24 @@
+"""What an effect is to the rest of the package, where that is more than an effect among others."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Role(Enum):
+    """What the package asks a model for without knowing which effect of the library it is.
+
+    INSTRUMENT_FRAME: where the instrument stands, six constants. TOOL_FRAME: the calibration error of the tool, six
+    constants. SESSION_FRAMES: steps of the instrument between sessions. JOINT_SPRINGS: a compliance for each joint.
+    CARRIED_MASS: masses that ride on bodies of the arm.
+    """
+
+    INSTRUMENT_FRAME = "instrument frame"
+    TOOL_FRAME = "tool frame"
+    SESSION_FRAMES = "frames of sessions"
+    JOINT_SPRINGS = "joint springs"
+    CARRIED_MASS = "carried mass"
+
+
+FRAMES = (Role.INSTRUMENT_FRAME, Role.TOOL_FRAME)
+"""Constant frames: any place of instrument and tool is as likely as another."""

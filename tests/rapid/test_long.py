@@ -1,0 +1,130 @@
+"""Long and deeply nested programs cost what they are long: four times the text, about four times the work."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+from postproc.diagnostics import Source
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import read_program
+
+TIMES = 4
+MOST = 8.0  # times the work for TIMES times the text: its square would be 16
+FLOOR = 0.01  # [s]: what takes less is as good as nothing
+HEAD = """MODULE M
+  PERS tooldata t1:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,10],[1,0,0,0],0,0,0]];
+  CONST robtarget p1:=[[600,0,800],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  VAR num a;
+  VAR string s:="x";
+"""
+MOVE = "MoveL Offs(p1,{},0,0),v100,fine,t1;"
+
+
+def module(body: str, declared: str = "", routines: str = "") -> str:
+    """A program whose main holds these statements."""
+    return f"{HEAD}{declared}\nPROC main()\nMoveL p1,v100,fine,t1;\n{body}\nENDPROC\n{routines}\nENDMODULE\n"
+
+
+def repeated(piece: str, count: int, between: str = "\n") -> str:
+    """A piece so many times, its braces filled with the number."""
+    return between.join(piece.replace("{}", str(i)) for i in range(count))
+
+
+def nested(opening: str, inner: str, closing: str, depth: int) -> str:
+    """A block inside another, ``depth`` times."""
+    return f"{repeated(opening, depth)}\n{inner}\n{repeated(closing, depth)}"
+
+
+SHAPES: dict[str, tuple[int, Callable[[int], str]]] = {
+    "statements on one line": (2000, lambda n: module(repeated("a:={};", n, " "))),
+    "motions on one line": (400, lambda n: module(repeated(MOVE, n, " "))),
+    "labels": (1500, lambda n: module(repeated("l{}: a:=a+1;", n))),
+    "jumps forward": (1000, lambda n: module(repeated("GOTO l{};\na:=3;\nl{}:", n))),
+    "jumps on a condition": (800, lambda n: module(repeated("IF di1=1 GOTO l{};\na:=3;\nl{}:", n))),
+    "jumps back": (800, lambda n: module(repeated("l{}: a:=a+1; IF di1=1 GOTO l{};", n))),
+    "routines": (800, lambda n: module(repeated("r{};", n), "", repeated("PROC r{}()\na:={};\nENDPROC", n))),
+    "handlers": (
+        600,
+        lambda n: module(repeated("r{};", n), "", repeated("PROC r{}()\na:={};\nERROR\nTRYNEXT;\nENDPROC", n)),
+    ),
+    "arms of one IF": (
+        800,
+        lambda n: module("IF gi1=-1 THEN\n" + repeated("ELSEIF gi1={} THEN\na:={};", n) + "\nENDIF"),
+    ),
+    "cases with motions": (
+        400,
+        lambda n: module("TEST gi1\n" + repeated("CASE {}:\n" + MOVE, n) + "\nENDTEST"),
+    ),
+    "branches with motions": (300, lambda n: module(repeated("IF gi1={} THEN\n" + MOVE + "\nENDIF", n))),
+    "declarations": (1500, lambda n: module(MOVE.format("a0"), repeated("CONST num a{}:={};", n))),
+    "arguments": (1500, lambda n: module("r " + ",".join("1" * n) + ";", "", "PROC r()\nENDPROC")),
+    "a text": (20000, lambda n: module(f's:="{"x" * n}";')),
+    "comments": (20000, lambda n: module(repeated("! {}", n))),
+}  # fmt: skip
+
+
+def seconds(text: str) -> float:
+    """Processor time of reading and following a program, the least of several runs."""
+    runs = []
+    for _ in range(3):
+        source = Source("long.mod", text.encode())
+        begin = time.process_time()
+        program = read_program(source)
+        walked = walk_program(program)
+        lines = [finding.as_json()["column"] for finding in (*program.diagnostics, *walked.diagnostics)]
+        lines += [source.position(event.statement.span[0])[1] for event in walked.events]
+        runs.append(time.process_time() - begin)
+    return min(runs)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_long_program_costs_what_it_is_long(name: str) -> None:
+    count, text = SHAPES[name]
+    once, more = (seconds(text(n)) for n in (count, TIMES * count))
+    assert more < MOST * max(once, FLOOR)
+
+
+@pytest.mark.parametrize("depth", [6, 40])
+@pytest.mark.parametrize(
+    ("opening", "closing"),
+    [
+        ("FOR i{} FROM 1 TO 100 DO", "ENDFOR"),
+        ("FOR i{} FROM 1 TO gi1 DO", "ENDFOR"),
+        ("WHILE di1=1 DO", "ENDWHILE"),
+        ("IF di1=1 THEN", "ENDIF"),
+        ("l{}:", "IF di{}=1 GOTO l{};"),
+    ],
+)
+def test_nested_blocks_end(depth: int, opening: str, closing: str) -> None:
+    """Turns inside turns are a power of the depth: from some point on what follows is not known, and this is said."""
+    begin = time.process_time()
+    walked = walk_program(
+        read_program(
+            Source("deep.mod", module(nested(opening, "a:=a+1;\n" + MOVE.format("a"), closing, depth)).encode())
+        )
+    )
+    assert time.process_time() - begin < 15
+    assert len({event.statement.key for event in walked.events}) == 2
+    if opening.startswith("FOR i{} FROM 1 TO 100"):
+        assert "RAP033" in [finding.code for finding in walked.diagnostics]
+
+
+def arms_taken(body: str, condition: str) -> list[float]:
+    """Which of two arms are followed after a body: 1 where the condition may hold, 2 where it may not."""
+    test = f"IF {condition} THEN\n{MOVE.format(1)}\nELSE\n{MOVE.format(2)}\nENDIF"
+    events = walk_program(read_program(Source("text.mod", module(f's:="x";\n{body}\n{test}').encode()))).events
+    return sorted({event.target.trans[0] - 600 for event in events if event.target and not event.loose} - {0.0})
+
+
+@pytest.mark.parametrize(
+    "body", ["FOR i FROM 1 TO 200 DO\ns:=s+s;\nENDFOR", "s:=NumToStr(1,4000000);", "s:=s+s;\n" * 7]
+)
+def test_a_text_longer_than_a_string_is_not_known(body: str) -> None:
+    assert arms_taken(body, 's="x"') == [1.0, 2.0]
+
+
+def test_a_text_as_long_as_a_string_is_known() -> None:
+    assert arms_taken("s:=s+s;\n" * 6, "StrLen(s)=64") == [1.0]
