@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from postproc.batch.discover import CONTROLLER, other_arm
+from postproc.batch.contradictions import contradictions
+from postproc.batch.discover import CONTROLLER
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
@@ -32,6 +33,9 @@ from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree
 from postproc.settings import Settings, read_arm, told
 
+if TYPE_CHECKING:
+    from postproc.robot.arm import Robot
+
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
 
 
@@ -41,6 +45,7 @@ class Ready:
 
     Args:
         out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
+        said: about the settings of each task, by name.
     """
 
     plan: Plan
@@ -49,6 +54,7 @@ class Ready:
     tasks: tuple[Task, ...]
     converters: Mapping[str, Converter | PostprocError]
     pages: bool = False
+    said: Mapping[str, Sequence[Diagnostic]] = field(default_factory=dict)
 
 
 def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
@@ -65,11 +71,14 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     _check_paths(plan, shard, out, report)
     tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
     read: dict[Settings, Converter] = {}
+    arms: dict[Settings, Robot] = {}
     converters: dict[str, Converter | PostprocError] = {}
     for task, settings in tasks:
         try:
             if settings not in read:
-                read[settings] = read_converter(settings, read_arm(settings, task.name, task.unknown))
+                model = read_arm(settings, task.name, task.unknown)
+                read[settings] = read_converter(settings, model)
+                arms[settings] = model.robot
             converters[task.name] = read[settings]
         except PostprocError as error:
             if settings.names_arm and settings.robot_from != CONTROLLER:
@@ -78,7 +87,11 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     errors = [found for found in converters.values() if isinstance(found, PostprocError)]
     if errors and len(errors) == len(converters) and not any(settings.names_arm for _, settings in tasks):
         raise PostprocError([d for error in errors for d in error.diagnostics])
-    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None)
+    known = [(task, settings) for task, settings in tasks if settings in arms]
+    said = {task.name: contradictions(s, task, plan.root / task.name, arms[s]) for task, s in known}
+    if wrong := [d for found in said.values() for d in found if d.severity == "error"]:
+        raise PostprocError(list(dict.fromkeys(wrong)))
+    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None, said)
 
 
 def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> None:
@@ -127,7 +140,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
         def note(line: Mapping[str, Any], cached: bool) -> None:
             task = tasks[line["name"]]
             found = converters[task.name]
-            first = [*task.findings, *(other_arm(task, found.robot) if isinstance(found, Converter) else ())]
+            first = [*task.findings, *ready.said.get(task.name, ())]
             told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line["outputs"] else None

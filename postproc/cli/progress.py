@@ -132,6 +132,8 @@ def arm_lines(ready: Ready) -> Iterator[str]:
         lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1
     for line, count in lines.items():
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
+    converters = (found for found in ready.converters.values() if not isinstance(found, PostprocError))
+    yield from dict.fromkeys(line for found in converters for line in found.settings.heritage(ready.plan.root))
 
 
 @contextmanager
