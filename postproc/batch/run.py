@@ -9,12 +9,13 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from postproc.batch.backinfo import added_modules, is_backinfo, with_modules
 from postproc.batch.contradictions import contradictions
 from postproc.batch.discover import CONTROLLER
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
-from postproc.batch.lines import STATE
+from postproc.batch.lines import COPY, STATE
 from postproc.batch.nearby import LACKING, help_nearby
 from postproc.batch.values import (
     Batch,
@@ -132,7 +133,8 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
     foreign = {f for t, _ in plan.tasks if not shard.owns(t.name) for f in t.files}
     foreign |= {path for path in plan.copies if not shard.owns(path)}
     with open_journal(ready.out, shard.part) as journal:
-        findings = [d.as_json() for path in copies for d in _copy(plan.root, path, journal)]
+        lists = {path for path in copies if is_backinfo(path)}
+        findings = [d.as_json() for path in copies if path not in lists for d in _copy(plan.root, path, journal)]
         findings += [d.as_json() for d in journal.findings]
         outcomes: list[Outcome] = []
         tasks = {task.name: task for task in ready.tasks}
@@ -166,6 +168,12 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
 
         for result in work_through(todo(), pool):
             note(journal.add(result), cached=False)
+        lines = [*chain.from_iterable(journal.before.values()), *journal.now.values()]
+        for path in sorted(lists):
+            modules = added_modules(
+                path, (task for task, _ in plan.tasks), [line for line in lines if line["key"] != COPY]
+            )
+            findings += [d.as_json() for d in _copy(plan.root, path, journal, modules)]
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
     missing = sum(finding["severity"] == "error" for finding in findings)
@@ -198,13 +206,14 @@ def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
     return finding if told is None else {**finding, "help": told}
 
 
-def _copy(root: Path, path: str, journal: Journal) -> list[Diagnostic]:
+def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:
+    """Copy a file, with ``modules`` added where it lists them."""
     try:
         data = (root / path).read_bytes()
     except OSError as error:
         journal.hold(path, copied=True)
         return [Diagnostic("BAT002", "error", f"cannot copy `{path}`: {error.strerror}", help="check its rights")]
-    return journal.copy(path, data)
+    return journal.copy(path, with_modules(data, modules))
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:

@@ -78,7 +78,7 @@ def run(
         pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
         write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
     if (form := "json" if json else format) is not None:
-        print_document(document, form)
+        print_document(document, form, ready.plan.root)
     return int(batch.failed)
 
 
