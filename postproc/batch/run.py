@@ -170,9 +170,8 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
             note(journal.add(result), cached=False)
         lines = [*chain.from_iterable(journal.before.values()), *journal.now.values()]
         for path in sorted(lists):
-            modules = added_modules(
-                path, (task for task, _ in plan.tasks), [line for line in lines if line["key"] != COPY]
-            )
+            made = (line for line in lines if line["key"] != COPY)
+            modules = added_modules(path, (task for task, _ in plan.tasks), made)
             findings += [d.as_json() for d in _copy(plan.root, path, journal, modules)]
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
