@@ -67,8 +67,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
     except ImportError:
         text = "the library `distributed` is not installed"
         raise PostprocError.of("BAT007", text, help="install the extra: `pip install postproc[cluster]`") from None
-    # It prints tracebacks of connections that are lost; what matters is told as a finding.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _quiet()
     try:
         make_client: Any = Client  # untyped
         client = make_client(address, timeout=timeout, set_as_default=False)
@@ -83,6 +82,18 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
             return client.get_executor()
 
         yield Pool(make, max(1, threads), repeats=False)
+
+
+def _quiet() -> None:
+    """Print no tracebacks of connections that are lost: what matters is told as a finding.
+
+    Loggers below ``distributed`` have handlers of their own, and asyncio reports what nobody waits for any more.
+    """
+    for name in ("distributed", "tornado", "asyncio", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logger = logging.getLogger(name)
+            logger.handlers = [logging.NullHandler()]
+            logger.propagate = False
 
 
 def _lost(address: str, reason: object) -> PostprocError:

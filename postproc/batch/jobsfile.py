@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Annotated
 
 from pydantic import Field
@@ -86,6 +86,14 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Pl
     if not plan.tasks:
         text = f"there is no RAPID module in `{folder_or_jobs}`"
         help_ = "name a folder with .mod, .prg, .sys, .modx or .sysx files, or a jobs file"
+        still = [name for name in plan.copies if PurePosixPath(name).suffix.lower() in ENDINGS]
+        if still:
+            modules = "its module" if len(still) == 1 else f"none of its {len(still)} modules, such as"
+            text = f"nothing in `{folder_or_jobs}` is to be converted: {modules} `{still[0]}`"
+            text += " moves no arm" if len(still) == 1 else ", moves an arm"
+            help_ = (
+                "modules in HOME are copies; motions that are loaded at run time are converted in a folder of their own"
+            )
         raise PostprocError.of("BAT001", text, help=help_)
     return plan
 

@@ -31,7 +31,7 @@ from postproc.batch.values import (
 )
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
-from postproc.files import check_tree
+from postproc.files import check_tree, why
 from postproc.settings import Settings, read_arm, told
 
 if TYPE_CHECKING:
@@ -241,7 +241,7 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
     lost: list[Job] = []
     try:
         for job in waiting:
-            if not _submit(executor, job, running):
+            if not _submit(executor, job, running, pool):
                 lost.append(job)
             elif len(running) >= AHEAD * pool.workers:
                 yield from _collect(running, lost)
@@ -256,11 +256,16 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
     return lost
 
 
-def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job]) -> bool:
+def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], pool: Pool) -> bool:
     try:
         running[executor.submit(convert, job)] = job
     except RuntimeError:  # a worker died between two jobs
         return False
+    except OSError as error:
+        if not pool.repeats:  # the connection to the cluster
+            return False
+        text, help_ = f"the workers cannot be started: {why(error)[0]}", "use fewer, `--workers 1`, or free memory"
+        raise PostprocError.of("BAT021", text, help=help_) from error
     return True
 
 

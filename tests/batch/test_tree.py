@@ -456,3 +456,11 @@ def test_the_module_for_run_time_is_in_the_list_of_its_task(tmp_path: Path) -> N
         assert (tmp_path / "out/RAPID/TASK1/SYSMOD/ppModel.sys").is_file()
     convert(source, tmp_path / "out")
     assert (tmp_path / "out/BACKINFO/backinfo.txt").read_text() == BACKINFO, "without the module as it was"
+
+
+def test_a_backup_whose_motions_are_loaded_at_run_time_is_told_apart_from_an_empty_one(tmp_path: Path) -> None:
+    rest = "MODULE {}\n  PROC main()\n    WaitTime 1;\n  ENDPROC\nENDMODULE\n"
+    source = write(tmp_path / "in", {"SYSPAR/x": "", **{f"HOME/{n}.mod": rest.format(n) for n in "ab"}, "RAPID/x": ""})
+    with pytest.raises(PostprocError, match=r"none of its 2 modules, such as `HOME/a.mod`, moves an arm") as told:
+        convert(source, tmp_path / "out")
+    assert "loaded at run time" in (told.value.diagnostics[0].help or "")
