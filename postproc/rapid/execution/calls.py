@@ -247,7 +247,7 @@ class Execution(ABC):
         recorder.emitting = emitting
         if isinstance(result, Value):
             return Value(as_type(result.data, routine.type), routine.type, assumed=result.assumed)
-        raise result if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
+        raise result.kept() if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
     def report_once(self, found: Diagnostic) -> None:
         """Add a finding that has not been made with these words."""

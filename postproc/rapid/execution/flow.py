@@ -282,7 +282,7 @@ class Flow(Loops):
         try:
             value = evaluate(self.data.tree(span, memory), memory)
         except Unknown as error:
-            value = error
+            value = error.kept()
         if self.returned is not None:  # another way returns too
             value = Unknown(Kind.RESULT_UNDECIDED)
         self.returned = value
