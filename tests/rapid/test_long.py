@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from postproc.diagnostics import Source
+from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 
@@ -143,3 +143,14 @@ def test_what_is_not_known_holds_nothing_of_where_it_was_found(body: str) -> Non
     tracemalloc.stop()
     assert len(events) > 1000
     assert held < peak < 4000 * len(events)
+
+
+def test_findings_on_one_long_line_are_shown_at_once() -> None:
+    source = Source("line.mod", b"a:=1; " * 100_000)
+    begin = time.process_time()
+    shown = [
+        Diagnostic("RAP003", "warning", "not understood", source, (at, at + 4)).render(80)
+        for at in range(0, 600_000, 6000)
+    ]
+    assert time.process_time() - begin < 2
+    assert all(len(line) <= 90 for text in shown for line in text.splitlines())
