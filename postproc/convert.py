@@ -40,6 +40,7 @@ from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.read_only import say_written_elsewhere
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
@@ -268,8 +269,8 @@ def _followed(
 ) -> tuple[Program, list[MotionEvent], Mapping[str, Diagnostic]]:
     """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
     station = model.station or Station()
-    program = read_program(sources, options.taught, NominalArm(model.robot, station))
-    findings += [*program.diagnostics, *say_corrected_before(sources)]
+    program = read_program(sources, options.taught, NominalArm(model.robot, station), options.elsewhere)
+    findings += [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)

@@ -67,7 +67,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
             continue
         others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
         shared = [f for h, names in others.items() if PurePosixPath(h).name.lower() == SHARED for f in names]
-        beside = [f for names in others.values() for f in names if f not in shared]
+        beside = [tuple(names) for h, names in others.items() if PurePosixPath(h).name.lower() != SHARED]
         task = replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside))
         tasks.append(_with_units_of_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
     loose, more = _loose(folder, rest)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from postproc.batch.values import Job, Task
 from postproc.diagnostics import Source
 from postproc.files import real
 from postproc.model.arm import Model
-from postproc.rapid.program.read_only import lent_values
+from postproc.rapid.program.read_only import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.controller import read_quietly
@@ -86,10 +87,13 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
     given = {real(root / name) for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
-    shared += lent_values([*own, *shared], lambda: (Source(name, read_quietly(root / name)) for name in task.beside))
+    others = [tuple(Source(name, read_quietly(root / name)) for name in names) for names in task.beside]
+    elsewhere = data_elsewhere([*own, *shared], others)
+    shared += lent_values([*own, *shared], lambda: chain.from_iterable(others))
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
-    key = _digest((converter.fingerprint, content))
-    return Job(task.name, key, (*own, *shared), converter.model, converter.settings.options)
+    key = _digest((converter.fingerprint, content, sorted(elsewhere.shared), sorted(elsewhere.written)))
+    options = replace(converter.settings.options, elsewhere=elsewhere)
+    return Job(task.name, key, (*own, *shared), converter.model, options)
 
 
 def _read(path: Path) -> bytes:

@@ -173,7 +173,7 @@ def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
             name=(folder / t.name).as_posix(),
             files=moved(t.files),
             shared=moved(t.shared),
-            beside=moved(t.beside),
+            beside=tuple(map(moved, t.beside)),
         )
         for t in found.tasks
     )

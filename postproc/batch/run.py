@@ -98,7 +98,7 @@ def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> No
         taken.add(name.casefold())
     mirrored += modules
     pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
-    lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
+    lent = [f for task, _ in plan.tasks for f in (*task.shared, *chain.from_iterable(task.beside))]
     stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
     state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]
     reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])

@@ -31,7 +31,7 @@ class Task:
         name: its folder or file, relative to the root of the batch, with forward slashes.
         files: its program files, relative to the root.
         shared: files it reads and must not change.
-        beside: those of its controller's other tasks, with which it shares PERS data.
+        beside: those of each other task of its controller, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
         station: that arm in its cell.
@@ -41,7 +41,7 @@ class Task:
     name: str
     files: tuple[str, ...]
     shared: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
+    beside: tuple[tuple[str, ...], ...] = ()
     robot: str | None = None
     unknown: Diagnostic | None = None
     station: Station | None = None

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from postproc.rapid.data.records import Vec3
+from postproc.rapid.program.program import Elsewhere
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Options:
             cannot correct, or all that it can.
         run_time_module: file with that function, `ppModel.sys` beside the output where none is named; its name without
             ending is that of the module.
+        elsewhere: what other tasks of the controller have of the program's data.
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
 
@@ -53,3 +55,4 @@ class Options:
     run_time: Literal["off", "where-needed", "all"] = "off"
     run_time_module: Path | None = None
     entry: str | None = None
+    elsewhere: Elsewhere = Elsewhere()

@@ -23,7 +23,7 @@ from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution.calls import Added
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station
 
 MOST = 2000  # events of the written program that are looked at together
@@ -39,7 +39,7 @@ def run_again(
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
+    written = read_again(program, drafts)
     planned = _planned(program, insertions)
     pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
     known = {routine.key for routine in program.all_routines()}

@@ -22,7 +22,7 @@ from postproc.rapid.data.records import Quat, RobTarget
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.worlds import World
 from postproc.rapid.motions.units import MM, object_matrix
-from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.program import Program, read_again
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -93,7 +93,7 @@ def check_written(
     entry: str | None,
 ) -> tuple[Worlds, list[Diagnostic]]:
     """As ``check_worlds`` for the text of the written program, its files by path."""
-    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.taught, program.arm)
+    written = read_again(program, drafts)
     return check_worlds(program, written, added, bounds, entry)
 
 

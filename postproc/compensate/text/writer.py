@@ -74,7 +74,7 @@ class Writer:
         self.program, self.events, self.motion = program, events, motion
         changes = WriteEffects(program)
         self.users = target_users(program, changes)
-        self.written = changes.may_be_written
+        self.written = changes.may_be_written | changes.shared  # one value serves the arms of all tasks
         self.runs = possible_runs(events, {move.row for move in motion.moves})
         self.statements = {s.key: s for s in program.statements}
         self._expressions: dict[ArgumentKey, TargetExpression] = {}

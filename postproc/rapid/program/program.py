@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.data.arm import Arm
@@ -24,6 +24,18 @@ ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that
 
 
 @dataclass(frozen=True)
+class Elsewhere:
+    """PERS data that other tasks of the controller declare too: lower-case names, and lower-case types.
+
+    Args:
+        shared: all of it. written: what another task may write at any time, or declares with another value.
+    """
+
+    shared: frozenset[tuple[str, str]] = frozenset()
+    written: frozenset[tuple[str, str]] = frozenset()
+
+
+@dataclass(frozen=True)
 class Program:
     """What was read from the files of one task.
 
@@ -37,6 +49,7 @@ class Program:
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
         arm: that runs it, for functions that need one; None where it is not known.
+        elsewhere: what other tasks of its controller have of its data.
     """
 
     sources: tuple[Source, ...]
@@ -49,6 +62,7 @@ class Program:
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     taught: frozenset[str] = frozenset()
     arm: Arm | None = field(default=None, repr=False)
+    elsewhere: Elsewhere = Elsewhere()
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
         """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
@@ -72,6 +86,16 @@ class Program:
         """The routines of all modules, in the order of the text."""
         for module in self.modules:
             yield from module.routines
+
+
+def is_shared(declared: Declaration) -> bool:
+    """Whether data is one object in all tasks of a controller that declare its name and type."""
+    return declared.storage == "PERS" and not declared.scope and not declared.routine
+
+
+def named(declared: Declaration) -> tuple[str, str]:
+    """Name and type of data, in lower case."""
+    return declared.name.lower(), declared.type.lower()
 
 
 def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:
@@ -104,12 +128,18 @@ def is_utf16(data: bytes) -> bool:
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
-def read_program(sources: Sequence[Source] | Source, taught: Collection[str] = (), arm: Arm | None = None) -> Program:
+def read_program(
+    sources: Sequence[Source] | Source,
+    taught: Collection[str] = (),
+    arm: Arm | None = None,
+    elsewhere: Elsewhere = Elsewhere(),
+) -> Program:
     """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
 
     Args:
         taught: names of data that calibration routines set to the value in the text, as the user states.
         arm: that runs it.
+        elsewhere: what other tasks of its controller have of its data.
     """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
@@ -127,7 +157,14 @@ def read_program(sources: Sequence[Source] | Source, taught: Collection[str] = (
     diagnostics += [_incomplete(statement) for statement in statements if not statement.shape.complete]
     declarations = tuple(all_declarations(modules))
     told, stated = tuple(diagnostics), frozenset(name.lower() for name in taught)
-    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, stated, arm)
+    mine = (files, tuple(modules), declarations, statements, told, motions, names, routines)
+    return Program(*mine, stated, arm, elsewhere)
+
+
+def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
+    """The same program with other text in its files, by path."""
+    files = [replace(source, data=text[source.path]) for source in program.sources]
+    return read_program(files, program.taught, program.arm, program.elsewhere)
 
 
 def _read_motions(

@@ -4,13 +4,72 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 
-from postproc.diagnostics import Source
+from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.program.program import Elsewhere, Program, is_shared, named, read_program
+from postproc.rapid.program.references import names_at
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module
 
 _OPEN = re.compile(rb"(?i)\bPERS\s[^:;]{0,500}+;")  # a declaration without a value
 _END = len(b"ENDMODULE")
+Values = dict[tuple[str, str], set[bytes]]
+"""The values that declarations give data, by name and type: their text without blanks."""
+
+
+def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...]]) -> Elsewhere:
+    """What other tasks of the controller have of a task's data: which of it they declare, too, and which they write.
+
+    Args:
+        sources: all files of the task; others: all files of each other task, background tasks included.
+    """
+    own = _values(sources)
+    shared, written = set[tuple[str, str]](), set[tuple[str, str]]()
+    for files in others if own else ():
+        values, changed = _shared_by(files)
+        common = own.keys() & values.keys()
+        shared |= common
+        written |= common & changed
+        written |= {name for name in common if len(own[name] | values[name]) > 1}
+    return Elsewhere(frozenset(shared), frozenset(written))
+
+
+@lru_cache(maxsize=16)
+def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, str]]]:
+    """The PERS data that a task shares, and which of it the task may write."""
+    values = _values(files)
+    if not values:
+        return values, frozenset()
+    program = read_program(files)
+    keys = WriteEffects(program).may_be_written
+    return values, frozenset(named(d) for d in program.declarations if is_shared(d) and d.key in keys)
+
+
+def _values(sources: Iterable[Source]) -> Values:
+    found: Values = {}
+    for source in sources:
+        for _, declared in _shared(source):
+            text = b"" if declared.init is None else source.data[slice(*declared.init)]
+            found.setdefault(named(declared), set()).update([b"".join(text.split())] if text else [])
+    return found
+
+
+def say_written_elsewhere(program: Program) -> list[Diagnostic]:
+    """RAP037: data that motion statements name and another task may change, at the first of them."""
+    found: dict[str, Diagnostic] = {}
+    for statement in program.statements if program.elsewhere.written else ():
+        for name, span in names_at(statement.source, statement.span):
+            declared = program.declaration(name, statement.module, statement.routine)
+            if declared is None or declared.name.lower() in program.taught or not is_shared(declared):
+                continue
+            if named(declared) in program.elsewhere.written:
+                text = f"another task of the controller writes `{declared.name}`, or declares it with another value"
+                help_ = "the value in this file is assumed; where each arm needs its own, declare it `TASK PERS`"
+                say = Diagnostic("RAP037", "warning", text, statement.source, span, help_)
+                found.setdefault(declared.key, say)
+    return list(found.values())
 
 
 def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]]) -> list[Source]:
@@ -25,15 +84,15 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
     if not any(_OPEN.search(source.data) for source in sources):
         return []
     own = [d for source in sources for _, d in _shared(source)]
-    lacking = {_name(d) for d in own} - {_name(d) for d in own if d.init is not None}
+    lacking = {named(d) for d in own} - {named(d) for d in own if d.init is not None}
     found = []
     for source in others() if lacking else ():
-        given = [(module, d) for module, d in _shared(source) if d.init is not None and _name(d) in lacking]
+        given = [(module, d) for module, d in _shared(source) if d.init is not None and named(d) in lacking]
         blank = bytearray(re.sub(rb"[^\r\n]", b" ", source.data))
         for module, declared in given:
             for begin, end in (module.head, declared.span, (module.span[1] - _END, module.span[1])):
                 blank[begin:end] = source.data[begin:end]
-            lacking.discard(_name(declared))
+            lacking.discard(named(declared))
         if given:
             found.append(Source(source.path, bytes(blank), lent=True))
     return found
@@ -41,8 +100,4 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
 
 def _shared(source: Source) -> Iterator[tuple[Module, Declaration]]:
     for module in parse(source)[0]:
-        yield from ((module, d) for d in module.declarations if d.storage == "PERS" and not d.scope)
-
-
-def _name(declared: Declaration) -> tuple[str, str]:
-    return declared.name.lower(), declared.type
+        yield from ((module, d) for d in module.declarations if is_shared(d))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property
 
 from postproc.diagnostics import Source, Span
@@ -12,7 +12,7 @@ from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functio
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
 from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
 from postproc.rapid.program.measured_places import measured_places
-from postproc.rapid.program.program import Program, statements_in, statements_of
+from postproc.rapid.program.program import Program, is_shared, named, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
 
@@ -130,6 +130,8 @@ class WriteEffects:
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
         self.acting = acting_functions(routines, self.of_routine, calls)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
+        self.shared = _shared_keys(program, program.elsewhere.shared)
+        self.elsewhere = _shared_keys(program, program.elsewhere.written)
         traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.sync]
         handlers = [
             self.of(body, routine)
@@ -137,7 +139,8 @@ class WriteEffects:
             for body in routine.handlers
             if holds_word(routine.source, body, b"retry", b"trynext", b"return")
         ]
-        self.volatile = frozenset(k for keys in (*traps, *handlers, self.lasting) for k in keys if k[0] not in "%@")
+        found_here = (k for keys in (*traps, *handlers, self.lasting) for k in keys if k[0] not in "%@")
+        self.volatile = self.elsewhere.union(found_here)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
 
     @cached_property
@@ -151,7 +154,7 @@ class WriteEffects:
         return frozenset(data | within | SETTERS.keys())
 
     def may_be_written_any_time(self, key: str) -> bool:
-        """Whether a trap, a handler or what a motion starts may write data, whatever runs."""
+        """Whether a trap, a handler, what a motion starts or another task may write data, whatever runs."""
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
@@ -163,9 +166,9 @@ class WriteEffects:
     def may_be_written(self) -> frozenset[str]:
         """Keys of declarations that anything, in these files or not, may write while the program runs.
 
-        Operators and other tasks write PERS data, too: where nothing in the files writes it, that is not counted.
+        Operators write PERS data, too: where no task's files write it, that is not counted.
         """
-        written = {k for k in self.everything if k[0] != "@"}
+        written = {k for k in self.everything if k[0] != "@"} | self.elsewhere
         if UNSEEN in self.everything:
             written |= {k for k in self.exposed if k[0] != "@"}
         return frozenset(written)
@@ -341,6 +344,11 @@ class WriteEffects:
 def named_writers(writers: Iterable[str]) -> str:
     """Writers for people: names in backticks."""
     return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
+
+
+def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:
+    """Keys of the program's own declarations of data that tasks share, by name and type."""
+    return frozenset({d.key for d in program.declarations if is_shared(d) and named(d) in names})
 
 
 def _is_exposed(declaration: Declaration) -> bool:
