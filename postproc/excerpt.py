@@ -53,6 +53,8 @@ def underlined(before: str, marked: str, after: str, width: int | None) -> tuple
     Args:
         before, marked, after: the line. width: columns that there are, None for as many as it takes.
     """
+    if width is not None:  # of a program on one line no more is looked at than may be shown
+        before, marked, after = before[-4 * width :], marked[: 4 * width], after[: 4 * width]
     line = spread(before + marked + after)
     begin = columns(spread(before))
     end = max(begin + 1, columns(spread(before + marked)))

@@ -21,6 +21,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.execution.calls import Added
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station
@@ -39,8 +40,21 @@ def run_again(
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
     written = read_again(program, drafts)
-    ran = place_events(walk(written, options.entry), station or Station())
+    planned = _planned(program, insertions)
+    pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
+    known = {routine.key for routine in program.all_routines()}
+    added = Added(
+        frozenset(statement.key for statement, (_, own) in pairs if not own),
+        frozenset(routine.key for routine in written.all_routines()) - known,
+    )
+    ran = place_events(walk(written, options.entry, added), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
+
+
+def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[StatementKey, bool]]:
+    """For every motion statement of the written text the original one that it belongs to, and whether it is that."""
+    added = Counter(i.statement.key for i in insertions)
+    return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
 
 
 def owners_of(
@@ -57,8 +71,7 @@ def owners_of(
     the event belongs to the motion that goes on from there. None where the written program does not run the same
     statements as often.
     """
-    added = Counter(i.statement.key for i in insertions)
-    planned = [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
+    planned = _planned(program, insertions)
     if len(planned) != len(written.statements):
         return None
     original = dict(zip((s.key for s in written.statements), planned, strict=True))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, Self
 
 from postproc.diagnostics import Span
 
@@ -129,6 +129,11 @@ class Unknown(Exception):
         self.span = span
         self.key = key
         self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
+
+    def kept(self) -> Self:
+        """Itself as a value: without the traceback, which grows with every raise and holds all that was at hand."""
+        self.__traceback__ = self.__context__ = self.__cause__ = None
+        return self
 
     def anew(self) -> Unknown:
         """Another value that is not known for the same reason."""

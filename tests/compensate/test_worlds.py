@@ -192,7 +192,7 @@ def test_programs_that_run_alike_whatever_happens_are_not_followed(body: str, de
 def test_a_soft_arm_may_turn_the_tool_as_far_as_its_correction_does() -> None:
     places = [target(400, y, 300, conf="[0,0,2,0]") for y in (10, 60)]
     body = f"IF di1=1 MoveJ {places[0]},v100,fine,tool0; MoveL {places[1]},v100,fine,tool0;"
-    soft = replace(Options(), inertia=False, force=(600.0, -600.0, -600.0))
+    soft = replace(Options(), inertia=False, force=(600.0, -600.0, -600.0), largest_correction_m=0.05)
     source = Source("soft.mod", module(body))
     found = compensate_program(source, default_model("irb120_3_058"), soft)
     assert found.plan is not None

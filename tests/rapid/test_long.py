@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
+import tracemalloc
 from collections.abc import Callable
 
 import pytest
 
-from postproc.diagnostics import Source
+from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 
@@ -128,3 +129,28 @@ def test_a_text_longer_than_a_string_is_not_known(body: str) -> None:
 
 def test_a_text_as_long_as_a_string_is_known() -> None:
     assert arms_taken("s:=s+s;\n" * 6, "StrLen(s)=64") == [1.0]
+
+
+@pytest.mark.parametrize("body", [MOVE.format("a"), "work a;", "IF a>3 THEN\n" + MOVE.format("a/2") + "\nENDIF"])
+def test_what_is_not_known_holds_nothing_of_where_it_was_found(body: str) -> None:
+    """Thousands of executions whose target is not known: a kilobyte or two each."""
+    work = "PROC work(num n)\n" + MOVE.format("n+a") + "\nENDPROC"
+    text = module(f"FOR i FROM 1 TO 2000 DO\na:=GInput(gi1);\n{body}\nENDFOR", "", work)
+    program = read_program(Source("unknown.mod", text.encode()))
+    tracemalloc.start()
+    events = walk_program(program).events
+    held, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(events) > 1000
+    assert held < peak < 4000 * len(events)
+
+
+def test_findings_on_one_long_line_are_shown_at_once() -> None:
+    source = Source("line.mod", b"a:=1; " * 100_000)
+    begin = time.process_time()
+    shown = [
+        Diagnostic("RAP003", "warning", "not understood", source, (at, at + 4)).render(80)
+        for at in range(0, 600_000, 6000)
+    ]
+    assert time.process_time() - begin < 2
+    assert all(len(line) <= 90 for text in shown for line in text.splitlines())

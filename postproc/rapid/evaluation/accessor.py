@@ -51,7 +51,7 @@ class Accessor:
         try:
             value = evaluate(self.tree(span, memory), memory)
         except Unknown as error:
-            return error
+            return error.kept()
         return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def assign(self, target: Span, data: Data, memory: Memory) -> None:
@@ -91,7 +91,7 @@ class Accessor:
                 value = memory.value(declaration)
                 self.assign(plain[1], assumed_for(value.data, value.assumed), memory)
             except Unknown as error:
-                self.assign(plain[1], error, memory)
+                self.assign(plain[1], error.kept(), memory)
         elif declaration.storage != "CONST":
             set_data(declaration, self.value_or_not(plain[1], memory), memory)
         return True

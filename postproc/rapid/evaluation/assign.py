@@ -76,7 +76,7 @@ def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, m
             value = _present(declaration, memory)
             data, causes = _replaced(value, path, data, memory), joined_causes(value.assumed, causes)
         except Unknown as error:
-            data = error
+            data = error.kept()
         unknown = unknown_part(data)
         data = data if unknown is None or unknown is data else PartlyUnknown(unknown, data)
     else:
@@ -98,9 +98,9 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
     except PartlyUnknown as partly:
         return Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
     except Unknown as error:
-        value = memory.declared(declaration)
+        why, value = error.kept(), memory.declared(declaration)
         for path in memory.changes.paths.get(declaration.key, {()}):
-            data = _replaced(value, path, error, memory) if path else _all_unknown(value.data, value.rank, error)
+            data = _replaced(value, path, why, memory) if path else _all_unknown(value.data, value.rank, why)
             value = Value(data, value.type, value.rank)
         return value
 
@@ -229,4 +229,4 @@ def _rebound(bound: Value | Unknown, path: Path, data: Data, memory: Memory) -> 
         causes = joined_causes(causes, bound.assumed if path else ())
         return Value(_replaced(bound, path, data, memory), bound.type, bound.rank, assumed=causes)
     except Unknown as error:
-        return error
+        return error.kept()

@@ -64,7 +64,7 @@ def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: T
         if parameter.type in ("num", "dnum"):
             value = replace(value, data=as_type(value.data, parameter.type), type=parameter.type)
     except Unknown as error:
-        return error
+        return error.kept()
     if parameter.mode or parameter.type != "robtarget":
         return value if value.handed is None else replace(value, handed=None)
     first = value.handed or ByValueArgument(memory.frame.routine.source, span, ())

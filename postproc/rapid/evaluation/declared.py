@@ -40,10 +40,10 @@ class Declared:
             try:
                 known = self.initial(declaration, declaration.init, home)
             except Unknown as error:
-                known = error
+                known = error.kept()
             self.values[key] = known
         if isinstance(known, Unknown):
-            raise known
+            raise known.kept()
         return known
 
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:

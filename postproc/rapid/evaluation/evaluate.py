@@ -236,7 +236,7 @@ def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) 
             if _evaluate(side, scope).data is decisive:
                 return Value(decisive, "bool")
         except Unknown as error:
-            unknown = error
+            unknown = error.kept()
     if unknown is not None:
         raise unknown
     return Value(not decisive, "bool")

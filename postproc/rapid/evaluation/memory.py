@@ -124,7 +124,7 @@ class Memory:
         """See ``Scope``: parameters and loop indices first, then declared data, then what every controller has."""
         bound = self.frame.bindings.get(name.name)
         if isinstance(bound, Unknown):
-            raise bound
+            raise bound.kept()
         if isinstance(bound, Value):
             return bound
         if isinstance(bound, Reference):
@@ -148,7 +148,7 @@ class Memory:
         offset, more = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
         for state in (pose, offset):
             if isinstance(state, Unknown):
-                raise state
+                raise state.kept()
         if not isinstance(pose, Pose):
             raise Unknown(Kind.EXTERNAL_OFFSET)
         data = ((pose.trans, pose.rot), offset)
@@ -193,7 +193,7 @@ class Memory:
         def state(key: str) -> Data:
             data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
             if isinstance(data, Unknown):
-                raise data
+                raise data.kept()
             causes.extend(why)
             return data
 
@@ -240,7 +240,7 @@ class Memory:
             return replace(value, assumed=joined_causes(value.assumed, why))
         data = assumed_for(self.changed[key], causes)
         if isinstance(data, Unknown):
-            raise data
+            raise data.kept()
         data, causes = without_causes(data)
         return Value(data, declaration.type, len(declaration.dims), assumed=causes)
 
@@ -268,7 +268,7 @@ class Memory:
             value = self.constants.initial(declaration, declaration.init, self._home)
             self.changed[declaration.key] = assumed_for(value.data, value.assumed)
         except Unknown as error:
-            self.changed[declaration.key] = error
+            self.changed[declaration.key] = error.kept()
 
     def _home(self, declaration: Declaration) -> Memory:
         """New memory in the scope of a declaration with nothing assigned: its expression sees declared values only."""

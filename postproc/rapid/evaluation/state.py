@@ -74,7 +74,7 @@ def run_state_instruction(
             case "accset":
                 changed["@accset"] = float(value(plain[0]))
     except Unknown as error:
-        changed[STATE[word]] = error
+        changed[STATE[word]] = error.kept()
     except (IndexError, TypeError, ValueError):
         changed[STATE[word]] = Unknown(Kind.UNREADABLE_ARGUMENTS, word)
     changed[STATE[word]] = assumed_for(changed[STATE[word]], joined_causes(tuple(memory.noted)))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.data.events import StatementKey
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
@@ -35,14 +36,25 @@ MAX_STEPS = 100_000  # statements executed; from there on every loop runs once a
 MOTION_STEPS = 5  # that an execution of a motion counts as
 
 
+@dataclass(frozen=True, slots=True)
+class Added:
+    """Motions and routines (by their keys) that were written into a program: following them takes no steps, so that the
+    program ends with them where it ends without them.
+    """
+
+    motions: frozenset[StatementKey] = frozenset()
+    routines: frozenset[str] = frozenset()
+
+
 class Execution(ABC):
     """What is common to all statements; the ``recorder`` keeps every motion.
 
     ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
 
-    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+    def __init__(self, program: Program, changes: WriteEffects | None = None, added: Added | None = None) -> None:
         self.program = program
+        self.added = added or Added()
         self.changes = changes or WriteEffects(program)
         self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
@@ -61,7 +73,7 @@ class Execution(ABC):
         self.returned: Value | Unknown | None = None
         self.left: list[dict[str, Data]] = []  # what data is on the ways by which the present routine was left
         self.jumps: dict[str, Mapping[str, int]] = {}
-        self.spare = 10 * len(program.statements)  # long programs may take more steps
+        self.spare = 10 * (len(program.statements) - len(self.added.motions))  # long programs may take more steps
         self.steps = -self.spare
         self.depth = 0
         self.data = Accessor()
@@ -83,7 +95,11 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
-            self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
+            self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
+            more = self.recorder.move(
+                motion, memory, self.conditional > 0
+            )  # functions in its arguments take steps, too
+            self.steps += more
             if "found" in motion.roles and (found := motion.argument("found")) is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
             return
@@ -167,16 +183,19 @@ class Execution(ABC):
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
         """Run a routine with these arguments; what it returns."""
         frame = bound_frame(routine, pieces, memory, self.data.tree)
-        if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
+        counted = routine.key not in self.added.routines
+        beyond = counted and (len(self.stack) > MAX_CALLS or self.exhausted(routine.source))
+        if self.endless(routine, frame) or beyond:
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
             self.ways.doubt()
             self.passed_over.add(routine.key)
             return Unknown(Kind.NOT_FOLLOWED, routine.name)
-        inner = replace(memory, frame=frame)
+        inner, before = replace(memory, frame=frame), self.steps
         own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
         outer = {key: memory.changed[key] for key in own if routine.key in self.stack}
         result = self.enter(routine, inner)
+        self.steps = self.steps if counted else before
         memory.changed = {**inner.changed, **outer} if outer else inner.changed
         self.forget_passed(routine, pieces, frame, memory)
         return result
@@ -228,7 +247,7 @@ class Execution(ABC):
         recorder.emitting = emitting
         if isinstance(result, Value):
             return Value(as_type(result.data, routine.type), routine.type, assumed=result.assumed)
-        raise result if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
+        raise result.kept() if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
     def report_once(self, found: Diagnostic) -> None:
         """Add a finding that has not been made with these words."""

@@ -9,6 +9,7 @@ from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
 from postproc.rapid.evaluation.memory import Memory, Reference
+from postproc.rapid.execution.calls import Added
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Choices, Ends, Place
@@ -25,8 +26,8 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
-    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
-        super().__init__(program, changes)
+    def __init__(self, program: Program, changes: WriteEffects | None = None, added: Added | None = None) -> None:
+        super().__init__(program, changes, added)
         self.choices = Choices()
         self.told: set[Place] = set()
 
@@ -65,7 +66,7 @@ class Flow(Loops):
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         """Run one statement; False where it leaves the body that it stands in."""
-        self.steps += 1
+        self.steps += (memory.frame.routine.source.path, statement.span[0]) not in self.added.motions
         if self.changes.by_unknown or self.changes.by_own:
             self.forget_written(statement, memory)
         if self.program.taught:
@@ -281,7 +282,7 @@ class Flow(Loops):
         try:
             value = evaluate(self.data.tree(span, memory), memory)
         except Unknown as error:
-            value = error
+            value = error.kept()
         if self.returned is not None:  # another way returns too
             value = Unknown(Kind.RESULT_UNDECIDED)
         self.returned = value

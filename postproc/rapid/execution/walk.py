@@ -16,7 +16,7 @@ from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
-from postproc.rapid.execution.calls import MAX_STEPS
+from postproc.rapid.execution.calls import MAX_STEPS, Added
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
@@ -36,20 +36,23 @@ class Walk:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def walk(program: Program, entry: str | None = None) -> list[MotionEvent]:
+def walk(program: Program, entry: str | None = None, added: Added | None = None) -> list[MotionEvent]:
     """Every motion of a program in the order in which it runs.
 
     ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
     reached that way are walked one by one, so that every motion statement has at least one event. Of files that are
     lent only what is called is walked.
 
+    Args:
+        added: what of the program was written into another, which ends where that ends.
+
     Raises:
         PostprocError: there is no routine ``entry``.
     """
-    return walk_program(program, entry).events
+    return walk_program(program, entry, added).events
 
 
-def walk_program(program: Program, entry: str | None = None) -> Walk:
+def walk_program(program: Program, entry: str | None = None, added: Added | None = None) -> Walk:
     """As ``walk``, with the findings.
 
     Raises:
@@ -62,7 +65,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         help = f"{did_you_mean(entry, (r.name for r in program.all_routines()))} The routines are: {names}".lstrip()
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
-    flow = _followed(program, started)
+    flow = _followed(program, started, added)
     count, found = len(flow.ways.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
     unknown = start_without(flow.changes.everything)
@@ -82,12 +85,12 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
-def _followed(program: Program, started: Sequence[Routine]) -> Flow:
+def _followed(program: Program, started: Sequence[Routine], added: Added | None) -> Flow:
     """The routines run one after the other; once for every choice of what motions need (see ``Choices``)."""
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met = combinations(branches), dict[Place, Choice]()
     while True:
-        flow = Flow(program)
+        flow = Flow(program, added=added)
         for forced in ways or [{}]:
             flow.choices = Choices(forced, met)
             for routine in started:

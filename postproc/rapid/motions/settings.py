@@ -69,7 +69,7 @@ class SettingsReader:
                     self.missing.say_untimed(error, argument, statement.source, found)
                 else:
                     self.missing.explain(error, argument, statement, found)
-                    reasons.append(error)
+                    reasons.append(error.kept())
                 return default
 
         tool = known("tool", to_tool, ToolData())

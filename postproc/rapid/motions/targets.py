@@ -36,7 +36,7 @@ class Targets:
                 return literal[0], Origin("inline", literal[1])
             tree = read_whole_expression(source.data, *span, "the target")
         except Unknown as error:
-            return error, RUNTIME
+            return error.kept(), RUNTIME
         if isinstance(tree, Star):
             return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
@@ -52,7 +52,7 @@ class Targets:
                 origin = replace(origin, root=self._root(tree, target, before))
             return target, origin
         except Unknown as error:
-            return error, _runtime(declaration)
+            return error.kept(), _runtime(declaration)
 
     def _root(self, tree: Expression, target: RobTarget, memory: Memory) -> Root | None:
         """What ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace; None
@@ -124,7 +124,7 @@ class Targets:
             value = evaluate(tree, memory)
             target = to_jointtarget(value.data)
         except Unknown as error:
-            return error, _runtime(declaration)
+            return error.kept(), _runtime(declaration)
         if value.declaration is None:
             return target, Origin("inline" if source.data[span[0] : span[0] + 1] == b"[" else "expression")
         storage = memory.program.names[value.declaration].storage
