@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import os
+import stat
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, FiniteFloat
 
+from postproc.diagnostics import PostprocError
+from postproc.files import real
 from postproc.settings import NAME, Settings
-from postproc.tomlfile import check, parse_toml, read_source
+from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 CONTROLLER_MODEL = "controller"
 """What names the controller's own numbers in place of a model file."""
@@ -88,11 +93,9 @@ class BatchChoices(_Table):
 
     Args:
         workers: processes on this machine.
-        scheduler: address of a Dask scheduler.
     """
 
     workers: Annotated[int, Field(ge=1)] | None = None
-    scheduler: str | None = None
 
 
 class SettingsFile(Choices):
@@ -142,6 +145,9 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
+    stated = {field.alias or key for key, field in Choices.model_fields.items() if getattr(choices, key) is not None}
+    stated |= {"model", "robot"} if stated & {"model", "robot"} else set()
+    chosen = replace(chosen, inherited=tuple((key, text) for key, text in settings.inherited if key not in stated))
     if choices.cell is not None:
         chosen = replace(chosen, cell=root / choices.cell)
     if choices.side_files is not None:
@@ -160,14 +166,36 @@ def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
     Raises:
         PostprocError: CLI014, it cannot be read, or a key or value in it does not fit.
     """
-    here = place.absolute()
-    for folder in (here, *here.parents):
+    for folder in _searched(place.absolute()):
         path = folder / NAME
         if os.path.lexists(path):
             shown = Path(os.path.relpath(path)) if path.is_relative_to(Path.cwd()) else path
             source = read_source(shown, "CLI014")
-            return shown, check(SettingsFile, parse_toml(source, "CLI014"), source, "CLI014")
+            content = parse_toml(source, "CLI014")
+            batch = content.get("batch")
+            if isinstance(batch, dict) and "scheduler" in batch:
+                text = "`scheduler` is taken from the command line alone: its machines run code as you"
+                at = span_of(source, ("batch", "scheduler"))
+                raise PostprocError.of("CLI014", text, source, at, "take it out, and write `--scheduler ADDRESS`")
+            return shown, check(SettingsFile, content, source, "CLI014")
     return None
+
+
+def _searched(here: Path) -> Iterator[Path]:
+    """A folder and those above it, to the root of its repository or the user's home; none that anybody may write to."""
+    home = real(Path.home())
+    for folder in (here, *here.parents):
+        if folder == here or not _anybody_writes(folder):
+            yield folder
+        if os.path.lexists(folder / ".git") or real(folder) == home:
+            return
+
+
+def _anybody_writes(folder: Path) -> bool:
+    try:
+        return bool(folder.stat().st_mode & stat.S_IWOTH)
+    except OSError:
+        return False
 
 
 def settings_at(place: Path) -> Settings:
@@ -176,4 +204,7 @@ def settings_at(place: Path) -> Settings:
     if found is None:
         return Settings()
     path, choices = found
-    return with_choices(Settings(stated_in=(path,)), choices, path.parent, str(path))
+    stated = choices.model_dump(mode="json", exclude={"fit", "batch"}, exclude_none=True)
+    keys = {key: field.alias or key for key, field in Choices.model_fields.items()}
+    inherited = tuple((keys[key], json.dumps(value, ensure_ascii=False)) for key, value in stated.items())
+    return replace(with_choices(Settings(stated_in=(path,)), choices, path.parent, str(path)), inherited=inherited)

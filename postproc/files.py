@@ -79,13 +79,14 @@ def check_tree(
 
     Args:
         root: the folder.
-        names: files that are put into it, relative to it, with forward slashes; state: those that are kept open there.
+        names: files that are put into it, relative to it, with forward slashes; state: those that are kept open there,
+            in folders of their own.
         beside: other files that will be written.
 
     Raises:
         PostprocError: BAT015, or as `check_writes`.
     """
-    tree = dict.fromkeys(names)
+    tree, state = dict.fromkeys(names), tuple(state)
     inside = real(root)
     for name in (*tree, *state):
         # A link in the place of a file is replaced by renaming; what is opened, is followed.
@@ -94,6 +95,11 @@ def check_tree(
         if not stays_inside(name) or not where.is_relative_to(inside):
             text = f"the output `{path}` is not in the folder `{root}`"
             raise PostprocError.of("BAT015", text, help="take the link out of that folder, or give another one with -o")
+    kept = {root / PurePosixPath(name).parts[0] for name in state}
+    links = [path for folder in sorted(kept) for path in (folder, *folder.rglob("*")) if path.is_symlink()]
+    if links:
+        text = f"the output `{links[0]}` is a link, where the batch keeps its own state"
+        raise PostprocError.of("BAT015", text, help="take the link out, or give another folder with -o")
     taken = {place(path): f"the input `{path}`" for path in reads}
     for name in tree:
         at = place(root / name, follow=False)
@@ -103,6 +109,9 @@ def check_tree(
         taken[at] = f"the output `{root / name}`"
     check_writes((), *beside)
     for other in beside:
+        if other is not None and any(real(other).is_relative_to(real(folder)) for folder in kept):
+            text = f"the output `{other}` stands where the batch keeps its own state"
+            raise PostprocError.of("CLI007", text, help="choose another place")
         if other is not None and (at := place(other)) in taken:
             raise PostprocError.of("CLI007", f"the output `{other}` is {taken[at]}", help="choose another name")
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.files import real
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -29,7 +30,9 @@ class Settings:
         robot_from: what names the arm: an option, or a file.
         effects: Python files with effects.
         side_files: modules with tools and frames that are read along and never written.
-        stated_in: files that these settings come from.
+        another_arm: ``robot`` is meant to be another arm than that of ``model``.
+        stated_in: settings files that these settings come from, found from the program's folder upwards.
+        inherited: keys that such a file decides, with their values as text.
         cell: file or backup that describes the external axes, in place of what else does.
         station: the arm in its cell, as a controller's configuration describes it.
     """
@@ -38,9 +41,11 @@ class Settings:
     from_controller: bool = False
     robot: str | None = None
     robot_from: str = ""
+    another_arm: bool = False
     effects: tuple[Path, ...] = ()
     side_files: tuple[Path, ...] = ()
     stated_in: tuple[Path, ...] = ()
+    inherited: tuple[tuple[str, str], ...] = ()
     cell: Path | None = None
     station: Station | None = None
     options: Options = field(default_factory=Options)
@@ -59,12 +64,19 @@ class Settings:
     def headline(self, robot: str) -> str:
         """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
         model = f" as in `{self.model}`" if self.model is not None else ""
+        model = f" with `{self.model}`, the model of another arm" if model and self.another_arm else model
         model = " with the joint compliances of its controller" if self.from_controller else model
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
         already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
         cell = f"; cell `{self.cell}`" if self.cell is not None else ""
         return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}; {near}; scope {o.scope}"
+
+    def heritage(self, folder: Path) -> list[str]:
+        """What a settings file above a folder decides there, for people: a line, or none."""
+        keys = ", ".join(f"{key} = {value}" for key, value in self.inherited)
+        above = keys and real(self.stated_in[0]).parent != real(folder)
+        return [f"from `{self.stated_in[0]}`: {keys}"] if above else []
 
     def document(self, robot: str) -> dict[str, str]:
         """The same for documents."""
@@ -108,7 +120,7 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
 
     Raises:
         PostprocError: nothing names an arm (CLI013), its controller corrects by itself (KIN017), nobody knows how stiff
-            it is (MOD004), or a file does not fit.
+            it is (MOD004), the model is of another arm (MOD014), or a file does not fit.
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import default_model, read_model
@@ -133,7 +145,12 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
-        model = _moved_to(model, load_robot(settings.robot), settings.robot)
+        other = load_robot(settings.robot)
+        if other.name != model.robot.name and not settings.another_arm:
+            text = f"`{settings.model}` is a model of `{model.robot.name}`, not of `{other.name}`"
+            help_ = "leave the name of the arm out; or say `--model-of-another-arm` if that is what you want"
+            raise PostprocError.of("MOD014", text, help=help_)
+        model = _moved_to(model, other, settings.robot)
     return model if station is None else replace(model, station=station)
 
 

@@ -2,6 +2,7 @@
 
 What there is to do: `discover` (folders and backups), `jobsfile`, `values` of all.
 Doing it: `run` hands `jobs` to `executors`, whose workers do `work`, and keeps a `journal` of what is done, in
-`lines`. `nearby`: files that declare what a program lacks; `summary`: what is said of it.
+`lines`. `contradictions`: what settings say against a controller; `backinfo`: its lists of modules. `nearby`: files
+that declare what a program lacks; `summary`: what is said of it.
 `differences`: two folders compared.
 """

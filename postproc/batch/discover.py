@@ -104,16 +104,6 @@ def with_arm(settings: Settings, task: Task) -> Settings:
     return settings if task.station is None else replace(settings, station=task.station)
 
 
-def other_arm(task: Task, robot: str) -> list[Diagnostic]:
-    """BAT012 where the controller's configuration names another arm than the one that is taken."""
-    if task.unknown is not None:
-        return [replace(task.unknown, severity="info", help="the arm or model that was named is used")]
-    if task.robot in (None, robot):
-        return []
-    text = f"the controller drives `{task.robot}` with this task, the model is of `{robot}`"
-    return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
-
-
 def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
     """Files below a folder, links followed; what stands in the output folder is none.
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from postproc.batch.discover import CONTROLLER, other_arm
+from postproc.batch.backinfo import added_modules, is_backinfo, with_modules
+from postproc.batch.contradictions import contradictions
+from postproc.batch.discover import CONTROLLER
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
-from postproc.batch.lines import STATE
+from postproc.batch.lines import COPY, STATE
 from postproc.batch.nearby import LACKING, help_nearby
 from postproc.batch.values import (
     Batch,
@@ -32,6 +34,9 @@ from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree
 from postproc.settings import Settings, read_arm, told
 
+if TYPE_CHECKING:
+    from postproc.robot.arm import Robot
+
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
 
 
@@ -41,6 +46,7 @@ class Ready:
 
     Args:
         out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
+        said: about the settings of each task, by name.
     """
 
     plan: Plan
@@ -49,6 +55,7 @@ class Ready:
     tasks: tuple[Task, ...]
     converters: Mapping[str, Converter | PostprocError]
     pages: bool = False
+    said: Mapping[str, Sequence[Diagnostic]] = field(default_factory=dict)
 
 
 def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
@@ -65,11 +72,14 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     _check_paths(plan, shard, out, report)
     tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
     read: dict[Settings, Converter] = {}
+    arms: dict[Settings, Robot] = {}
     converters: dict[str, Converter | PostprocError] = {}
     for task, settings in tasks:
         try:
             if settings not in read:
-                read[settings] = read_converter(settings, read_arm(settings, task.name, task.unknown))
+                model = read_arm(settings, task.name, task.unknown)
+                read[settings] = read_converter(settings, model)
+                arms[settings] = model.robot
             converters[task.name] = read[settings]
         except PostprocError as error:
             if settings.names_arm and settings.robot_from != CONTROLLER:
@@ -78,7 +88,11 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     errors = [found for found in converters.values() if isinstance(found, PostprocError)]
     if errors and len(errors) == len(converters) and not any(settings.names_arm for _, settings in tasks):
         raise PostprocError([d for error in errors for d in error.diagnostics])
-    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None)
+    known = [(task, settings) for task, settings in tasks if settings in arms]
+    said = {task.name: contradictions(s, task, plan.root / task.name, arms[s]) for task, s in known}
+    if wrong := [d for found in said.values() for d in found if d.severity == "error"]:
+        raise PostprocError(list(dict.fromkeys(wrong)))
+    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None, said)
 
 
 def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> None:
@@ -119,7 +133,8 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
     foreign = {f for t, _ in plan.tasks if not shard.owns(t.name) for f in t.files}
     foreign |= {path for path in plan.copies if not shard.owns(path)}
     with open_journal(ready.out, shard.part) as journal:
-        findings = [d.as_json() for path in copies for d in _copy(plan.root, path, journal)]
+        lists = {path for path in copies if is_backinfo(path)}
+        findings = [d.as_json() for path in copies if path not in lists for d in _copy(plan.root, path, journal)]
         findings += [d.as_json() for d in journal.findings]
         outcomes: list[Outcome] = []
         tasks = {task.name: task for task in ready.tasks}
@@ -127,7 +142,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
         def note(line: Mapping[str, Any], cached: bool) -> None:
             task = tasks[line["name"]]
             found = converters[task.name]
-            first = [*task.findings, *(other_arm(task, found.robot) if isinstance(found, Converter) else ())]
+            first = [*task.findings, *ready.said.get(task.name, ())]
             told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line["outputs"] else None
@@ -153,6 +168,11 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
 
         for result in work_through(todo(), pool):
             note(journal.add(result), cached=False)
+        lines = [*chain.from_iterable(journal.before.values()), *journal.now.values()]
+        for path in sorted(lists):
+            made = (line for line in lines if line["key"] != COPY)
+            modules = added_modules(path, (task for task, _ in plan.tasks), made)
+            findings += [d.as_json() for d in _copy(plan.root, path, journal, modules)]
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
     missing = sum(finding["severity"] == "error" for finding in findings)
@@ -185,13 +205,14 @@ def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
     return finding if told is None else {**finding, "help": told}
 
 
-def _copy(root: Path, path: str, journal: Journal) -> list[Diagnostic]:
+def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:
+    """Copy a file, with ``modules`` added where it lists them."""
     try:
         data = (root / path).read_bytes()
     except OSError as error:
         journal.hold(path, copied=True)
         return [Diagnostic("BAT002", "error", f"cannot copy `{path}`: {error.strerror}", help="check its rights")]
-    return journal.copy(path, data)
+    return journal.copy(path, with_modules(data, modules))
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:

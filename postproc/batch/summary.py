@@ -73,6 +73,20 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
     return (one_line(outcome.task.name), result, *figures, str(warnings or ""))
 
 
+def warning_lines(batch: Batch) -> Iterator[str]:
+    """Warnings of tasks that did not fail: a line for each code, with how often, and one of it."""
+    found: dict[str, list[tuple[str, Mapping[str, Any]]]] = {}
+    for outcome in batch.outcomes:
+        for finding in outcome.findings if outcome.status != "failed" else ():
+            if finding["severity"] == "warning":
+                found.setdefault(finding["code"], []).append((outcome.task.name, finding))
+    for code, here in sorted(found.items()):
+        tasks = _counted(len({task for task, _ in here}), "task")
+        task, first = here[0]
+        where = "" if first["path"] is not None else f"{task}: "
+        yield f"{code}: {_counted(len(here), 'warning')} in {tasks}, such as {where}{finding_line(first)}"
+
+
 def sum_line(batch: Batch, seconds: float) -> str:
     """The batch in one line."""
     count = batch.counts

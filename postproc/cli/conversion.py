@@ -26,6 +26,7 @@ class ProgramOptions:
         model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
             the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
+        model_of_another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
@@ -34,6 +35,7 @@ class ProgramOptions:
 
     model: ModelFile = None
     robot: str | None = None
+    model_of_another_arm: Flag = False
     effects: EffectFiles = ()
     side_files: SideFiles = ()
     taught: Taught = ()
@@ -56,7 +58,8 @@ class ProgramOptions:
         from postproc.choices import Choices, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), Choices.model_construct(None, **self._stated()), Path())
-        return replace(chosen, effects=self.effects, options=replace(chosen.options, entry=entry))
+        options = replace(chosen.options, entry=entry)
+        return replace(chosen, effects=self.effects, another_arm=self.model_of_another_arm, options=options)
 
 
 @Parameter(name="*")

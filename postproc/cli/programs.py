@@ -7,11 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.batch.discover import other_arm, task_around, with_arm
+from postproc.batch.contradictions import contradictions
+from postproc.batch.discover import task_around, with_arm
 from postproc.batch.nearby import LACKING, help_nearby
 from postproc.cli.inputs import read_source
 from postproc.cli.report import say, show
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.files import real
 
 if TYPE_CHECKING:
@@ -83,7 +84,12 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     else:
         arm = read_arm(settings, program, task.unknown, bare=bare)
     say(settings.headline(arm.robot.name))
-    show(other_arm(task, arm.robot.name))
+    for line in settings.heritage(Path(program).parent):
+        say(line)
+    found = contradictions(settings, task, Path(program), arm.robot)
+    if has_errors(found):
+        raise PostprocError(found)
+    show(found)
     if bare:
         show([replace(d, severity="info") for d in corrected_twice(settings, arm.station)])
     return settings, arm

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
+from postproc.batch.summary import finding_line, result_line, sum_line, table_lines, warning_lines
 from postproc.batch.values import Batch, Outcome
 from postproc.cli.report import MOST, say, width_of
 from postproc.diagnostics import PostprocError, visible
@@ -62,6 +62,8 @@ class Reporter:
 
     def summary(self, batch: Batch) -> None:
         for line in table_lines(batch):
+            say(line)
+        for line in warning_lines(batch):
             say(line)
         for found in batch.findings:
             say(finding_line(found))
@@ -132,6 +134,8 @@ def arm_lines(ready: Ready) -> Iterator[str]:
         lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1
     for line, count in lines.items():
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
+    converters = (found for found in ready.converters.values() if not isinstance(found, PostprocError))
+    yield from dict.fromkeys(line for found in converters for line in found.settings.heritage(ready.plan.root))
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, TextIO
 
 from postproc import __version__
@@ -119,12 +120,17 @@ def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool)
         put(text)
 
 
-def print_document(document: Mapping[str, Any], form: str) -> None:
-    """Print a document on stdout as JSON, or its findings as SARIF (``form``)."""
+def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) -> None:
+    """Print a document on stdout as JSON, or its findings as SARIF (``form``).
+
+    Args:
+        root: where the paths of its findings start; those of SARIF start at the working folder.
+    """
     if form == "sarif":
         from postproc.report.sarif import findings_in, sarif
 
-        print(to_json(sarif(findings_in(document))))
+        found = findings_in(document)
+        print(to_json(sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in found])))
     else:
         print_json(document)
 

@@ -291,3 +291,28 @@ def test_a_lost_scheduler_is_one_finding_and_blames_no_task(tmp_path: Path, capf
     assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
     assert not [f for o in told for f in o.findings if f["code"] == "BAT008"]
     assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["all.jsonl", "edited", "deep/link", "edited/0"])
+def test_nothing_is_written_through_a_link_where_the_state_is_kept(tmp_path: Path, name: str) -> None:
+    source = write(tmp_path / "in", data("a.mod"))
+    convert(source, tmp_path / "out")
+    planted = tmp_path / "out" / ".postproc" / name
+    planted.parent.mkdir(exist_ok=True)
+    planted.unlink(missing_ok=True)
+    planted.symlink_to(tmp_path / "out" / "a.mod" if name.endswith("l") else tmp_path)
+    before = tree(tmp_path)
+    with pytest.raises(PostprocError, match="BAT015"):
+        convert(source, tmp_path / "out")
+    assert tree(tmp_path) == before
+
+
+def test_a_report_does_not_replace_the_state_of_a_batch(call: Call, tmp_path: Path) -> None:
+    source = write(tmp_path / "in", data("a.mod"))
+    convert(source, tmp_path / "out")
+    before = tree(tmp_path)
+    for name in ("all.jsonl", "new.html"):
+        place = tmp_path / "out" / ".postproc" / name
+        found = call("batch", source, "-o", tmp_path / "out", "--report", place, "--workers", "1")
+        assert found.code == 2 and "error[CLI007]" in found.err
+        assert tree(tmp_path) == before

@@ -443,3 +443,16 @@ def test_what_the_controller_corrects_is_not_corrected_once_more(tmp_path: Path)
     stated = replace(ROUGH, options=replace(ROUGH.options, already=("geometry", "gravity")))
     left, _ = convert(backup(tmp_path / "in3", base='-use_robot_calib "r1_calib"'), tmp_path / "out3", stated)
     assert not left.failed
+
+
+def test_the_module_for_run_time_is_in_the_list_of_its_task(tmp_path: Path) -> None:
+    options = replace(ROUGH.options, run_time="all")
+    source = backup(tmp_path / "in")
+    for _ in range(2):
+        batch, _ = convert(source, tmp_path / "out", replace(ROUGH, options=options))
+        assert not batch.failed and not batch.findings, batch.findings
+        listed = (tmp_path / "out/BACKINFO/backinfo.txt").read_text()
+        assert "PROGMOD/Main.mod @ \nSYSMOD/ppModel.sys @ \n\n>>TASK2" in listed
+        assert (tmp_path / "out/RAPID/TASK1/SYSMOD/ppModel.sys").is_file()
+    convert(source, tmp_path / "out")
+    assert (tmp_path / "out/BACKINFO/backinfo.txt").read_text() == BACKINFO, "without the module as it was"

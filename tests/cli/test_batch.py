@@ -11,6 +11,7 @@ import pytest
 from postproc.batch.summary import sum_line, table_lines
 from postproc.batch.values import Batch, Outcome, Task
 from postproc.cli.progress import reporting
+from tests.batch.folders import program, write
 
 from .conftest import Call
 
@@ -117,3 +118,24 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     )
     off = Batch((Outcome(Task("a", ()), "compensated", False, {}, ({"code": "CMP006"}, {"code": "CMP006"})),), 0, ())
     assert sum_line(off, 1.0).endswith("1 compensated, 1 of them beyond the tolerance somewhere (CMP006)")
+
+
+def test_warnings_of_converted_tasks_reach_the_terminal(call: Call, tmp_path: Path) -> None:
+    text = program("A").replace("MoveJ pStart", "CConv;\n    MoveL pNone,v100,fine,tTorch;\n    MoveJ pStart")
+    source = write(tmp_path / "in", {"a.mod": text, "b.mod": text.replace("MODULE A", "MODULE B")})
+    found = call("batch", source, "-o", tmp_path / "out", "--workers", "1", "--tolerance", "0.5")
+    assert found.code == 0, found.err
+    lines = [
+        line for line in found.err.splitlines() if line.startswith("RAP020: 2 warnings in 2 tasks, such as a.mod:")
+    ]
+    assert len(lines) == 1 and "`pNone`" in lines[0]
+
+
+def test_paths_of_sarif_start_at_the_working_folder(
+    call: Call, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = call("batch", "in", "-o", "out", "--workers", "1", "--format", "sarif")
+    results = json.loads(found.out)["runs"][0]["results"]
+    places = [place["physicalLocation"]["artifactLocation"]["uri"] for r in results for place in r["locations"]]
+    assert places and all((tmp_path / place).is_file() for place in places)

@@ -197,7 +197,8 @@ def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp
     text = (samples / "models" / "hull_cell.toml").read_text(encoding="utf-8")
     fitted.write_text(f"{text}\n[fit]\nnoise_mm = 0.05\n", encoding="utf-8")
     own, other = (
-        read_arm(Settings(model=fitted, robot=name), "p.mod") for name in ("irb4600_60_205", "irb2600id_15_185")
+        read_arm(Settings(model=fitted, robot=name, another_arm=True), "p.mod")
+        for name in ("irb4600_60_205", "irb2600id_15_185")
     )
     assert own.fit and not other.fit
     assert [e.key for e in own.effects] == [e.key for e in other.effects]

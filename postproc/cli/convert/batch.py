@@ -64,7 +64,7 @@ def run(
         say(line)
     _hush()
     try:
-        with open_pool(*_where(place, workers, scheduler)) as pool, reporting(len(ready.tasks)) as shown:
+        with open_pool(_workers(place, workers, scheduler), scheduler) as pool, reporting(len(ready.tasks)) as shown:
             batch = run_batch(ready, pool, shown.outcome)
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
@@ -78,16 +78,16 @@ def run(
         pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
         write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
     if (form := "json" if json else format) is not None:
-        print_document(document, form)
+        print_document(document, form, ready.plan.root)
     return int(batch.failed)
 
 
-def _where(place: Path, workers: int | None, scheduler: str | None) -> tuple[int | None, str | None]:
-    """Workers and scheduler: as they are stated on the command line, else in the settings file."""
+def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | None:
+    """Processes here: as they are stated on the command line, else in the settings file."""
     from postproc.choices import find_settings
 
     stated = find_settings(place) if workers is None and scheduler is None else None
-    return (workers, scheduler) if stated is None else (stated[1].batch.workers, stated[1].batch.scheduler)
+    return workers if stated is None else stated[1].batch.workers
 
 
 def _hush() -> None:

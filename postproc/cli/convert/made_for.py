@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from cyclopts import Parameter
 
 from postproc.cli.conversion import ProgramOptions, VectorText
-from postproc.cli.options import EffectFiles, ModelFile, Names
+from postproc.cli.options import EffectFiles, Flag, ModelFile, Names
 from postproc.cli.programs import settled
 from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import PostprocError
@@ -29,6 +29,7 @@ class RunTimeOptions:
     Attributes:
         model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's.
+        model_of_another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
         tcp: TCP for which errors are stated, in tool0 [mm]. Default: the tool of the model.
         load: mass of tool and payload and its centre in tool0, KG,X,Y,Z [kg, mm]. Default: half the rated payload.
         region: ranges of the six joint angles, LOW:HIGH,.. [deg]. Default: the limits of the arm.
@@ -37,6 +38,7 @@ class RunTimeOptions:
 
     model: ModelFile = None
     robot: str | None = None
+    model_of_another_arm: Flag = False
     effects: EffectFiles = ()
     tcp: VectorText | None = None
     load: VectorText | None = None
@@ -45,7 +47,8 @@ class RunTimeOptions:
 
     def arm(self, module: Path) -> tuple[Settings, Model]:
         """What `postproc.toml` or a backup around the module says of the arm, and the arm."""
-        named = ProgramOptions(model=self.model, robot=self.robot, effects=self.effects)
+        other = self.model_of_another_arm
+        named = ProgramOptions(model=self.model, robot=self.robot, model_of_another_arm=other, effects=self.effects)
         return settled(named.settings_at(module.parent), str(module))
 
     def conditions(self, settings: Settings, model: Model) -> Conditions:

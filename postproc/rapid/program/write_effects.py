@@ -119,14 +119,14 @@ class WriteEffects:
                 self._of_statement(statement, routine, found[key], calls[key])
             for called, _ in calls[key]:
                 callers.setdefault(called, set()).add(key)
-        pending = list(routines)
+        pending = dict.fromkeys(routines)  # each routine waits once
         while pending:
-            key = pending.pop()
+            key, _ = pending.popitem()
             before = len(found[key])
             for called, passed in calls[key]:
                 self._through_call(found[called], passed, routines[key], found[key])
             if len(found[key]) != before:
-                pending += callers.get(key, ())
+                pending |= dict.fromkeys(callers.get(key, ()))
         self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
         self.acting = acting_functions(routines, self.of_routine, calls)
@@ -207,7 +207,7 @@ class WriteEffects:
         self, below: Set[str], passed: Iterable[tuple[str, str]], routine: Routine, changed: set[str]
     ) -> None:
         """Add what a called routine changes, its parameters by reference as the data passed."""
-        changed |= {k for k in below if not k.startswith("%")}
+        changed |= {k for k in below - changed if not k.startswith("%")}
         for parameter, name in passed:
             if "%" + parameter in below:
                 self._add(name, routine, changed)

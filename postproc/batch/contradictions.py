@@ -1,0 +1,83 @@
+"""What settings say against a controller's configuration, and against the data sheet of the arm.
+
+What the command line or a jobs file says is meant for this program, and a warning is enough. A settings file may have
+been found above the folder by accident: what it says against the controller is an error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from postproc.batch.values import Task
+from postproc.diagnostics import Diagnostic, Severity
+from postproc.files import real
+from postproc.settings import Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.arm import Robot
+
+GRAVITY = 9.80665  # [m/s^2]
+PROCESS = ("force", "moment", "already")
+"""What no settings file outside a backup says of its cell."""
+
+
+def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) -> list[Diagnostic]:
+    """BAT012, BAT019 and BAT020: errors where a settings file says it.
+
+    Args:
+        place: a file of the task, or its folder. robot: the arm that is taken.
+    """
+    inherited = dict(settings.inherited)
+    found = _against_arm(task, robot.name, inherited.keys())
+    if (backup := _backup(task, place)) is not None:
+        found += _from_outside(settings, backup, inherited)
+    station = settings.station
+    if "already" in inherited and station is not None and not station.cell.arms[station.arm.lower()].calibrated:
+        text = f"`{settings.stated_in[0]}` says that the controller corrects by itself; its configuration does not"
+        found.append(Diagnostic("BAT019", "error", text, help="take `already` out, or say it with `--already`"))
+    return found + _beyond_payload(settings, robot, "error" if "force" in inherited else "warning")
+
+
+def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Diagnostic]:
+    if task.unknown is not None:
+        return [replace(task.unknown, severity="info", help="the arm or model that was named is used")]
+    if task.robot in (None, robot):
+        return []
+    text = f"the controller drives `{task.robot}` with this task, the model is of `{robot}`"
+    if {"robot", "model"} & {*inherited}:
+        help_ = "take the arm out of the settings file, or name it with `--robot` or `-m` if it is meant"
+        return [Diagnostic("BAT012", "error", text, help=help_)]
+    return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
+
+
+def _backup(task: Task, place: Path) -> Path | None:
+    """The folder of the controller's backup that a task stands in."""
+    stated = task.robot is not None or task.unknown is not None or task.station is not None
+    at = real(place)
+    above = (folder.parent for folder in (at, *at.parents) if folder.name.lower() == "rapid")
+    return next(above, None) if stated else None
+
+
+def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
+    """What a settings file above a backup says of its cell."""
+    keys = [key for key in PROCESS if key in inherited]
+    if not keys or real(settings.stated_in[0]).is_relative_to(backup):
+        return []
+    named = ", ".join(f"`{key} = {inherited[key]}`" for key in keys)
+    text = f"`{settings.stated_in[0]}` stands outside the backup and says {named} of its cell"
+    help_ = f"put that into `{backup / settings.stated_in[0].name}`, or say it with `--{keys[0]}`"
+    return [Diagnostic("BAT019", "error", text, help=help_)]
+
+
+def _beyond_payload(settings: Settings, robot: Robot, severity: Severity) -> list[Diagnostic]:
+    """BAT020 where the process force is more than the weight of the payload that the arm is rated for."""
+    force, rated = math.hypot(*settings.options.force), robot.payload
+    if rated is None or force <= GRAVITY * rated:
+        return []
+    text = f"a force of {force:.0f} N is more than the weight of the payload of `{robot.name}`: {rated:g} kg"
+    text += f", {GRAVITY * rated:.0f} N"
+    return [Diagnostic("BAT020", severity, text, help="check its size and unit [N], and which arm it is")]
