@@ -215,5 +215,9 @@ def without_causes(data: Data) -> tuple[Data, Causes]:
 def unknown_part(data: Data) -> Unknown | None:
     """Why data, or a part of it, is not known."""
     if isinstance(data, tuple):
-        return next((unknown for item in data if (unknown := unknown_part(item)) is not None), None)
+        kinds = set(map(type, data))  # an array may be long
+        if not kinds.isdisjoint((Unknown, PartlyUnknown, Invalid)):
+            return next(item for item in data if isinstance(item, Unknown))
+        inside = data if tuple in kinds else ()
+        return next((unknown for item in inside if (unknown := unknown_part(item)) is not None), None)
     return data if isinstance(data, Unknown) else None

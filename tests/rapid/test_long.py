@@ -62,6 +62,10 @@ SHAPES: dict[str, tuple[int, Callable[[int], str]]] = {
     "branches with motions": (300, lambda n: module(repeated("IF gi1={} THEN\n" + MOVE + "\nENDIF", n))),
     "declarations": (1500, lambda n: module(MOVE.format("a0"), repeated("CONST num a{}:={};", n))),
     "arguments": (1500, lambda n: module("r " + ",".join("1" * n) + ";", "", "PROC r()\nENDPROC")),
+    "calls by a name": (
+        500,
+        lambda n: module(repeated('%"r{}"%;', n), "", repeated("PROC r{}()\na:={};\nENDPROC", n)),
+    ),
     "a text": (20000, lambda n: module(f's:="{"x" * n}";')),
     "comments": (20000, lambda n: module(repeated("! {}", n))),
 }  # fmt: skip
@@ -154,3 +158,16 @@ def test_findings_on_one_long_line_are_shown_at_once() -> None:
     ]
     assert time.process_time() - begin < 2
     assert all(len(line) <= 90 for text in shown for line in text.splitlines())
+
+
+@pytest.mark.parametrize("inner", ["r", "r{}"])
+def test_records_inside_one_another_are_too_large_to_follow(inner: str) -> None:
+    """Two of the level below in each of forty levels, and a record of itself: neither has a value that can be held."""
+    if inner == "r":
+        records = "RECORD r\nr a;\nr b;\nENDRECORD"
+    else:
+        levels = (f"RECORD r{i + 1}\nr{i} a;\nr{i} b;\nENDRECORD" for i in range(40))
+        records = "RECORD r0\nnum a;\nENDRECORD\n" + "\n".join(levels)
+    kind = inner.replace("{}", "40")
+    text = module("x.a:=x.b;\n" + MOVE.format("a"), f"VAR {kind} x;").replace("MODULE M\n", f"MODULE M\n{records}\n", 1)
+    assert len(walk_program(read_program(Source("records.mod", text.encode()))).events) == 2

@@ -110,11 +110,33 @@ def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
     return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 
+MOST_PARTS = 10_000  # of a record, with the records in it
+MOST_LEVELS = 10  # of records inside one another
+
+
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:
-    """Value of data declared without one."""
+    """Value of data declared without one.
+
+    Raises:
+        Unknown: it is a record of very many parts, or of itself.
+    """
     if kind in records:
+        if _parts_of(kind, records, MOST_LEVELS) > MOST_PARTS:
+            raise Unknown(Kind.TOO_LARGE, kind)
         return tuple(zero(field, records) for _, field in records[kind])
     return {"bool": False, "string": ""}.get(kind, 0.0)
+
+
+def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
+    """How many numbers, texts and truth values a type holds; more than ``MOST_PARTS`` stand for any larger number."""
+    if kind not in records or levels == 0:
+        return 1 if kind not in records else MOST_PARTS + 1
+    count = 1
+    for _, field in records[kind]:
+        count += _parts_of(field, records, levels - 1)
+        if count > MOST_PARTS:
+            break
+    return count
 
 
 def _number(data: Data) -> float:

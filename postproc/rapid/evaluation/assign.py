@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import compress
+from operator import is_, is_not
 
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.memory import Binding, Memory, Path, Reference, part_of
@@ -73,11 +75,12 @@ def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, m
     """What data is after a part of it has been written."""
     if path:
         try:
-            value = _present(declaration, memory)
+            value, unknown = _present(declaration, memory), unknown_part(data)
             data, causes = _replaced(value, path, data, memory), joined_causes(value.assumed, causes)
         except Unknown as error:
-            data = error.kept()
-        unknown = unknown_part(data)
+            data = unknown = error.kept()
+        if unknown is None and not _is_known(declaration, memory):
+            unknown = unknown_part(data)
         data = data if unknown is None or unknown is data else PartlyUnknown(unknown, data)
     else:
         data = as_type(data, declaration.type)
@@ -103,6 +106,12 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
             data = _replaced(value, path, why, memory) if path else _all_unknown(value.data, value.rank, why)
             value = Value(data, value.type, value.rank)
         return value
+
+
+def _is_known(declaration: Declaration, memory: Memory) -> bool:
+    """Whether no part of a variable is unknown; an array of thousands is not searched for one."""
+    now = memory.changed.get(declaration.key)
+    return not isinstance(without_causes(now)[0], Unknown) and (now is not None or declaration.init is not None)
 
 
 def _all_unknown(data: Data, rank: int, why: Unknown) -> Data:
@@ -173,10 +182,10 @@ def shown(key: str, program: Program) -> str:
 
 def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
     """What holds where several ways meet: a value only if all of them agree, assumed if it is on any of them."""
-    result = dict(ends[0])
+    result, undecided = dict(ends[0]), set[str]()
     for end in ends[1:]:
-        for key in result.keys() | end.keys():
-            if key in result and key in end and result[key] is end[key]:
+        for key in _apart(result, end):
+            if key in undecided:
                 continue
             (a, first), (b, second) = without_causes(result.get(key, key)), without_causes(end.get(key, key))
             declaration = program.names.get(key) if program.taught else None
@@ -184,9 +193,17 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
                 continue
             if key not in result or key not in end or (a is not b and a != b):
                 result[key] = Unknown(Kind.UNDECIDED, shown(key, program), key=key)
+                undecided.add(key)
             else:
                 result[key] = assumed_for(a, joined_causes(first, second))
     return result
+
+
+def _apart(one: dict[str, Data], other: dict[str, Data]) -> list[str]:
+    """Keys that do not hold the same object in both; of copies of one dictionary found without a look at every key."""
+    if len(one) == len(other) and all(map(is_, one, other)):
+        return list(compress(one, map(is_not, one.values(), other.values())))
+    return [k for k in one.keys() | other.keys() if k not in one or k not in other or one[k] is not other[k]]
 
 
 def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memory) -> Data:

@@ -123,15 +123,16 @@ class _Follower(Flow):
         return result
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        steps, at = tuple(statements), 0
+        steps, at, labels = tuple(statements), 0, dict[str, int]()
         while at < len(steps):
             if self.statement(steps[at], memory):
                 at += 1
                 continue
-            labels = [i for i, s in enumerate(steps) if s.kind == "label" and s.word == self.jump]
-            if self.jump is None or not labels:
+            if self.jump is not None and not labels:
+                labels = {s.word: i for i, s in reversed([*enumerate(steps)]) if s.kind == "label"}
+            if self.jump is None or self.jump not in labels:
                 return False
-            at, self.jump = labels[0], None
+            at, self.jump = labels[self.jump], None
         return True
 
     def statement(self, statement: Statement, memory: Memory) -> bool:

@@ -67,6 +67,9 @@ class Choices:
             keys: what the branch may change; written: the same of each arm.
             left: an arm ends the routine.
         """
+        if len(ends) > MOST:  # too many to follow, whatever they set
+            self.found[place] = Choice((), frozenset(keys), frozenset(), {}, left)
+            return
         setting = {arm: written[arm] for arm, end in ends.items() if end is not None and written[arm]}
         values = {arm: {key: (ends[arm] or {}).get(key) for key in keys} for arm in setting}
         known = self.found.get(place)

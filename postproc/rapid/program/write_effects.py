@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, S
 from functools import cached_property
 
 from postproc.diagnostics import Source, Span
+from postproc.grouping import grouped
 from postproc.rapid.program.arguments import Piece, read_arguments
 from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
@@ -279,13 +280,23 @@ class WriteEffects:
         calls: set[CalledWith],
     ) -> None:
         """What procedures may write one of which is called by its name in a text."""
-        found = [r for r in self.program.all_routines() if r.kind == "PROC" and may_be(template, r.name)]
+        found = self._procedures(template)
         for called in found:
             self._hand_over(called, pieces, routine, changed, calls)
         if not found or None in template:
             changed.add(UNSEEN)  # perhaps one that is in none of the files
             self.unseen.add(LATE)
             self._hand_over(None, pieces, routine, changed, calls, writer=LATE)
+
+    def _procedures(self, template: Template) -> Sequence[Routine]:
+        """Procedures whose name a text may be; of a text without gaps they are not searched for."""
+        if len(template) == 1 and template[0] is not None:
+            return self._by_name.get(template[0], [])
+        return [r for procedures in self._by_name.values() for r in procedures if may_be(template, r.name)]
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[Routine]]:
+        return grouped((r.name.lower(), r) for r in self.program.all_routines() if r.kind == "PROC")
 
     def _of_functions(
         self,
