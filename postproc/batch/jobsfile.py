@@ -91,9 +91,7 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Pl
             modules = "its module" if len(still) == 1 else f"none of its {len(still)} modules, such as"
             text = f"nothing in `{folder_or_jobs}` is to be converted: {modules} `{still[0]}`"
             text += " moves no arm" if len(still) == 1 else ", moves an arm"
-            help_ = (
-                "modules in HOME are copies; motions that are loaded at run time are converted in a folder of their own"
-            )
+            help_ = "modules in HOME are copies; convert motions that are loaded at run time in a folder of their own"
         raise PostprocError.of("BAT001", text, help=help_)
     return plan
 

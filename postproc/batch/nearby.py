@@ -1,4 +1,4 @@
-"""Files near a module that declare what it lacks."""
+"""Files near a module that say what it lacks: data that they declare, the arm of a controller."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from postproc.batch.discover import PARTS, SHARED
+from postproc.diagnostics import Diagnostic
 from postproc.rapid.program.program import ENDINGS
 
+LEVELS = 3  # folders above a program whose configuration may be that of its controller
 LACKING = frozenset({"RAP020", "RAP021"})
 """Findings about data without a value, whose name stands first in their message."""
 
@@ -43,3 +45,27 @@ def _nearby(module: Path) -> Iterator[Path]:
 
 def _folders(place: Path) -> list[Path]:
     return sorted(p for p in place.iterdir() if p.is_dir())
+
+
+def arm_nearby(program: str, place: Path) -> Diagnostic | None:
+    """CLI013 that names the arms of a configuration near a program that stands in no backup; None where there is none.
+
+    Args:
+        program: its name, for people. place: its file, or folder.
+    """
+    from postproc.robot.controller import arm_entries, read_entries, read_quietly
+    from postproc.robot.type_names import library_name
+
+    at = place.absolute()
+    for folder in (at, *list(at.parents)[:LEVELS]):
+        for path in (folder / "MOC.cfg", folder / "SYSPAR" / "MOC.cfg"):
+            types = [
+                r.get("use_robot_type", "") for r in arm_entries(read_entries(read_quietly(path).decode("latin-1")))
+            ]
+            names = dict.fromkeys(library_name(kind) or kind for kind in types)
+            if names:
+                text = f"nothing says which arm runs `{program}`: `{path}` near it is of " + " and ".join(
+                    f"`{name}`" for name in names
+                )
+                return Diagnostic("CLI013", "error", text, help=f"say `--robot {next(iter(names))}` if it runs there")
+    return None

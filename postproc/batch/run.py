@@ -16,7 +16,7 @@ from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
 from postproc.batch.lines import COPY, STATE
-from postproc.batch.nearby import LACKING, help_nearby
+from postproc.batch.nearby import LACKING, arm_nearby, help_nearby
 from postproc.batch.values import (
     Batch,
     Job,
@@ -77,7 +77,7 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     for task, settings in tasks:
         try:
             if settings not in read:
-                model = read_arm(settings, task.name, task.unknown)
+                model = read_arm(settings, task.name, task.unknown or arm_nearby(task.name, plan.root / task.name))
                 read[settings] = read_converter(settings, model)
                 arms[settings] = model.robot
             converters[task.name] = read[settings]

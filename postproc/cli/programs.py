@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.contradictions import contradictions
 from postproc.batch.discover import task_around, with_arm
-from postproc.batch.nearby import LACKING, help_nearby
+from postproc.batch.nearby import LACKING, arm_nearby, help_nearby
 from postproc.cli.inputs import read_source
 from postproc.cli.report import say, show
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
@@ -82,7 +82,8 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     if named is not None and named.joint_compliance is None:
         arm = Model(named, robot_name=str(settings.robot))
     else:
-        arm = read_arm(settings, program, task.unknown, bare=bare)
+        unknown = task.unknown if settings.names_arm else task.unknown or arm_nearby(program, Path(program))
+        arm = read_arm(settings, program, unknown, bare=bare)
     say(settings.headline(arm.robot.name))
     for line in settings.heritage(Path(program).parent):
         say(line)

@@ -10,7 +10,7 @@ import pytest
 from postproc.choices import settings_at
 from postproc.diagnostics import PostprocError
 from tests.batch.folders import program, write
-from tests.batch.test_tree import backup
+from tests.batch.test_tree import MOC, backup
 
 from .conftest import Call
 
@@ -107,3 +107,11 @@ def test_a_scheduler_comes_from_the_command_line_alone(tmp_path: Path) -> None:
     write(tmp_path, {"postproc.toml": '[batch]\nscheduler = "tcp://127.0.0.1:8786"\n'})
     with pytest.raises(PostprocError, match="`scheduler` is taken from the command line alone"):
         settings_at(tmp_path)
+
+
+def test_a_configuration_beside_programs_is_named(call_as_written: Call, tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {"progs/a.mod": program("A"), "MOC.cfg": MOC.replace("{base}", "")})
+    for words in (("compensate", source / "progs/a.mod"), ("batch", source, "-o", tmp_path / "out", "--workers", "1")):
+        found = call_as_written(*words)
+        assert found.code == 2 and "error[CLI013]" in found.err
+        assert f"`{source / 'MOC.cfg'}` near it is of `" in found.err and "and `irb4600_60_205`" in found.err
