@@ -21,8 +21,7 @@ from postproc.compensate.correction.curve import (
 from postproc.compensate.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
-from postproc.compensate.text.added_targets import TargetAdder
-from postproc.compensate.text.arcs import all_numbers
+from postproc.compensate.text.added_targets import TargetAdder, all_numbers
 from postproc.compensate.text.insertions import ASTRAY, TURNED_ASIDE, runs_astray, why_indivisible
 from postproc.compensate.text.requests import Requester
 from postproc.compensate.text.values import Change, Insertion, Place

@@ -55,8 +55,8 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
-    if change.value.arc is not None:
-        text = fill(load_template(env, "arc_target.j2"), {"target": change.value, "displacement": sums})
+    if change.value.point is not None:
+        text = fill(load_template(env, "path_point.j2"), {"target": change.value, "displacement": sums})
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
@@ -158,18 +158,13 @@ def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
     """Edits that add statements, each on a line of its own, indented and ended like the line of its original."""
-    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
     template = load_template(env, "statement.j2")
 
-    def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
-        if value.arc is not None and value.law is not None:
-            sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
-            return fill(load_template(env, "arc_target.j2"), {"target": value, "displacement": sums})
-        text = base or fill(target, {"target": value})
-        if value.law is None:
-            return text
-        names = statement.source.data[slice(*statement.span)].decode("latin-1")
-        return fill(displaced, {"text": text, "displacement": _sums(value.law, names)})
+    def target(value: TargetValue, statement: MotionStatement) -> str:
+        if value.point is None:
+            return fill(load_template(env, "target.j2"), {"target": value})
+        sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
+        return fill(load_template(env, "path_point.j2"), {"target": value, "displacement": sums})
 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
@@ -177,14 +172,14 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         lead, newline = line_style(statement.source.data, statement.span[0])
         lines = []
         for insertion in group:
-            replaced = {"to": aggregate(insertion.to, statement, insertion.base), "zone": insertion.zone}
+            replaced = {"to": target(insertion.to, statement), "zone": insertion.zone}
             if insertion.via is not None:
-                replaced["via"] = aggregate(insertion.via, statement)
+                replaced["via"] = target(insertion.via, statement)
             if insertion.duration is not None:
                 replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
-            if insertion.to.law is not None:
+            if insertion.to.point is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
             lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
@@ -195,19 +190,25 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
 def function_edits(
     env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
-    """Edits that add the function which works out points on arcs to the modules that call it."""
-    names = {(i.statement.source.path, i.statement.module.lower()): i.to.arc.function for i in insertions if i.to.arc}
+    """Edits that add the functions which work out points on lines and arcs to the modules that call them."""
+    points = [(i.statement.source.path, i.statement.module.lower(), i.to.point) for i in insertions if i.to.point]
     for module in program.modules:
-        name = names.get((module.source.path, module.name.lower()))
-        if name is None:
+        own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
+        if not own:
             continue
         data = module.source.data
         end = module.span[1] - len("ENDMODULE")
         _, newline = line_style(data, max(0, end - 1))
         start = data.rfind(b"\n", 0, end) + 1
         at = start if not data[start:end].strip() else end
-        text = fill(load_template(env, "arc_point.j2"), {"name": name}).replace("\n", newline.decode())
-        yield module.source, Edit(at, at, text.encode("latin-1") + (newline if not text.endswith("\n") else b""))
+        text = ""
+        for name, on_arc in sorted({(point.function, point.on_arc) for point in own}):
+            axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
+            text += fill(
+                load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), {"name": name, "axes": axes}
+            )
+            text += "" if text.endswith("\n") else "\n"
+        yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))
 
 
 def _with_time(statement: MotionStatement, duration: Decimal) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from postproc.compensate.text.added_targets import OTHER_FRAME
-from postproc.compensate.text.bends import fit_bend as _bent
 from postproc.compensate.text.laws import fit_affine
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
@@ -565,18 +564,6 @@ def test_seams_between_variables_share_targets_between_them(more: str) -> None:
     again = independent(text, found)
     assert again.violations == []
     assert again.after == pytest.approx(after, abs=0.002)
-
-
-def test_what_bends_a_target_by_less_than_is_written_has_no_term() -> None:
-    """0.2 mm a square metre along x stay, 0.0001 mm along z go; ways in two directions need a square of axes."""
-    length, across = np.array([0.5, 1.0, 2.0, 1.5]), np.array([0.0, 1.0, 0.0, 1.5])
-    law, rest = _bent({"length": length}, np.outer(length, [0.2, 0.0, 0.0001]), 0.005)
-    assert law.coefficients == (("length", (0.2, 0.0, 0.0)),) and np.abs(rest).max() < 0.0005
-    law, rest = _bent(
-        {"length": length, "across": across}, np.outer(length, [0.2, 0, 0]) - np.outer(across, [0, 1, 0]), 0.005
-    )
-    np.testing.assert_allclose([bend for _, bend in law.coefficients], [[0.2, 0, 0], [0, -1, 0]])
-    np.testing.assert_allclose(rest, 0, atol=1e-9)
 
 
 def test_what_halves_the_worst_of_all_runs_and_spoils_none_is_added() -> None:
