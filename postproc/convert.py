@@ -30,7 +30,7 @@ from postproc.compensate.results.outcomes import judge_statements, largest_shift
 from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import Bounds, Spared, Worlds, check_written, depends_on_run_time
-from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
@@ -50,7 +50,6 @@ from postproc.runtime.programs.program import OnTheController, put_on_controller
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
-UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 PROOF = ("reading back and proving", 0.65, 0.98)
 
@@ -193,7 +192,7 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     worlds = _same_in_worlds(task, plan, drafts, largest_shifts(outcomes, plan), findings)
     findings += asked.spared.findings.values()
     accuracy, more = expect_accuracy(model, motion, sources[0])
-    if any(d.code == "CMP016" for d in findings):
+    if any(d.matter is Matter.NOT_WHOLE for d in findings):
         accuracy = None  # what the fit knows is the arm with everything that the model holds
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
@@ -271,7 +270,7 @@ def _followed(
     station = model.station or Station()
     program = read_program(sources, options.taught, NominalArm(model.robot, station), options.elsewhere)
     findings += [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
-    _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
+    _stop_at_errors(findings, 2 if any(d.matter is Matter.NO_MODULE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
     findings += say_resting(events, station)
@@ -279,7 +278,7 @@ def _followed(
     findings += [*shown_to_users(walked.diagnostics, events), *measured.values()]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
-        findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
+        findings.append(Diagnostic("CMP002", "warning", text, sources[0], None, help_, Matter.STILL))
         _stop_at_errors(findings)
         raise _Unsafe(0)
     _stop_at_errors(findings)

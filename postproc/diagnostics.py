@@ -11,6 +11,7 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from enum import Enum, auto
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, Literal, Self
@@ -109,6 +110,22 @@ class Source:
         return self.data[start:end].decode(self.encoding, "replace").rstrip("\r\n")
 
 
+class Matter(Enum):
+    """What a finding is about, where something is decided by it: its code and its words are for people alone."""
+
+    NO_MODULE = auto()  # a program file that is no RAPID text
+    UNDECLARED = auto()  # data that has no value in any of the files
+    UNSEEN = auto()  # a routine in none of the files, which is taken to do nothing
+    UNFOLLOWABLE = auto()  # a way to a target that the arm cannot follow as it is programmed
+    MEASURED = auto()  # data that the program itself measures
+    TAUGHT_MOVED = auto()  # data that is to be taught, and that the program moves
+    LEFT = auto()  # a statement that is left as it is
+    STILL = auto()  # a program that moves nothing
+    NOT_WHOLE = auto()  # a part of the model that does not hold for the program
+    ELSEWHERE = auto()  # the corrected program goes elsewhere where run-time data differ
+    CONTROLLER = auto()  # what the controller does, or could do
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One finding.
@@ -120,6 +137,7 @@ class Diagnostic:
         source: the file it stands in, if any.
         span: byte offsets ``(start, end)`` in that file.
         help: one action the user can take.
+        matter: what it is about, where something is decided by it; name: of the data that it is about, there.
     """
 
     code: str
@@ -128,6 +146,8 @@ class Diagnostic:
     source: Source | None = None
     span: Span | None = None
     help: str = ""
+    matter: Matter | None = None
+    name: str = ""
 
     @property
     def place(self) -> str:
@@ -174,6 +194,8 @@ class Diagnostic:
             "offset": self.span[0] if self.span else None,
             "help": self.help or None,
         }
+        if self.matter is Matter.UNDECLARED:
+            result["undeclared"] = self.name
         if self.source and self.span:
             result["line"], result["column"] = self.source.position(self.span[0])
         return result

@@ -130,6 +130,23 @@ def test_help_needs_no_heavy_library(command: str) -> None:
     assert not HEAVY & set(shown.partition("LOADED")[2].split())
 
 
+NO_FINDINGS = {
+    "measure/read/terms.py",  # a user says by its code which judgement is accepted (`--accept`)
+    "patterns/signals.py",  # the text of an expression
+}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_nothing_is_decided_by_the_code_or_the_words_of_a_finding(path: Path) -> None:
+    """`Matter` says what a finding is about."""
+    if path.relative_to(PACKAGE).as_posix() in NO_FINDINGS:
+        return
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Compare):
+            sides = [s.attr for s in (node.left, *node.comparators) if isinstance(s, ast.Attribute)]
+            assert not {"code", "message"} & set(sides), f"{path}:{node.lineno} decides by a finding's code or words"
+
+
 def test_every_diagnostic_is_explained() -> None:
     """A code used in the package has a section in docs/diagnostics and the other way round, each code once."""
     code = re.compile(r"[\"']([A-Z]{3}\d{3})[\"']")

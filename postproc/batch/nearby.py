@@ -11,15 +11,13 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.program.program import ENDINGS
 
 LEVELS = 3  # folders above a program whose configuration may be that of its controller
-LACKING = frozenset({"RAP020", "RAP021"})
-"""Findings about data without a value, whose name stands first in their message."""
 
 
-def help_nearby(message: str, module: Path) -> str | None:
-    """What to do about a finding of ``LACKING``: the file near the module that declares the data; None if none does."""
+def help_nearby(name: str, module: Path) -> str | None:
+    """What to do about data that no file gives a value: the file near the module that does; None if none does."""
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
-    name = re.escape(message.split("`")[1].encode("latin-1", "replace"))
-    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
+    called = re.escape(name.encode("latin-1", "replace"))
+    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + called + rb"\s*(?:\{[^}]*\}\s*)?:=")
     for path in _nearby(module):
         try:
             found = declares.search(path.read_bytes())

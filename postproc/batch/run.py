@@ -16,7 +16,7 @@ from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
 from postproc.batch.lines import COPY, STATE
-from postproc.batch.nearby import LACKING, arm_nearby, help_nearby
+from postproc.batch.nearby import arm_nearby, help_nearby
 from postproc.batch.values import (
     Batch,
     Job,
@@ -200,8 +200,8 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Jo
 def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
     """A finding; one about data that a file nearby declares names that file."""
     told = None
-    if finding["code"] in LACKING and finding["path"] is not None:
-        told = help_nearby(finding["message"], root / finding["path"])
+    if "undeclared" in finding and finding["path"] is not None:
+        told = help_nearby(finding["undeclared"], root / finding["path"])
     return finding if told is None else {**finding, "help": told}
 
 

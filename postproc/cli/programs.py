@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.contradictions import contradictions
 from postproc.batch.discover import task_around, with_arm
-from postproc.batch.nearby import LACKING, arm_nearby, help_nearby
+from postproc.batch.nearby import arm_nearby, help_nearby
 from postproc.cli.inputs import read_source
 from postproc.cli.report import say, show
-from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.files import real
 
 if TYPE_CHECKING:
@@ -52,13 +52,13 @@ def still_there(source: Source) -> None:
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """The findings; those about data that a file nearby declares name that file."""
-    return [_named(d) if d.code in LACKING else d for d in diagnostics]
+    return [_named(d) if d.matter is Matter.UNDECLARED else d for d in diagnostics]
 
 
 def _named(finding: Diagnostic) -> Diagnostic:
     if finding.source is None or finding.span is None:
         return finding
-    told = help_nearby(finding.message, Path(finding.source.path))
+    told = help_nearby(finding.name, Path(finding.source.path))
     return finding if told is None else replace(finding, help=told)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from postproc import __version__
-from postproc.diagnostics import Diagnostic, visible
+from postproc.diagnostics import Diagnostic, Matter, visible
 from postproc.excerpt import wrapped
 from postproc.report.document import to_json
 
@@ -105,8 +105,8 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
 
 def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
     """That nothing tells how near the real torch comes, and why."""
-    known = "CMP016" not in {d.code for d in findings}
-    why = "the model was not fitted to measurements of this arm" if known else "not all of the model holds here"
+    whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
+    why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 

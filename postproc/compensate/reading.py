@@ -15,7 +15,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion, motion_of
 from postproc.compensate.path.samples import Samples
 from postproc.compensate.path.timeline import SWIFT, plan_timeline
-from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
@@ -29,8 +29,6 @@ IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
 OUT_OF_REACH = IMPOSSIBLE.reason
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
-UNFOLLOWABLE = frozenset({"MOT002", "MOT003", "MOT004", "MOT010"})
-"""Findings that say: the arm cannot follow the way to this target."""
 MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
 
 
@@ -128,7 +126,7 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
     few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
     places = {(d.source, d.span) for d in errors}
-    return all(d.code in UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
+    return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
 
 
 def no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:
@@ -136,7 +134,7 @@ def no_known_target(program: Program, events: Sequence[MotionEvent], findings: S
     text = "no motion statement leads to a place that is known before the program runs"
     reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
     why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
-    measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
+    measured = (d.help for d in findings if d.matter is Matter.MEASURED)  # a tool or frame that the program measures
     most = reasons.most_common(1)[0][0] if reasons else ""
     first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
     help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")

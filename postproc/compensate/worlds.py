@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Matter
 from postproc.motion.path.curves import circle_through
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import Quat, RobTarget
@@ -57,7 +57,7 @@ class Spared:
     def learn(self, findings: Sequence[Diagnostic]) -> bool:
         """Take note of why a conversion was refused; whether another one may do better."""
         errors = [d for d in findings if d.severity == "error"]
-        if self.rounds == ROUNDS or not errors or any(d.code != "CMP019" for d in errors):
+        if self.rounds == ROUNDS or not errors or any(d.matter is not Matter.ELSEWHERE for d in errors):
             return False
         self.rounds += 1
         for d in errors:
@@ -139,7 +139,7 @@ def _finding(motion: WorldMotion, text: str) -> Diagnostic:
     statement = motion.statement
     return Diagnostic(
         "CMP019", "error", f"where run-time data differs, the corrected program {text}", statement.source,
-        statement.span, help_,
+        statement.span, help_, Matter.ELSEWHERE,
     )  # fmt: skip
 
 

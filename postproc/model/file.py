@@ -204,11 +204,9 @@ def _robot(name: str, source: Source) -> Robot:
     try:
         return load_robot(beside if name not in list_robots() and isfile(beside) else name)
     except PostprocError as error:
-        if error.diagnostics[0].code != "KIN006":
-            raise
-        found = error.diagnostics[0]
-        at = span_of(source, ("robot",), value=True)
-        raise PostprocError.of("KIN006", found.message, source, at, found.help) from error
+        at = span_of(source, ("robot",), value=True)  # of what has no place of its own: the name
+        placed = [replace(d, source=source, span=at) if d.source is None else d for d in error.diagnostics]
+        raise PostprocError(placed, error.exit_code) from error
 
 
 def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
@@ -226,7 +224,7 @@ def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]
         found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
         if not problems:
             effects.append(library[key].from_file(table))
-    if any(d.code == "MOD003" for d in found):
+    if not file.effects.keys() <= library.keys():
         found += installed_effects()[1]
     if found:
         raise PostprocError(found)

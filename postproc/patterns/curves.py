@@ -216,7 +216,7 @@ def settling(signal: Signal) -> tuple[Curve, Curve]:
 
 def own_or_time(signal: Signal) -> bool:
     """Whether it may settle, or come again though it is no angle: time, a rail or a turntable of the table's own."""
-    return signal.name == "time" or "channels[" in signal.code
+    return signal.name == "time" or signal.of_table
 
 
 def waves(signal: Signal, orders: Iterable[float]) -> Block:

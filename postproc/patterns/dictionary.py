@@ -215,11 +215,11 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     found = [*single, *(b for s in number for b in of_signal(s)), *(sways(s) for s in every if own_or_time(s))]
     for first, second in combinations(every, 2):
         found += of_two(first, second)
-    slow = [s for s in every if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
+    slow = [s for s in every if s.name in ("temperature", "time", "payload") or s.of_table]
     others = [*slow, *(s for column in said.values() for s in column)]
     found += of_angles([s for s in every if s.name[0] == "q" and s.name[1:].isdigit()], slow)
     # What flows into a tank or off a drum weighs as much as there is of it.
-    found += [_only_at("weight", line(s)) for s in slow if "channels[" in s.code]
+    found += [_only_at("weight", line(s)) for s in slow if s.of_table]
     if {"x", "y"} <= set(signals):
         x, y = signals["x"], signals["y"]
         code = f"np.hypot({x.code}, {y.code})" if place else ""
@@ -230,7 +230,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     found += [*lags(signals), *pulls(state, position), *around(position, place)]
     found += sight.blocks(others) if sight is not None else ()
     leaning, wide = overturning(state, others)
-    wide = [*wide, *(p for s in every if "channels[" in s.code for p in each_level(s))]
+    wide = [*wide, *(p for s in every if s.of_table for p in each_level(s))]
     wide += [p for column in said.values() for p in each_word(column)]
     gates = [b for b in single if len(b) and b.like.factors[0][0].gate]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
@@ -252,9 +252,9 @@ def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Bloc
         fine = waves(angle, range(GEAR + 1, TEETH + 1))
         yield _only_at("joint", fine)
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
-    near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
+    near = [a.names + b.names for a, b in pairwise(angles)]
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
-        close = turn.label in near or len(turn.names) > 2
+        close = turn.names in near or len(turn.names) > 2
         yield waves(turn, LOW)
         yield from (b for b in breaks(turn) if close or b.like.kind == "kink")
         for size in slow if close else ():

@@ -55,7 +55,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
 
 def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     """What follows a temperature or a column of the table's own with a lag."""
-    warm = [s for s in signals.values() if s.name == "temperature" or "channels[" in s.code]
+    warm = [s for s in signals.values() if s.name == "temperature" or s.of_table]
     for signal in warm if "time" in signals else ():
         time, said = signals["time"].values, f"following {signal.name} with a lag of {{n0}}"
         curve = Curve(lambda x, lag, time=time: late(x, time, lag), said, "late", ("reach",))

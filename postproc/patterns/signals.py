@@ -61,16 +61,26 @@ class Signal:
     @property
     def of(self) -> str:
         """What is said behind a shape of it."""
-        return "" if self.label == self.name else f" of {self.label}"
+        return "" if self.is_channel else f" of {self.label}"
 
     @property
     def name(self) -> str:
         return self.names[0]
 
     @property
+    def is_channel(self) -> bool:
+        """Whether it is a channel as it stands, and nothing made of one."""
+        return self.label == self.name
+
+    @property
+    def of_table(self) -> bool:
+        """Whether it is made of a column of the table's own."""
+        return "channels[" in self.code
+
+    @property
     def whole(self) -> str:
         """Its name, with the word that a column of words holds: ``door open``."""
-        return self.name if self.label == self.name else f"{self.name} {self.label}"
+        return self.name if self.is_channel else f"{self.name} {self.label}"
 
     @cached_property
     def middle(self) -> float:

@@ -184,7 +184,7 @@ def _split(source: Source) -> _Table:
         raise PostprocError([replace(d, code="SEA001") for d in error.diagnostics]) from None
     help_ = "check for a missing separator or a decimal comma"
     findings = [replace(d, code="SEA001", severity="error", help=help_) for d in found if d.severity != "info"]
-    if any(d.code == "DAT004" and d.severity != "info" for d in found):
+    if findings:
         raise PostprocError(findings)
     header = [name.strip('"').lower() for name in cells.header]
     for i, name in enumerate(header):

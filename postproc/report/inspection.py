@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.compensate.options import Options
-from postproc.compensate.reading import UNFOLLOWABLE
 from postproc.compensate.text.values import Outcome, Place
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events
@@ -84,8 +83,8 @@ class Inspection:
         """
         known = {outcome.statement.key: outcome for outcome in outcomes}
         rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
-        here = [forgiven(d) if outcomes and d.code in UNFOLLOWABLE else d for d in self.diagnostics]
-        more = [d for d in findings if d.code in ("RUN007", "KIN018")]
+        here = [forgiven(d) if outcomes and d.matter is Matter.UNFOLLOWABLE else d for d in self.diagnostics]
+        more = [d for d in findings if d.matter is Matter.CONTROLLER]
         return replace(self, rows=rows, diagnostics=(*here, *more))
 
 

@@ -12,7 +12,7 @@ from postproc import convert
 from postproc.compensate.options import Options
 from postproc.compensate.worlds import DIFFERS, SEEDS, Worlds, check_worlds, depends_on_run_time
 from postproc.convert import compensate_program
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.model.file import default_model
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
@@ -217,7 +217,8 @@ def test_a_statement_that_would_go_elsewhere_is_spared_and_the_rest_corrected(
     def differs(program: Program, drafts: object, count: Mapping[object, int], *rest: object) -> object:
         statement = program.statements[1]
         added.append(count.get(statement.key, 0))
-        finding = Diagnostic("CMP019", "error", "goes elsewhere", statement.source, statement.span)
+        place = statement.source, statement.span
+        finding = Diagnostic("CMP019", "error", "goes elsewhere", *place, matter=Matter.ELSEWHERE)
         return Worlds(5, 1), [finding] if len(added) <= times else []
 
     monkeypatch.setattr(convert, "check_written", differs)

@@ -12,7 +12,7 @@ from postproc.cli.programs import named_files, read_lent, read_program_file, set
 from postproc.cli.progress import watching
 from postproc.cli.report import print_document, put, say, show
 from postproc.cli.run import BAD_INPUT
-from postproc.diagnostics import has_errors
+from postproc.diagnostics import Matter, has_errors
 
 if TYPE_CHECKING:
     from postproc.compensate.text.values import Place
@@ -39,8 +39,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
         program: RAPID module; - reads stdin.
         json: print the postproc/inspect/1 document.
     """
-    from postproc.compensate.reading import UNFOLLOWABLE
-    from postproc.convert import UNREADABLE, compensate_program
+    from postproc.convert import compensate_program
     from postproc.report.inspection import inspect_program
 
     own = read_program_file(program)
@@ -48,7 +47,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
     with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
-        if not has_errors(d for d in found.diagnostics if d.code not in UNFOLLOWABLE):
+        if not has_errors(d for d in found.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
             converted = compensate_program(sources, arm, options, watch)
             found = found.decided(converted.outcomes, converted.diagnostics)
     show(named_files(found.diagnostics))
@@ -64,7 +63,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
         put("\n".join([HEAD, *map(_text, found.rows), *_start(found.start), *(n.render() for n in found.nearest)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
-    if any(d.code in UNREADABLE for d in found.diagnostics):
+    if any(d.matter is Matter.NO_MODULE for d in found.diagnostics):
         return BAD_INPUT
     return int(has_errors(found.diagnostics))
 

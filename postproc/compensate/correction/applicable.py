@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from postproc.compensate.options import Options
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
 from postproc.effects.roles import Role
@@ -50,7 +50,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in told}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
-        findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
+        findings.append(Diagnostic("CMP016", "error", text, source, None, help_, Matter.NOT_WHOLE))
     for effect in model.effects:
         if effect.about_data or _moves_instrument(model, effect):
             continue
@@ -75,14 +75,14 @@ def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Dia
     names = " and ".join(f"`eax_{axis}`" for axis in unknown)
     text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
     help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
-    return Diagnostic("CMP016", "warning", text, source, None, help_)
+    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
 
 
 def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
     names = " and ".join(f"`{name}`" for name in untold)
     text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
     help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
-    return Diagnostic("CMP016", "warning", text, source, None, help_)
+    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
 
 
 def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:
@@ -102,11 +102,11 @@ def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
         return
     text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]
     if not unread:
-        yield Diagnostic("KIN018", "info", text, source)
+        yield Diagnostic("KIN018", "info", text, source, matter=Matter.CONTROLLER)
         return
     text += f"; not read, for their axes and frames are not published: {unread}"
     help_ = "what these would correct stays in the path: `postproc fit` with measurements finds it"
-    yield Diagnostic("KIN018", "warning", text, source, None, help_)
+    yield Diagnostic("KIN018", "warning", text, source, None, help_, Matter.CONTROLLER)
 
 
 def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:

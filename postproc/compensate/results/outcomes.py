@@ -22,7 +22,7 @@ from postproc.compensate.results.transitions import (
 )
 from postproc.compensate.text.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
 from postproc.compensate.tolerances import goal_tolerances
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Matter
 from postproc.grouping import grouped
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey, executions_of
@@ -83,7 +83,7 @@ def judge_statements(
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
                     first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
-                    findings.append(finding("CMP005", "warning", statement, text, first or BESIDE))
+                    findings.append(_left(statement, text, first or BESIDE))
                 continue
         over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
         if over:
@@ -182,8 +182,13 @@ def unknown_outcomes(
         jointed = {"none": BESIDE_ARM, "absjoint": JOINT_TARGET}.get(statement.interpolation)
         outcomes.append(Outcome(statement, "skipped", jointed or reason or "the program never gets here"))
         if jointed is None:
-            findings.append(finding("CMP005", "warning", statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
+            findings.append(_left(statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
     return outcomes, findings
+
+
+def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
+    """CMP005."""
+    return replace(finding("CMP005", "warning", statement, text, help_), matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.lookup import Table
 from postproc.motion.path.places import NOWHERE, place_events, unit_of
@@ -100,7 +100,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
     unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")
     if unknown:
         help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
-        raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
+        raise PostprocError([replace(d, help=help_) if d.matter is Matter.UNDECLARED else d for d in unknown])
     T_flange_tcp = np.array([tool_matrix(event.tool) for event in visited])
     q, extax = np.full((len(visited), 6), np.nan), np.array([event.axes or NOWHERE for event in visited])
     free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]

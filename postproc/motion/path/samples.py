@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Severity
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Severity
 from postproc.motion.findings import at_move, once
 from postproc.motion.path.corners import Corners, blended_poses, plan_corners
 from postproc.motion.path.curves import ARC_FAULTS, Curves, build_curves
@@ -158,8 +159,10 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
     findings = []
 
     def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
+        matter = Matter.UNFOLLOWABLE if severity == "error" else None
         for i in np.unique(path.move[rows], return_index=True)[1]:
-            findings.append(at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help))
+            found = at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help)
+            findings.append(replace(found, matter=matter))
 
     excess = np.maximum(robot.lower - path.q, path.q - robot.upper)
     report(

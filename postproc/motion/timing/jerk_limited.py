@@ -10,7 +10,7 @@ from scipy.interpolate import PPoly
 from scipy.ndimage import maximum_filter1d
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.motion.findings import at_move
 from postproc.motion.timing.fastest import fastest
 from postproc.motion.timing.grid import Grid, lay_grid, programmed_ease, programmed_speed, smooth_speed
@@ -234,8 +234,9 @@ def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
         payload = np.array([move.payload_mass]), move.payload_center[None]
         weight = inertial_torque(robot, (runs.curve(place)[:, :6], still, still), payload, gravity)
         share = np.abs(weight[0]) / robot.torque
-    return at_move(
+    found = at_move(
         move, "MOT010", "error",
         f"at no speed can the arm follow the path to this target: {runs.name(int(np.argmax(share)))} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip
+    return replace(found, matter=Matter.UNFOLLOWABLE)

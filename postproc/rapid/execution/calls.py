@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.rapid.data.events import StatementKey
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
@@ -150,7 +150,10 @@ class Execution(ABC):
         meant = f"did you mean `{instruction}`?" if instruction else meant_routine(self.program, name)
         help_ = if_not(meant, "give the file that defines it too if it moves the arm or sets a load")
         text = f"the routine `{name}` is called, is in none of the files, and is taken not to move the arm"
-        self.report_once(Diagnostic("RAP031", "warning" if meant else "info", text, source, span, help_))
+        if meant:
+            self.report_once(Diagnostic("RAP031", "warning", text, source, span, help_))
+        else:
+            self.report_once(Diagnostic("RAP031", "info", text, source, span, help_, Matter.UNSEEN, name))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""

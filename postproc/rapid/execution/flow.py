@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.diagnostics import Diagnostic, Matter, Source, Span
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
@@ -160,7 +160,8 @@ class Flow(Loops):
         """RAP035: the value in the file is not what runs."""
         text = f"`{declaration.name}`, which is to be taught, is moved by the program"
         help_ = f"leave `--taught {declaration.name}` out, and set it from a CONST before the first motion"
-        self.report_once(Diagnostic("RAP035", "error", text, source, span, help_))
+        name = declaration.name
+        self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
         """Report taught data that a run leaves with another value than in the file: the next one begins with that."""

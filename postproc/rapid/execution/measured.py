@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.diagnostics import Diagnostic, Matter, Source, Span
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
@@ -34,8 +34,7 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
         return {}
     names = frozenset(declaration.name.lower() for declaration, _, _ in waiting.values())
     tried = walk_program(replace(program, taught=program.taught | names), entry)
-    refused = {d.message for d in tried.diagnostics if d.code == "RAP035"}
-    moved = {name for name in names if any(f"`{name}`" in text.lower() for text in refused)}
+    moved = {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
     offered = [d.name for d, _, _ in waiting.values() if d.name.lower() not in moved]
     return {key: _said(*found, offered) for key, found in waiting.items()}
 
@@ -57,7 +56,7 @@ def with_advice(
         for unknown in event.unknowns
         if (declaration := _stored_in(unknown, program)) is not None and declaration.key in measured
     }  # fmt: skip
-    return [replace(d, help=told.get((d.source, d.span), d.help)) if d.code == "CMP005" else d for d in findings]
+    return [replace(d, help=told.get((d.source, d.span), d.help)) if d.matter is Matter.LEFT else d for d in findings]
 
 
 def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
@@ -69,7 +68,8 @@ def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offere
         if first := set_first((unknown,)):
             help_ = f"{first}; or {help_}"
     text = f"the {_WHAT.get(declaration.type.lower(), 'data')} `{name}` is not known here: {unknown.reason}"
-    return Diagnostic("RAP023", "warning", text, event.statement.source, event.statement.span, help_)
+    statement = event.statement
+    return Diagnostic("RAP023", "warning", text, statement.source, statement.span, help_, Matter.MEASURED, name)
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.diagnostics import Diagnostic, Matter, Severity, Source, Span
 from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import SpeedData
@@ -92,7 +92,9 @@ class Missing:
         help_ = "give the file that declares it: inertia and the cycle time depend on it, gravity and forces do not"
         if error.missing is not None:
             help_ = if_not(meant_name(error.missing, (d.name for d in self.program.declarations)), help_)
-        self._report(Diagnostic("RAP021", "warning", text, source, argument.span, help_), found)
+        name = argument.text if error.missing is None else error.missing
+        untold = Diagnostic("RAP021", "warning", text, source, argument.span, help_, Matter.UNDECLARED, name)
+        self._report(untold, found)
 
     def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
         """What is taken for state that is not known and that no target depends on."""
@@ -112,15 +114,14 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     """Findings of a program that was followed, its routines that are in none of the files as one (RAP031), and that
     only where something is not certain because of them.
     """
-    unseen = [d for d in walked if d.code == "RAP031" and d.severity == "info"]
+    unseen = [d for d in walked if d.matter is Matter.UNSEEN]
     found = [d for d in walked if d not in unseen]
     assumed = sum(bool(event.assumed) for event in events)
     if not unseen or not assumed:
         return found
-    names = [d.source.data[slice(*d.span)].decode("latin-1") for d in unseen if d.source is not None and d.span]
-    named = ", ".join(f"`{name}`" for name in names[:MOST_NAMED])
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    text = f"{named}{more} {'is' if len(names) == 1 else 'are'} in none of the files: what such routines may write is"
+    named = ", ".join(f"`{d.name}`" for d in unseen[:MOST_NAMED])
+    more = f" and {len(unseen) - MOST_NAMED} more" if len(unseen) > MOST_NAMED else ""
+    text = f"{named}{more} {'is' if len(unseen) == 1 else 'are'} in none of the files: what such routines may write is"
     text += f" taken to be as it was, in {assumed} executions of motion statements"
     help_ = "give the files that define them (`--with FILE`); they are taken not to move the arm"
     return [*found, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
@@ -135,4 +136,4 @@ def undeclared(what: str, name: str, source: Source, span: Span, meant: str = ""
     severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
     give = f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's"
     text = f"the {what} `{name}` has no value in these files"
-    return Diagnostic("RAP020", severity, text, source, span, if_not(meant, give))
+    return Diagnostic("RAP020", severity, text, source, span, if_not(meant, give), Matter.UNDECLARED, name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.rapid.data.arm import Arm
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.program.arguments import MotionReader
@@ -182,7 +182,7 @@ def _in_text_order(motions: Mapping[StatementKey, MotionStatement]) -> tuple[Mot
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
     data = source.data
     if not data.strip():
-        return [], [Diagnostic("RAP001", "error", "the file is empty", source, None, "give a RAPID module")]
+        return [], [_no_module("RAP001", "the file is empty", source, "give a RAPID module")]
     if is_utf16(data):
         help = "save it as UTF-8 or ISO 8859-1, as controllers read it"
         return [], [Diagnostic("RAP016", "error", "the file is UTF-16 text", source, None, help)]
@@ -193,9 +193,7 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
             )
         ]
     if b"\0" in data[:4096] or data[:2] == b"PK":
-        return [], [
-            Diagnostic("RAP002", "error", "the file is binary, not RAPID text", source, None, "give a RAPID module")
-        ]
+        return [], [_no_module("RAP002", "the file is binary, not RAPID text", source, "give a RAPID module")]
     if data.lstrip().startswith((b"<?xml", b"<Program")):
         return [], []  # a .pgf lists the modules of a task
     if b"\n" not in data and b"\r" in data.strip():
@@ -204,8 +202,12 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
     modules, problems = parse(source)
     if not modules:
         help = "give a file with MODULE .. ENDMODULE"
-        problems.append(Diagnostic("RAP011", "error", "there is no MODULE in the file", source, None, help))
+        problems.append(_no_module("RAP011", "there is no MODULE in the file", source, help))
     return modules, problems
+
+
+def _no_module(code: str, text: str, source: Source, help_: str) -> Diagnostic:
+    return Diagnostic(code, "error", text, source, None, help_, Matter.NO_MODULE)
 
 
 def _incomplete(motion: MotionStatement) -> Diagnostic:

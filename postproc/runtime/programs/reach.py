@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from postproc.compensate.plan import search_starts
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Matter
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.program.program import Program, statements_of
@@ -184,7 +184,8 @@ def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
     burning = f" ({welds} of them weld)" if welds else ""
     text = f"{counted(len(statements), 'motion statement')}{burning} could be corrected on the controller"
     help_ = "numbers cannot correct them: `--run-time where-needed` writes a function beside the program that does"
-    return [Diagnostic("RUN007", "info", text, statements[0].source, statements[0].span, help_)]
+    first = statements[0]
+    return [Diagnostic("RUN007", "info", text, first.source, first.span, help_, Matter.CONTROLLER)]
 
 
 def counted(number: int, what: str) -> str:
