@@ -6,11 +6,11 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.text.expressions import amounts_of, components_of
+from postproc.compensate.text.insertions import CARRIED
 from postproc.compensate.text.laws import OffsetLaw
 from postproc.compensate.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
@@ -28,9 +28,8 @@ from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
-# What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
-_PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
-_DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the original's stop point or zone
+# What a plain move keeps of the statement it is derived from (no signals, seam data).
+_PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\wobj", "\\tload"})
 
 SLOPE_DECIMALS = 7  # of what a displacement adds by unit of a number that may go into the thousands
 _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
@@ -175,15 +174,12 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
             replaced = {"to": target(insertion.to, statement), "zone": insertion.zone}
             if insertion.via is not None:
                 replaced["via"] = target(insertion.via, statement)
-            if insertion.duration is not None:
-                replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
             if insertion.to.point is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
             lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
-        edits += _time_left(statement, group)
     return edits
 
 
@@ -211,22 +207,6 @@ def function_edits(
         yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))
 
 
-def _with_time(statement: MotionStatement, duration: Decimal) -> str:
-    """The argument ``\\T`` as the original writes it, with another number."""
-    argument = statement.argument("\\t")
-    assert argument is not None
-    lead = statement.source.data[argument.whole[0] : argument.span[0]].decode("latin-1")
-    return f"{lead}{duration:f}"
-
-
-def _time_left(statement: MotionStatement, added: Sequence[Insertion]) -> list[tuple[Source, Edit]]:
-    """What is left of the original's ``\\T`` after the added statements: the sum stays the same to the last decimal."""
-    argument, taken = statement.argument("\\t"), [i.duration for i in added if i.duration is not None]
-    if argument is None or not taken:
-        return []
-    return [(statement.source, Edit(*argument.span, f"{Decimal(argument.text) - sum(taken):f}".encode()))]
-
-
 def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:
     statement = insertion.statement
     data = statement.source.data
@@ -236,10 +216,10 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
     for argument in statement.arguments:
         lead = data[previous_end : argument.whole[0]].decode("latin-1")
         previous_end = argument.whole[1]
-        if argument.role in _DROPPED_ROLES or (plain and argument.role not in _PLAIN_ROLES):
+        optional = argument.role.startswith("\\")
+        if (optional and argument.role not in CARRIED) or (plain and argument.role not in _PLAIN_ROLES):
             continue
         text = replaced.get(argument.role, data[slice(*argument.whole)].decode("latin-1"))
-        optional = argument.role.startswith("\\")
         if not kept:
             lead = lead if lead.strip() == "" and lead else " "
         elif "," not in lead and not optional:

@@ -18,7 +18,7 @@ from postproc.arrays import Array
 from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.text.insertions import insertion_of, neighbouring_element, small_zone
 from postproc.compensate.text.laws import Allowed, constant_law, nearest_law
-from postproc.compensate.text.path_points import UNLIKE, PathRun, argument_text, free_name, on_arc, on_line
+from postproc.compensate.text.path_points import UNLIKE, PathRun, argument_text, free_name, hidden_name, on_arc, on_line
 from postproc.compensate.text.requests import Requester, conf_of
 from postproc.compensate.text.values import Change, Insertion, TargetValue, compliant
 from postproc.grouping import grouped
@@ -105,6 +105,10 @@ class TargetAdder:
             return max(str(why) for why in frames)
         if all_numbers(event, before):
             return self._as_numbers(parts, allowed)
+        place = event.statement.module, event.statement.routine
+        hidden = hidden_name(self.program, *place, arc=event.via is not None)
+        if hidden is not None:
+            return hidden
         names = set.intersection(*(self._start_names(part.move) for part in parts))
         runs = [self._run(part, min(names, default=None)) for part in parts]
         known = [run for run in runs if isinstance(run, PathRun)]
@@ -217,8 +221,8 @@ class TargetAdder:
             for value, share in zip(to, shares, strict=True)
         ]
         vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
-        zone, parts = small_zone(self.program, event), np.diff(shares, prepend=0.0).tolist()
-        return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
+        zone = small_zone(self.program, event)
+        return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
 
     def _gap(self, part: Pieces) -> float:
         """Largest distance [mm] between the correction at the targets to add and its linear interpolation.

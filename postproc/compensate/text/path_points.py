@@ -32,7 +32,12 @@ from postproc.robot.cells.cell import LETTERS
 UNLIKE = "it runs several times on different ways"
 OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
+HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
 SHARE_DECIMALS = 5
+# What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
+LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
+ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "robtarget", "pos", "num")
+AROUND_ARC = ("Offs",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +66,16 @@ def free_name(program: Program, name: str) -> str:
     """A name for a function that nothing in the program has."""
     taken = set[str]().union(*(identifiers(source.data) for source in program.sources))
     return next(n for n in (name, *(f"{name}{k}" for k in range(2, 1000))) if n.lower() not in taken)
+
+
+def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
+    """Why a point of a line or arc cannot be worked out in a module: a built-in that its function or the call needs is
+    hidden there by a name of the program's own.
+    """
+    names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
+    names += [(name, routine) for name in AROUND_ARC if arc]
+    hidden = (name for name, where in names if program.hides(name, module, where))
+    return next((HIDDEN.format(name) for name in hidden), None)
 
 
 def argument_text(text: str, program: Program, module: str) -> str | None:
@@ -151,7 +166,8 @@ def _on_path(
 
 def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator[tuple[OffsetLaw, Array]]:
     yield constant_law(offsets)
-    regressors = [{n: v for n, v in run.event.numbers if ".trans." not in n} for run in runs]
+    # The function works with the coordinates of both ends already.
+    regressors = [{n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in run.texts} for run in runs]
     law = fit_affine(regressors, offsets, allowed.fine)
     yield law, offsets - [law.at(numbers) for numbers in regressors]
 

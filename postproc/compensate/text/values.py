@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import Literal
 
 from postproc.compensate.text.laws import OffsetLaw
@@ -135,7 +134,6 @@ class Insertion:
         instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
         to, via: its targets.
         zone: zone argument, a fly-by zone: an added target never stops.
-        duration: what the added statement takes over of the original's ``\\T`` [s], exact in decimals.
     """
 
     statement: MotionStatement
@@ -143,7 +141,6 @@ class Insertion:
     to: TargetValue
     via: TargetValue | None
     zone: str
-    duration: Decimal | None = None
 
 
 @dataclass(frozen=True, slots=True)
