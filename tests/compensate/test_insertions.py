@@ -426,3 +426,13 @@ def test_targets_are_added_where_a_routine_goes_one_way_however_it_is_started(mo
     text = written(found)
     home = text[text.index("PROC home") : text.index("ENDPROC", text.index("PROC home"))]
     assert home.count("MoveL") > 2
+
+
+@pytest.mark.parametrize(("end", "left"), [("", 2), ("SoftDeact;", 1)])
+def test_what_moves_with_a_soft_servo_is_left_and_told(end: str, left: int) -> None:
+    """A soft axis gives way by millimetres: a claim of micrometres would be false."""
+    moves = [f"MoveL {target(1350, y)},v50,fine,tT;" for y in (-400, -300)]
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\nSoftAct 3,90;\n{moves[0]}\n{end}\n{moves[1]}")
+    found = convert(text, allow_partial=True)
+    reasons = [o.reason or "" for o in found.outcomes if o.status == "skipped"]
+    assert len(reasons) == left and all("SoftAct" in reason for reason in reasons)
