@@ -21,9 +21,8 @@ from postproc.compensate.correction.curve import (
 from postproc.compensate.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
-from postproc.compensate.text.added_targets import TargetAdder
-from postproc.compensate.text.arcs import all_numbers
-from postproc.compensate.text.insertions import ASTRAY, TURNED_ASIDE, runs_astray, why_indivisible
+from postproc.compensate.text.added_targets import TargetAdder, all_numbers
+from postproc.compensate.text.insertions import ASTRAY, RESUMED, TURNED_ASIDE, runs_astray, why_indivisible
 from postproc.compensate.text.requests import Requester
 from postproc.compensate.text.values import Change, Insertion, Place
 from postproc.compensate.text.writer import Assigned, Writer
@@ -31,6 +30,7 @@ from postproc.compensate.tolerances import in_scope, path_tolerances
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp
 from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.program.error_recovery import resumed_behind_errors
 from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
@@ -213,10 +213,12 @@ class Planner:
 
     def _indivisible(self) -> dict[int, str]:
         """Moves before which nothing can be added, whatever they need, and why."""
-        lengths = self.samples.curves.length.tolist()
-        asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(self.moves))
+        asked = ((i, why_indivisible(m.event)) for i, m in enumerate(self.moves))
         found = {i: why for i, why in asked if why is not None}
         found |= dict.fromkeys(self.samples.turned_aside().tolist(), TURNED_ASIDE)
+        resumed = resumed_behind_errors(self.program)
+        places = [(m.event.statement.module, m.event.statement.routine) for m in self.moves]
+        found |= {i: RESUMED for i, (module, routine) in enumerate(places) if f"{module}.{routine}".lower() in resumed}
         astray = runs_astray(self.events, (move.row for move in self.moves if not move.first))
         return found | {i: ASTRAY for i, move in enumerate(self.moves) if move.event.statement.key in astray}
 

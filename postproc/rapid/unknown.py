@@ -91,6 +91,7 @@ class Kind(Enum):
     PAYLOAD = "the payload is not known: {cause}"
     DISPLACEMENT = "the program displacement is not known: {cause}"
     DISPLACED_FROM_HERE = "the displacement depends on where the arm stands at PDispOn"
+    SOFT_SERVO = "`SoftAct` makes axes soft: the arm stands off by far more than the model says"
     EXTERNAL_OFFSET = "an offset of the external axes may be active"
     MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`, and no cell describes that unit"
     WORK_NOWHERE = "where the work object `{subject}` stands is not known: {cause}"

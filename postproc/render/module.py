@@ -6,11 +6,11 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.text.expressions import amounts_of, components_of
+from postproc.compensate.text.insertions import CARRIED
 from postproc.compensate.text.laws import OffsetLaw
 from postproc.compensate.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
@@ -28,9 +28,8 @@ from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
-# What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
-_PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
-_DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the original's stop point or zone
+# What a plain move keeps of the statement it is derived from (no signals, seam data).
+_PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\wobj", "\\tload"})
 
 SLOPE_DECIMALS = 7  # of what a displacement adds by unit of a number that may go into the thousands
 _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
@@ -55,8 +54,8 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
-    if change.value.arc is not None:
-        text = fill(load_template(env, "arc_target.j2"), {"target": change.value, "displacement": sums})
+    if change.value.point is not None:
+        text = fill(load_template(env, "path_point.j2"), {"target": change.value, "displacement": sums})
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
@@ -158,18 +157,13 @@ def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
     """Edits that add statements, each on a line of its own, indented and ended like the line of its original."""
-    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
     template = load_template(env, "statement.j2")
 
-    def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
-        if value.arc is not None and value.law is not None:
-            sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
-            return fill(load_template(env, "arc_target.j2"), {"target": value, "displacement": sums})
-        text = base or fill(target, {"target": value})
-        if value.law is None:
-            return text
-        names = statement.source.data[slice(*statement.span)].decode("latin-1")
-        return fill(displaced, {"text": text, "displacement": _sums(value.law, names)})
+    def target(value: TargetValue, statement: MotionStatement) -> str:
+        if value.point is None:
+            return fill(load_template(env, "target.j2"), {"target": value})
+        sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
+        return fill(load_template(env, "path_point.j2"), {"target": value, "displacement": sums})
 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
@@ -177,53 +171,40 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         lead, newline = line_style(statement.source.data, statement.span[0])
         lines = []
         for insertion in group:
-            replaced = {"to": aggregate(insertion.to, statement, insertion.base), "zone": insertion.zone}
+            replaced = {"to": target(insertion.to, statement), "zone": insertion.zone}
             if insertion.via is not None:
-                replaced["via"] = aggregate(insertion.via, statement)
-            if insertion.duration is not None:
-                replaced["\\t"] = _with_time(statement, insertion.duration)
+                replaced["via"] = target(insertion.via, statement)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
-            if insertion.to.law is not None:
+            if insertion.to.point is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
             lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
-        edits += _time_left(statement, group)
     return edits
 
 
 def function_edits(
     env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
-    """Edits that add the function which works out points on arcs to the modules that call it."""
-    names = {(i.statement.source.path, i.statement.module.lower()): i.to.arc.function for i in insertions if i.to.arc}
+    """Edits that add the functions which work out points on lines and arcs to the modules that call them."""
+    points = [(i.statement.source.path, i.statement.module.lower(), i.to.point) for i in insertions if i.to.point]
     for module in program.modules:
-        name = names.get((module.source.path, module.name.lower()))
-        if name is None:
+        own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
+        if not own:
             continue
         data = module.source.data
         end = module.span[1] - len("ENDMODULE")
         _, newline = line_style(data, max(0, end - 1))
         start = data.rfind(b"\n", 0, end) + 1
         at = start if not data[start:end].strip() else end
-        text = fill(load_template(env, "arc_point.j2"), {"name": name}).replace("\n", newline.decode())
-        yield module.source, Edit(at, at, text.encode("latin-1") + (newline if not text.endswith("\n") else b""))
-
-
-def _with_time(statement: MotionStatement, duration: Decimal) -> str:
-    """The argument ``\\T`` as the original writes it, with another number."""
-    argument = statement.argument("\\t")
-    assert argument is not None
-    lead = statement.source.data[argument.whole[0] : argument.span[0]].decode("latin-1")
-    return f"{lead}{duration:f}"
-
-
-def _time_left(statement: MotionStatement, added: Sequence[Insertion]) -> list[tuple[Source, Edit]]:
-    """What is left of the original's ``\\T`` after the added statements: the sum stays the same to the last decimal."""
-    argument, taken = statement.argument("\\t"), [i.duration for i in added if i.duration is not None]
-    if argument is None or not taken:
-        return []
-    return [(statement.source, Edit(*argument.span, f"{Decimal(argument.text) - sum(taken):f}".encode()))]
+        text = ""
+        for name, on_arc in sorted({(point.function, point.on_arc) for point in own}):
+            axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
+            text += fill(
+                load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), {"name": name, "axes": axes}
+            )
+            text += "" if text.endswith("\n") else "\n"
+        yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))
 
 
 def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:
@@ -235,10 +216,10 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
     for argument in statement.arguments:
         lead = data[previous_end : argument.whole[0]].decode("latin-1")
         previous_end = argument.whole[1]
-        if argument.role in _DROPPED_ROLES or (plain and argument.role not in _PLAIN_ROLES):
+        optional = argument.role.startswith("\\")
+        if (optional and argument.role not in CARRIED) or (plain and argument.role not in _PLAIN_ROLES):
             continue
         text = replaced.get(argument.role, data[slice(*argument.whole)].decode("latin-1"))
-        optional = argument.role.startswith("\\")
         if not kept:
             lead = lead if lead.strip() == "" and lead else " "
         elif "," not in lead and not optional:

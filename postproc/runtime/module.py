@@ -9,6 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
+from postproc.rapid.evaluation.state import NO_MASS
 from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST
 from postproc.runtime.formulas.correction import LARGEST_TURN, PASSES, RunTimeCorrection
@@ -56,6 +57,7 @@ def runtime_module(
         "region": [(number(a), number(b)) for a, b in np.degrees([done.lower, done.upper]).T.tolist()],
         "variables": [*first.variables, *second.variables],
         "most_kg": number(most),
+        "no_mass": number(NO_MASS),
         "statements": first.statements,
         "straight": first.results[0],
         "straightest": number(float(np.cos(np.arcsin(WRIST)))),

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, Slerp
 
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 from tests.independent.rapid import Runner, read
@@ -88,3 +89,40 @@ def test_a_corrected_program_without_its_header_is_known_by_its_function(written
     assert "compensated" not in stripped
     again = convert(written_by(stripped))
     assert [d.code for d in again.diagnostics] == ["CMP001"] and not again.outputs
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_function_of_a_line_moves_and_turns_evenly(seed: int) -> None:
+    """Its text by the independent reader against Slerp of scipy, turns of a hundredth to 170 degrees, q or -q."""
+    draw = np.random.default_rng(seed)
+    ends = f"CONST robtarget p:={target(1350, -500)};\nCONST robtarget q:={target(1350, -20)};"
+    text = written(convert(module(ends, "MoveJ p,v200,fine,tT;\nMoveL q,v50,fine,tT;"), tolerance_m=5e-6))
+    function = Runner(read(text)).module.data["pplinepoint"]
+    first = Rotation.random(rng=draw)
+    axis = draw.normal(size=3)
+    for degrees in (0.0, 0.01, 0.3, 5.0, 90.0, 170.0):
+        last = first * Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis))
+        rots = [r.as_quat(scalar_first=True) * sign for r, sign in ((first, 1), (last, draw.choice([1, -1])))]
+        trans = draw.normal(0, 500, (2, 3))
+        targets = [
+            V([V(t.tolist()), V(r.tolist()), V([k, 0, 0, 0]), V([9e9] * 6)])
+            for k, (t, r) in enumerate(zip(trans, rots, strict=True))
+        ]
+        for share in (0.0, 0.2, 0.5, 0.9, 1.0):
+            place, rot, conf, axes = function(*targets, share, 1.0, -2.0, 0.5)
+            np.testing.assert_allclose(place, trans[0] + share * (trans[1] - trans[0]) + [1, -2, 0.5], atol=1e-9)
+            even = Slerp([0, 1], Rotation.concatenate([first, last]))(share)
+            assert (even.inv() * Rotation.from_quat(rot, scalar_first=True)).magnitude() < 1e-6
+            assert np.linalg.norm(rot) == pytest.approx(1.0, abs=1e-5)
+            assert conf[0] == (share >= 0.5) and list(axes) == [9e9] * 6
+
+
+def test_external_axes_move_evenly_along_a_line_between_names() -> None:
+    first, last = (target(1350, y).replace("[9E9,", f"[{axis},") for y, axis in ((-700, "10"), (-20, "130")))
+    data = f"CONST robtarget p:={first};\nCONST robtarget q:={last};"
+    found = convert(module(data, "MoveJ p,v200,fine,tT;\nMoveL q,v20,fine,tT;"), free_axes="a")
+    assert found.report["added_targets"] >= 2 and found.report["max_error_after_mm"] <= 0.01
+    assert "s.extax.eax_a+share*(g.extax.eax_a-s.extax.eax_a),g.extax.eax_b" in re.sub(r"\s", "", written(found))
+    moves = events(written(found))[1:]
+    shares = [(e.target.trans[1] + 700) / 680 for e in moves]
+    np.testing.assert_allclose([e.target.extax[0] for e in moves], 10 + 120 * np.array(shares), atol=0.3)

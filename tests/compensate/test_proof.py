@@ -72,8 +72,9 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
 @pytest.mark.parametrize(
     ("text", "name", "right", "wrong"),
     [
-        (TEXT, "displaced.j2", 'join(",") }})', 'join(",") }}+0.3)'),
-        (TEXT, "arc_target.j2", 'join(",") }})', 'join(",") }}+0.3)'),
+        (TEXT, "path_point.j2", "{{ call }},{{ sums }})", "{{ call }},{{ sums }}+0.3)"),
+        (TEXT, "path_point.j2", "]],{{ sums }})", "]],{{ sums }}+0.3)"),
+        (TEXT, "line_point.j2", "g.trans.z-s.trans.z)+z", "g.trans.z-s.trans.z)+z+0.3"),
         (TEXT, "arc_point.j2", "RETURN s.trans+", "RETURN [0,0,0.3]+s.trans+"),
         (
             INLINE,
@@ -84,7 +85,7 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
     ],
 )
 def test_a_wrong_added_target_is_found(tmp_path: Path, text: str, name: str, right: str, wrong: str) -> None:
-    """Beside a name, on an arc through the names of its points, in the function that it calls, as numbers."""
+    """On a line and on an arc between names, in the functions that they call, as numbers."""
     shipped = (TEMPLATES / name).read_text()
     assert shipped.count(right) == 1
     (tmp_path / name).write_text(shipped.replace(right, wrong))

@@ -15,7 +15,7 @@ PARTS = {
     "trans": 0, "rot": 1, "robconf": 2, "extax": 3, "x": 0, "y": 1, "z": 2, "q1": 0, "q2": 1, "q3": 2, "q4": 3, "cf1": 0, "cf4": 1,
     "cf6": 2, "cfx": 3, "robhold": 0, "tframe": 1, "tload": 2, "uframe": 3, "oframe": 4, "mass": 0, "cog": 1, "robax": 0, "rax_1": 0,
     "rax_2": 1, "rax_3": 2, "rax_4": 3, "rax_5": 4, "rax_6": 5, "weld_speed": 0, "v_tcp": 0, "v_ori": 1, "pzone_tcp": 1, "pdisp": 0,
-    "eoffs": 1,
+    "eoffs": 1, "eax_a": 0, "eax_b": 1, "eax_c": 2, "eax_d": 3, "eax_e": 4, "eax_f": 5,
 }  # fmt: skip
 
 

@@ -118,6 +118,15 @@ def test_another_tool_load_is_read_from_the_call(of_springs: bytes) -> None:
     assert np.linalg.norm(light[:3, 3] - 1e-3 * np.array(target[0])) > 1e-4
 
 
+def test_load0_in_the_call_is_the_load_of_the_tool(of_springs: bytes) -> None:
+    """As the manual has it, and as the correction by numbers takes it: what is gripped counts, too."""
+    task = springs().controller(of_springs)
+    task.set("lUsed", load(0.001, np.array([0.0, 0.0, 0.001])))
+    task.set("ppPayload", load(12.0, np.zeros(3)))
+    target = task.target(np.radians([20.0, 30, -20, 40, 60, 10]), TOOL)
+    assert task.ask(target, "loaded") == task.ask(target) != target
+
+
 def test_a_gripped_part_weighs_where_the_tool_holds_it(of_springs: bytes) -> None:
     real = springs()
     task = real.controller(of_springs)

@@ -226,6 +226,10 @@ def test_grip_load_tells_the_function_what_is_held() -> None:
     text = [line.strip() for line in written(found).splitlines()]
     at = text.index("GripLoad lPart;")
     assert text[at + 1] == "ppPayload:=lPart;"
+    assert text[text.index("PROC main()") + 1] == "ppPayload:=load0;"  # a cycle that was broken off left it held
+    assert b"VAR loaddata ppPayload" in (found.module or b"") and b"PERS loaddata ppPayload" not in (
+        found.module or b""
+    )
     assert "IF nSeen>0 THEN GripLoad load0; ppPayload:=load0; ENDIF" in text
     assert found.report["run_time"]["loads"] == 2
     assert Loaded([written(found), (found.module or b"").decode()]).faults() == []

@@ -1,22 +1,15 @@
-"""Targets as expressions: how an offset goes into one, and what its position is made of."""
+"""Targets as expressions: how an offset goes into one."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from postproc.arrays import Array
 from postproc.compensate.text.values import Form
 from postproc.diagnostics import Source, Span
-from postproc.rapid.data.records import RobTarget, Vec3
 from postproc.rapid.motions.regressors import NAME
-from postproc.rapid.motions.units import pose_matrix
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
-from postproc.rapid.syntax.trees import Aggregate, Call, Expression, Name, Number, Unary
+from postproc.rapid.syntax.trees import Call, Expression
 from postproc.rapid.unknown import Unknown
 
 DISPLACING = ("offs", "reltool")
@@ -37,10 +30,11 @@ class TargetExpression:
     stated: bool = False
 
 
-def target_expression(source: Source, span: Span, program: Program, module: str) -> TargetExpression:
+def target_expression(source: Source, span: Span, program: Program) -> TargetExpression:
     """How an offset goes into the target expression at ``span``."""
     text = source.data[slice(*span)].decode("latin-1")
-    own = {name for name in DISPLACING if program.routine(name, module) is not None}
+    module, routine = program.place(source, span[0])
+    own = {name for name in DISPLACING if program.hides(name, module, routine)}
     around: Form | None = None if "offs" in own else "offset"
     if text[:1] == "[":
         return TargetExpression(around)
@@ -84,73 +78,3 @@ def amounts_of(tree: Expression) -> tuple[Expression, ...]:
     if isinstance(tree, Call) and tree.name in DISPLACING and not tree.options and len(tree.arguments) == 1 + AMOUNTS:
         return tree.arguments[1:]
     return ()
-
-
-@dataclass(frozen=True, slots=True)
-class Position:
-    """What the position of a target is made of, apart from a constant.
-
-    Args:
-        reference: the text of the target whose coordinates it starts from, None where numbers say it.
-        terms: texts of numbers and what each unit of them adds [mm], object axes.
-    """
-
-    reference: str | None
-    terms: tuple[tuple[str, Vec3], ...] = ()
-
-    @property
-    def all_terms(self) -> tuple[tuple[str, Vec3], ...]:
-        """The terms with the coordinates of the reference among them."""
-        if self.reference is None:
-            return self.terms
-        axes = zip("xyz", ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), strict=True)
-        return (*((f"{self.reference}.trans.{axis}", direction) for axis, direction in axes), *self.terms)
-
-    def at(self, target: RobTarget | None, regressors: Mapping[str, float]) -> Array:
-        """(3,) [mm] where the reference is ``target``.
-
-        Raises:
-            KeyError: a number is not among the regressors.
-        """
-        place = np.zeros(3) if self.reference is None or target is None else np.array(target.trans)
-        for text, direction in self.terms:
-            place = place + regressors[text] * np.array(direction)
-        return np.asarray(place)
-
-
-def position_of(text: str, target: RobTarget, program: Program, module: str) -> Position | None:
-    """What a target that is written ``text`` is made of; None where that cannot be said.
-
-    Args:
-        target: its value, whose orientation tells where ``RelTool`` displaces.
-    """
-    data = text.encode("latin-1")
-    try:
-        tree = read_whole_expression(data, 0, len(data))
-    except Unknown:
-        return None
-    terms: list[tuple[str, Vec3]] = []
-    turned = False  # by `RelTool`, after what it displaces
-    while True:
-        if isinstance(tree, Unary) and tree.operator == "()":
-            tree = tree.operand
-            continue
-        if not isinstance(tree, Call) or tree.name not in DISPLACING or program.routine(tree.name, module) is not None:
-            break
-        base, *amounts = tree.arguments
-        turned = turned or bool(tree.options)
-        if any(not isinstance(angle, Number) for _, angle in tree.options):
-            return None
-        if turned and tree.name == "reltool" and any(not isinstance(part, Number) for part in amounts):
-            return None  # along the axes of a tool that is turned beyond that
-        axes = np.eye(3) if tree.name == "offs" else pose_matrix((0.0, 0.0, 0.0), target.rot)[:3, :3]
-        for axis, part in enumerate(amounts):
-            if not isinstance(part, Number):
-                words = data[slice(*part.span)].decode("latin-1")
-                x, y, z = axes[:, axis].tolist()
-                terms.append((words.lower() if isinstance(part, Name) else f"({words})", (x, y, z)))
-        tree = base
-    written = data[slice(*tree.span)].decode("latin-1")
-    if isinstance(tree, Aggregate):
-        return Position(None, tuple(terms)) if re.fullmatch(r"[\[\]\d.,eE+\-\s]*", written) else None
-    return Position(written, tuple(terms)) if NAME.fullmatch(written) else None

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from decimal import Decimal
 
 from postproc.compensate.text.values import Insertion, TargetValue
-from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind
 
@@ -17,11 +16,14 @@ from postproc.rapid.unknown import Kind
 _ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
 _PLAIN = re.compile(r"(Move|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync)?$")
 
-TIME_DECIMALS = 5  # of a divided duration: 10 microseconds, finer than `num` has for some seconds
-_DECIMAL = re.compile(r"\d+\.?\d*|\.\d+")
-_TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
+# Options that mean on every part of a line what they mean on the whole: speed, frame, load, weaving, tracking.
+CARRIED = frozenset({"\\v", "\\wobj", "\\tload", "\\weave", "\\track"})
+# Options that act at the target of the statement, which keeps them: stop point or zone, a signal, the start of a seam.
+_AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"})
+_AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
 TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
+RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle of a divided line"
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
@@ -46,29 +48,24 @@ def added_instruction(instruction: str) -> str | None:
     return "Move" + plain["way"] if plain else None
 
 
-def why_indivisible(event: MotionEvent, length: float) -> str | None:
-    """Why no target may be added before a statement, or None.
-
-    Args:
-        length: of the TCP's way to its target [m].
-    """
+def why_indivisible(event: MotionEvent) -> str | None:
+    """Why no target may be added before a statement, or None."""
     statement = event.statement
+    name = added_instruction(statement.instruction)
     if statement.source.lent:
         return "it stands in a file that is only read along: convert both together (`postproc batch`)"
     if statement.instruction.startswith("Trigg"):
         return "its triggers are placed along the whole way"
-    if added_instruction(statement.instruction) is None:
+    if name is None:
         return f"nothing may be added before {statement.instruction}"
     if event.elsewhere:
         return "it also runs with other targets, on ways that are not followed"
     if event.detached:
         return "the arm may come here from more than one place"
-    if statement.argument("\\id") is not None:
-        return "`\\ID` coordinates it with another task"
-    if statement.argument("\\t") is not None and (length < _TURN_ONLY or stated_time(event) is None):
-        return "`\\T` gives the time of the whole move"
-    if statement.argument("\\corr") is not None:
-        return "`\\Corr` follows a sensor"
+    lasting = _AT_TARGET | (_AT_START if name != statement.instruction and name.startswith("Move") else frozenset())
+    for role in statement.roles:
+        if role.startswith("\\") and role not in CARRIED | lasting:
+            return f"`{_spelled(statement, role)}` would act on each of its parts"
     if not _stands_alone(statement.source.data, statement.span[0]):
         return "it stands in a one-line IF"
     return None
@@ -130,27 +127,21 @@ def _stands_alone(data: bytes, offset: int) -> bool:
     return True
 
 
-def stated_time(event: MotionEvent) -> Decimal | None:
-    """The duration ``\\T`` [s] where it can be divided: a plain number, and no weld speed that governs instead."""
-    argument = event.statement.argument("\\t")
-    if argument is None or event.weld is not None or not _DECIMAL.fullmatch(argument.text):
-        return None
-    return Decimal(argument.text)
+def _spelled(statement: MotionStatement, role: str) -> str:
+    """An option as the statement writes it, ``\\T1``."""
+    argument = statement.argument(role)
+    assert argument is not None
+    start = argument.whole[0]
+    return statement.source.data[start : start + len(role)].decode("latin-1")
 
 
-def divided_time(event: MotionEvent, share: float) -> Decimal | None:
-    """The part of ``\\T`` for a share of the way: as even in time as the whole move, so the speed stays the same."""
-    whole = stated_time(event)
-    return None if whole is None else round(whole * Decimal(share), TIME_DECIMALS).normalize()
-
-
-def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str, share: float) -> Insertion:
-    """The statement to add for a target, after a share of the way to the event's target."""
+def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
+    """The statement to add for a target on the way to the event's target."""
     name = added_instruction(event.statement.instruction)
     assert name is not None
     if event.statement.argument("\\on") is not None:  # the older form of ArcLStart
         name = "Move" + name[3]
-    return Insertion(event.statement, name, to, via, zone, divided_time(event, share))
+    return Insertion(event.statement, name, to, via, zone)
 
 
 def small_zone(program: Program, event: MotionEvent) -> str:
@@ -162,7 +153,7 @@ def small_zone(program: Program, event: MotionEvent) -> str:
         if argument is not None:
             return argument.text
     for name in ("z1", "z0"):
-        if program.declaration(name, statement.module, statement.routine) is None:
+        if not program.hides(name, statement.module, statement.routine):
             return name
     argument = statement.argument("zone")
     return argument.text if argument is not None and not own.finep else "z5"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import Literal
 
 from postproc.compensate.text.laws import OffsetLaw
@@ -30,33 +29,40 @@ def compliant(a: Conf, b: Conf) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class ArcPoint:
-    """The point after a share of the circle through three targets, as the program calls them.
+class PathPoint:
+    """The target after a share of the line between two targets, or the point of the arc through three, as the program
+    calls them.
 
     Args:
         function: name of the routine that works it out on the controller.
+        ends: texts of start and goal, of an arc with its circle point between them.
+        axes: letters of the external axes that the ends state.
     """
 
     function: str
-    start: str
-    via: str
-    goal: str
+    ends: tuple[str, ...]
     share: float
+    axes: str = ""
+
+    @property
+    def on_arc(self) -> bool:
+        """Whether it is on an arc."""
+        return len(self.ends) > 2
 
 
 @dataclass(frozen=True, slots=True)
 class TargetValue:
-    """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it beyond that.
+    """A corrected target in its work object: pose [mm], confdata, external axes.
 
     Args:
-        law: of the position [mm], None where the pose is all; arc: what the law displaces, where it is on a circle.
+        point: what it is written as instead of numbers; law: what displaces that [mm].
     """
 
     pose: Pose
     robconf: Conf
     extax: Ax6
-    law: OffsetLaw | None = None
-    arc: ArcPoint | None = None
+    point: PathPoint | None = None
+    law: OffsetLaw = OffsetLaw()
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,9 +132,8 @@ class Insertion:
 
     Args:
         instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
-        to, via: its targets; base: the text that ``to`` displaces, None where it is a target of its own.
+        to, via: its targets.
         zone: zone argument, a fly-by zone: an added target never stops.
-        duration: what the added statement takes over of the original's ``\\T`` [s], exact in decimals.
     """
 
     statement: MotionStatement
@@ -136,8 +141,6 @@ class Insertion:
     to: TargetValue
     via: TargetValue | None
     zone: str
-    duration: Decimal | None = None
-    base: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

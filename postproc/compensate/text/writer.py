@@ -112,7 +112,7 @@ class Writer:
             statement = self.statements[key[0]]
             argument = statement.argument(key[1])
             assert argument is not None
-            found = target_expression(statement.source, argument.span, self.program, statement.module)
+            found = target_expression(statement.source, argument.span, self.program)
             self._expressions[key] = found
         return self._expressions[key]
 
@@ -185,8 +185,7 @@ class Writer:
             return Change(base.spans.source, base.spans.whole, "numbers", whole)
         assert base.handed is not None
         source, span = base.handed.source, base.handed.span
-        statement = request.event.statement
-        written = target_expression(source, span, self.program, statement.module)
+        written = target_expression(source, span, self.program)
         return self._offset(Change(source, span, "offset", whole), written, value.shift, now, value.robconf)
 
     def _around(self, part: Assigned, argument: ArgumentKey, law: OffsetLaw) -> Change:

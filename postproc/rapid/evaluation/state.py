@@ -18,10 +18,10 @@ NO_MASS = 0.001
 NO_OFFSET = (0.0,) * 6
 
 
-# After a program start: no payload, no displacement, ConfL and ConfJ on, full speed.
+# After a program start: no payload, no displacement, ConfL and ConfJ on, full speed, stiff axes.
 AT_START: Mapping[str, Data] = {
     "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": NO_OFFSET, "@units": (), "@conf_l": True, "@conf_j": True,
-    "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0,
+    "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0, "@soft": False,
 }  # fmt: skip
 
 
@@ -67,6 +67,8 @@ def run_state_instruction(
                 changed["@units"] = (*before, (text(plain[0]).strip().lower(), word == "actunit"))
             case "confl" | "confj":
                 changed["@conf_l" if word == "confl" else "@conf_j"] = "off" not in switches
+            case "softact" | "softdeact":
+                changed["@soft"] = word == "softact"
             case "singarea":
                 changed["@singarea"] = next(iter(switches), "off")
             case "velset":

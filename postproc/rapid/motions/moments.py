@@ -37,6 +37,8 @@ class Moment:
         self.gripload, more = self._or_else(state["@gripload"], LoadData(), Kind.PAYLOAD)
         self.displacement, causes = self._or_else(state["@pdisp"], Pose(), Kind.DISPLACEMENT)
         self.causes = joined_causes(more, causes)
+        if state["@soft"][0] is True:
+            self.reasons.append(Unknown(Kind.SOFT_SERVO))
         self.offset, self.units = known["@eoffs"], known["@units"]
         velocity, acceleration, singarea = (state[key][0] for key in ("@velset", "@accset", "@singarea"))
         self.velocity: tuple[float, float | None] = velocity if isinstance(velocity, tuple) else (100.0, None)

@@ -67,6 +67,24 @@ class Program:
         low = name.lower()
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
+    def hides(self, name: str, module: str, routine: str = "") -> bool:
+        """Whether a name means something of the program's own inside a routine, or in a module: no built-in."""
+        inside = self.routine(routine, module) if routine else None
+        own = () if inside is None else names_of(inside)
+        return (
+            name.lower() in own
+            or self.declaration(name, module, routine) is not None
+            or self.routine(name, module) is not None
+        )
+
+    def place(self, source: Source, offset: int) -> tuple[str, str]:
+        """Names of the module and the routine at a byte of a file; empty outside of them."""
+        for module in self.modules:
+            if module.source.path == source.path and module.span[0] <= offset < module.span[1]:
+                inside = (r.name for r in module.routines if r.span[0] <= offset < r.span[1])
+                return module.name, next(inside, "")
+        return "", ""
+
     def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
         """The motion statement that a statement of a file is; None for any other."""
         return self.motions.get((source.path, statement.span[0]))
@@ -85,6 +103,14 @@ def is_shared(declared: Declaration) -> bool:
 def named(declared: Declaration) -> tuple[str, str]:
     """Name and type of data, in lower case."""
     return declared.name.lower(), declared.type.lower()
+
+
+def names_of(routine: Routine) -> frozenset[str]:
+    """What a routine itself gives a name, lower case: parameters, data, labels, loop variables."""
+    given = [parameter.name for parameter in routine.parameters]
+    given += [declared.name for declared in routine.declarations]
+    given += [s.word for s in statements_of(routine) if s.kind in ("label", "for")]
+    return frozenset(name.lower() for name in given)
 
 
 def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:

@@ -22,12 +22,13 @@ STATE: Mapping[str, str] = {
     "gripload": "@gripload", "pdispset": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
     "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
     "singarea": "@singarea", "velset": "@velset", "accset": "@accset", "actunit": "@units", "deactunit": "@units",
+    "softact": "@soft", "softdeact": "@soft",
 }  # fmt: skip
 # And what to call it.
 SETTERS: Mapping[str, str] = {
     "@gripload": "GripLoad", "@pdisp": "PDispSet or PDispOn", "@eoffs": "EOffsSet or EOffsOn", "@conf_l": "ConfL",
     "@conf_j": "ConfJ", "@singarea": "SingArea", "@velset": "VelSet", "@accset": "AccSet",
-    "@units": "ActUnit or DeactUnit",
+    "@units": "ActUnit or DeactUnit", "@soft": "SoftAct",
 }  # fmt: skip
 # Arguments that instructions of ``READ_ONLY`` write.
 WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")

@@ -133,7 +133,7 @@ def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], optio
     loads = [*_payload_edits(program)]
     findings = [*module.diagnostics, *_name_findings(program, module.text, name), *_lent_loads(program)]
     findings += _tilted(model, program.sources[0])
-    told = tuple(edit for part in loads for edit in part)
+    told = tuple(edit for part in [*loads, *(_reset_edits(program) if loads else ())] for edit in part)
     return OnTheController(name, module, frozenset(keys), (*edits, *told), len(loads), tuple(findings))
 
 
@@ -195,6 +195,15 @@ def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]
         for body in (routine.body, *routine.handlers):
             if not routine.source.lent:
                 yield from _in_body(program, routine, body, None)
+
+
+def _reset_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
+    """The edit by which `main` begins without payload, as the controller does at PP to Main."""
+    main = next((r for r in program.all_routines() if r.name.lower() == "main" and not r.source.lent), None)
+    if main is not None and main.body:
+        start = main.body[0].span[0]
+        lead, newline = line_style(main.source.data, start)
+        yield ((main.source, Edit(start, start, f"{PAYLOAD}:=load0;".encode() + newline + lead)),)
 
 
 def _in_body(
