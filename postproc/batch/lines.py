@@ -9,7 +9,7 @@ from typing import Any, get_args
 
 from postproc.batch.values import COUNTED, Status
 from postproc.diagnostics import Diagnostic
-from postproc.files import stays_inside
+from postproc.files import read_file, stays_inside
 
 STATE = ".postproc"  # folder in the tree of outputs
 COPY = "copy"  # key and status of files that are not converted
@@ -30,7 +30,7 @@ def encoded(line: Mapping[str, Any]) -> bytes:
 def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
     """What a journal tells; lines that no batch can have written are left out, and counted."""
     odd = 0
-    for text in path.read_bytes().split(b"\n"):
+    for text in read_file(path).split(b"\n"):
         try:
             line = json.loads(text)
         except ValueError:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from postproc.batch.discover import PARTS, SHARED
 from postproc.diagnostics import Diagnostic
+from postproc.files import read_file
 from postproc.rapid.program.program import ENDINGS
 
 LEVELS = 3  # folders above a program whose configuration may be that of its controller
@@ -22,7 +23,7 @@ def help_nearby(message: str, module: Path) -> str | None:
     declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
     for path in _nearby(module):
         try:
-            found = declares.search(path.read_bytes())
+            found = declares.search(read_file(path))
         except OSError:
             continue
         if found:

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from postproc.diagnostics import PostprocError
+from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.opw import derive
-from postproc.tomlfile import read_source
 
 ENDLESS = 2 * np.pi
 """A joint without limits turns so far to either side: poses are drawn inside limits."""
