@@ -20,7 +20,7 @@ def help_nearby(message: str, module: Path) -> str | None:
     """What to do about a finding of ``LACKING``: the file near the module that declares the data; None if none does."""
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
     name = re.escape(message.split("`")[1].encode("latin-1", "replace"))
-    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
+    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^};]*+\}\s*)?:=")
     for path in _nearby(module):
         try:
             found = declares.search(read_file(path))

@@ -24,7 +24,7 @@ Entries = Mapping[str, list[Entry]]
 _ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
 _TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
 _ARM = re.compile(r"(?:ROB\d*|IRB)_", re.IGNORECASE)
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 

@@ -18,14 +18,14 @@ _ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<old
 _PLAIN = re.compile(r"(Move|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync)?$")
 
 TIME_DECIMALS = 5  # of a divided duration: 10 microseconds, finer than `num` has for some seconds
-_DECIMAL = re.compile(r"\d+\.?\d*|\.\d+")
+_DECIMAL = re.compile(r"\d++(?:\.\d*)?|\.\d+")
 _TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
 
 TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
-_COMMA = re.compile(rb"(?:\s|![^\n]*)*,(?:\s|![^\n]*)*")
+_COMMA = re.compile(rb"(?:\s|![^\n]*+)*+,(?:\s|![^\n]*+)*+")
 _OPENS = re.compile(
     rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
 )
