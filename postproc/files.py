@@ -94,6 +94,10 @@ def _caseless(folder: Path) -> bool:
 
 def stays_inside(name: str) -> bool:
     """Whether a relative path with forward slashes stays in its folder, whatever that is."""
+    try:
+        os.fsencode(name)
+    except UnicodeEncodeError:  # half of a surrogate pair
+        return False
     parts = PurePosixPath(name).parts
     return bool(parts) and not name.startswith("/") and ".." not in parts and "\0" not in name
 

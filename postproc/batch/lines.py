@@ -8,8 +8,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, get_args
 
 from postproc.batch.values import COUNTED, Status
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Severity
 from postproc.files import read_file, stays_inside
+from postproc.tomlfile import LARGEST_NUMBER
 
 STATE = ".postproc"  # folder in the tree of outputs
 COPY = "copy"  # key and status of files that are not converted
@@ -77,12 +78,16 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
     if not isinstance(statements, dict) or statements.keys() != set(COUNTED):
         return False
     numbers = (*lengths, *counted, *statements.values())
-    return len(lengths) != 1 and all(isinstance(n, (int, float)) for n in numbers)
+    return len(lengths) != 1 and all(type(n) in (int, float) and abs(n) <= LARGEST_NUMBER for n in numbers)
 
 
 def _is_finding(found: Mapping[str, Any]) -> bool:
-    texts = all(isinstance(found.get(key), str) for key in ("code", "severity", "message"))
-    return texts and all(
-        key in found and (found[key] is None or isinstance(found[key], kind))
-        for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
+    texts = all(isinstance(found.get(key), str) for key in ("code", "message"))
+    return (
+        texts
+        and found.get("severity") in get_args(Severity)
+        and all(
+            key in found and (found[key] is None or isinstance(found[key], kind))
+            for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
+        )
     )

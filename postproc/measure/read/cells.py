@@ -24,7 +24,7 @@ NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 NUMBER_AND_MORE = re.compile(r"[-+]?\d++(?:[.,]\d*+)?\s*+[^\d\s.,;:/-]")
 SAMPLE = 20
 MOST_ROWS = 100_000
-"""A gigabyte of memory at most, in any command."""
+"""Of a table: `predict` takes 14 s and 0.2 GB for them."""
 BLANK = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
 
