@@ -14,9 +14,10 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
-from postproc.diagnostics import PostprocError, Source
+from postproc.diagnostics import PostprocError
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import effect_library, find_effect
+from postproc.files import read_source, write_whole
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.recorded import recorded_model
@@ -64,7 +65,7 @@ File = str | Path
 
 def read_program(*files: File) -> Program:
     """The program in one file, or in all files of a task."""
-    return read_modules([_source(file) for file in files])
+    return read_modules([read_source(file) for file in files])
 
 
 def read_model(name: File, effects: Iterable[File] = ()) -> Model:
@@ -85,7 +86,8 @@ def write_model(file: File, model: Model | Fit) -> None:
     """Write a model, or a fit with its covariance, as a TOML file; comments of the file that it replaces survive."""
     path = Path(file)
     model = recorded_model(model) if isinstance(model, Fit) else model
-    path.write_text(render_model(model, path.read_text("utf-8") if path.is_file() else ""), encoding="utf-8")
+    before = read_source(path).data.decode("utf-8-sig") if path.is_file() else ""
+    write_whole(path, render_model(model, before).encode())
 
 
 def read_measurements(file: File, robot: str | Model, column_map: File | None = None) -> Measurements:
@@ -98,10 +100,10 @@ def read_measurements(file: File, robot: str | Model, column_map: File | None = 
     Raises:
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
-    layout = None if column_map is None else _source(column_map)
+    layout = None if column_map is None else read_source(column_map)
     if isinstance(robot, Model):
-        return read_table(_source(file), robot.robot, column_map=layout, terms=Reading(station=robot.station))
-    return read_table(_source(file), load_robot(robot), column_map=layout)
+        return read_table(read_source(file), robot.robot, column_map=layout, terms=Reading(station=robot.station))
+    return read_table(read_source(file), load_robot(robot), column_map=layout)
 
 
 def compensate(program: Program | File, model: Model, options: Options = Options()) -> Conversion:
@@ -110,7 +112,7 @@ def compensate(program: Program | File, model: Model, options: Options = Options
     The result has ``output`` (bytes, None where the program is not safe to compensate), ``report`` (what ``--json``
     prints) and ``diagnostics``.
     """
-    sources = program.sources if isinstance(program, Program) else [_source(program)]
+    sources = program.sources if isinstance(program, Program) else [read_source(program)]
     return compensate_program(sources, model, options)
 
 
@@ -172,7 +174,3 @@ def text(found: Fit | Diagnosis | Comparison | Addition) -> str:
     if isinstance(found, Fit):
         return fit_text(found)
     return diagnosis_text(found) if isinstance(found, Diagnosis) else found.text()
-
-
-def _source(file: File) -> Source:
-    return Source(str(file), Path(file).read_bytes())

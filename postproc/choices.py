@@ -10,20 +10,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import AliasChoices, ConfigDict, Field
 
 from postproc.diagnostics import PostprocError
-from postproc.files import real
+from postproc.files import read_source, real
 from postproc.settings import NAME, Settings
-from postproc.tomlfile import check, parse_toml, read_source, span_of
+from postproc.tomlfile import FileTable, check, parse_toml, span_of
 
 CONTROLLER_MODEL = "controller"
 """What names the controller's own numbers in place of a model file."""
-Vec3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Positive = Annotated[FiniteFloat, Field(gt=0)]
+Vec3 = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0)]
 
 
-class Choices(BaseModel):
+class Choices(FileTable):
     """What one layer states; None is left to the layers around it. Paths start at the file that states them.
 
     Args:
@@ -49,7 +49,7 @@ class Choices(BaseModel):
         run_time_module: file with that function.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), populate_by_name=True)
+    model_config = ConfigDict(protected_namespaces=(), populate_by_name=True)
     model: str | None = None
     robot: str | None = None
     side_files: Annotated[list[str] | None, Field(alias="with")] = None
@@ -67,16 +67,12 @@ class Choices(BaseModel):
     template: str | None = None
     taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
     already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
-    channel: dict[str, FiniteFloat] | None = None
+    channel: dict[str, float] | None = None
     cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class FitChoices(_Table):
+class FitChoices(FileTable):
     """What ``fit`` takes.
 
     Args:
@@ -88,7 +84,7 @@ class FitChoices(_Table):
     mounting: Vec3 | None = None
 
 
-class BatchChoices(_Table):
+class BatchChoices(FileTable):
     """What ``batch`` takes.
 
     Args:

@@ -1,17 +1,71 @@
-"""Where a command may write: checked against all that it reads before it begins; and how: whole files or nothing."""
+"""Files at the boundary: kind and size are looked at before one is read; what may be written, and how.
+
+An output is checked against all that a command reads before it begins, and is written whole or not at all.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
+import stat
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import PostprocError, Source
 
 SPACE = "make space, or write elsewhere"
+LARGEST = 64_000_000
+"""Bytes of a file that is read: twenty times the largest program, table or model that is known."""
+KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
+MISREAD = {
+    FileNotFoundError: ("CLI002", "there is no file `{}`", "check the spelling and the folder"),
+    IsADirectoryError: ("CLI003", "`{}` is a folder", "name one file"),
+}
+"""What the command line says of a name that is that of no file."""
 Place = tuple[int, int, tuple[str, ...]]
+
+
+def read_file(name: str | Path) -> bytes:
+    """The bytes of a regular file.
+
+    Raises:
+        OSError: there is none, it cannot be read, is a pipe or a device (reading these may never end), or too large.
+    """
+    try:
+        status = os.stat(name)
+        if stat.S_ISDIR(status.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(name))
+        if not stat.S_ISREG(status.st_mode):
+            kind = KINDS.get(stat.S_IFMT(status.st_mode), "no regular file")
+            raise OSError(errno.EINVAL, f"it is {kind}, and only regular files are read", str(name))
+        with open(name, "rb") as file:
+            data = file.read(LARGEST + 1)  # files of the system state no size
+    except ValueError:  # NUL, half of a surrogate pair
+        raise OSError(errno.EINVAL, "no file can have that name", str(name)) from None
+    if len(data) > LARGEST:
+        raise OSError(errno.EFBIG, f"it is larger than {LARGEST // 1_000_000} MB, the most that is read", str(name))
+    return data
+
+
+def read_source(name: str | Path, code: str = "", lent: bool = False) -> Source:
+    """A file with its name.
+
+    Args:
+        code: of the finding where it cannot be read; that of the command line, CLI002 to CLI004, where none is given.
+
+    Raises:
+        PostprocError: it cannot be read.
+    """
+    try:
+        return Source(str(name), read_file(name), lent)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        found, text, help_ = code, f"cannot read `{name}`: {reason}", "check the name and its rights"
+        if not code:
+            other = ("CLI004", f"cannot read `{{}}`: {reason}", "check the rights of the file")
+            found, text, help_ = MISREAD.get(type(error), other)
+        raise PostprocError.of(found, text.replace("{}", str(name)), help=help_) from error
 
 
 def place(path: Path, follow: bool = True) -> Place:
@@ -40,6 +94,10 @@ def _caseless(folder: Path) -> bool:
 
 def stays_inside(name: str) -> bool:
     """Whether a relative path with forward slashes stays in its folder, whatever that is."""
+    try:
+        os.fsencode(name)
+    except UnicodeEncodeError:  # half of a surrogate pair
+        return False
     parts = PurePosixPath(name).parts
     return bool(parts) and not name.startswith("/") and ".." not in parts and "\0" not in name
 

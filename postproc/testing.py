@@ -85,10 +85,11 @@ def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float)
 
 
 def _read(path: str | Path) -> Program:
-    from postproc.diagnostics import PostprocError, Source, has_errors
+    from postproc.diagnostics import PostprocError, has_errors
+    from postproc.files import read_source
     from postproc.rapid.program.program import read_program
 
-    program = read_program(Source(str(path), Path(path).read_bytes()))
+    program = read_program(read_source(path))
     if has_errors(program.diagnostics):
         raise PostprocError(program.diagnostics)
     return program

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
-from pathlib import Path
-from typing import Any, TypeVar
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, did_you_mean
 
@@ -24,25 +27,47 @@ MISTAKES = {
 }
 """What is commonly meant by text that is not TOML, by how the reader's message begins."""
 WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
+LARGEST = 2_000_000
+"""Bytes of a TOML file: a model with the covariance of two hundred parameters has a tenth of it."""
+LARGEST_NUMBER = 1e30
+"""Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
+FARTHEST = 1e7
+"""Millimetres: ten kilometres."""
+MOST_FINDINGS = 50
+MOST_PARTS = 50
+"""Parts of a dotted key: the reader's memory grows with their square."""
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
+_DEEP = re.compile(
+    rf"(?<![A-Za-z0-9_-])(?:(?:[A-Za-z0-9_-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}"
+)
 _PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
 MOST_SHOWN = 60  # characters of a value that does not fit
 _TOKEN = re.compile(r"\"\"\".*?\"\"\"|'''.*?'''|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]", re.DOTALL)
 
 
-def read_source(path: Path, code: str) -> Source:
-    """The bytes of a file.
+class FileTable(BaseModel):
+    """A table of a file: no other keys; numbers are finite, and neither words nor truths."""
 
-    Raises:
-        PostprocError: the given code, the file cannot be read.
-    """
-    try:
-        return Source(str(path), path.read_bytes())
-    except OSError as error:
-        raise PostprocError.of(
-            code, f"cannot read `{path}`: {error.strerror}", help="check the name and its rights"
-        ) from error
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _near(value: float) -> float:
+    if abs(value) > FARTHEST:
+        raise PydanticCustomError("far", f"{value:g} mm is farther than {FARTHEST / 1e6:g} km", {"help": "give mm"})
+    return value
+
+
+def each_once(names: list[str]) -> list[str]:
+    """Names of which none stands twice."""
+    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
+    if twice is not None:
+        raise PydanticCustomError("twice", f"`{twice}` stands twice", {"help": "name each once"})
+    return names
+
+
+Millimetres = Annotated[float, AfterValidator(_near)]
+Place = tuple[Millimetres, Millimetres, Millimetres]
 
 
 def parse_toml(source: Source, code: str) -> dict[str, Any]:
@@ -51,8 +76,16 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
     Raises:
         PostprocError: the given code, at the place where the file is not TOML.
     """
+    if len(source.data) > LARGEST:
+        text = f"the file has {len(source.data) / 1e6:.1f} MB, and at most {LARGEST / 1e6:g} are read as TOML"
+        raise PostprocError.of(code, text, source, help="name the file that was meant")
     try:
-        return tomllib.loads(source.data.decode("utf-8-sig"))
+        text = source.data.decode("utf-8-sig")
+        if deep := _DEEP.search(text):
+            at = len(text[: deep.start()].encode())
+            message, help_ = f"a key has more than {MOST_PARTS} parts", "give tables fewer levels"
+            raise PostprocError.of(code, message, source, (at, at + 1), help_)
+        return tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise PostprocError.of(
             code, "the file is not UTF-8 text", source, (error.start, error.start + 1), help="save it as UTF-8"
@@ -75,6 +108,7 @@ def _error_span(source: Source, message: str) -> Span:
     return at, at + 1
 
 
+@lru_cache(maxsize=8)
 def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
     """Spans of every key and of its value, in characters, by path; entries of [[tables]] carry their number."""
     places: dict[Keys, tuple[Span, Span]] = {}
@@ -138,15 +172,43 @@ def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
 
 
 def check(schema: type[Schema], content: dict[str, Any], source: Source, code: str) -> Schema:
-    """The content as a value of the schema.
+    """The content as a value of the schema; no value is taken for one of another type.
 
     Raises:
         PostprocError: the given code, one finding for each key or value that does not fit.
     """
     try:
-        return schema.model_validate(content)
+        # As JSON, lists may stand for tuples and nothing else for another thing; dates have no place in any file.
+        found = schema.model_validate_json(json.dumps(content, default=lambda date: [str(date)]), strict=True)
     except ValidationError as error:
-        raise PostprocError([_finding(schema, dict(e), source, code) for e in error.errors()]) from error
+        every = error.errors()[:MOST_FINDINGS]
+        raise PostprocError([_finding(schema, dict(e), source, code) for e in every]) from error
+    odd = [
+        Diagnostic(code, "error", f"`{'.'.join(map(str, keys))}`: {text}", source, span_of(source, keys, value=True))
+        for keys, value in _values(content)
+        if (text := _odd(value))
+    ]
+    if odd:
+        raise PostprocError(odd[:MOST_FINDINGS])
+    return found
+
+
+def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
+    """Every number and word, with its path."""
+    if isinstance(content, dict | list):
+        for key, value in content.items() if isinstance(content, dict) else enumerate(content):
+            yield from _values(value, (*keys, key))
+    else:
+        yield keys, content
+
+
+def _odd(value: Any) -> str:
+    """What is wrong with a number or a word, whatever it stands for."""
+    if isinstance(value, str):
+        return "no text holds the character 0" if "\0" in value else ""
+    if not isinstance(value, int | float) or abs(value) <= LARGEST_NUMBER:  # NaN is in no order
+        return ""
+    return f"`{str(value)[:MOST_SHOWN]}` is beyond any number of an arm"
 
 
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
@@ -166,7 +228,7 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         return Diagnostic(
             code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
         )
-    message = error["msg"][0].lower() + error["msg"][1:]
+    message = error["msg"][0].lower() + error["msg"][1:].replace("array", "list").replace("an object", "a table")
     return Diagnostic(
         code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
     )

@@ -117,6 +117,35 @@ def test_the_hooks_of_pre_commit(repository: Path, tmp_path: Path) -> None:
     assert hooks.main(["else", program]) == 2
 
 
+def test_a_check_of_nothing_fails(repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "user.sys").write_text("MODULE user\nENDMODULE\n")
+    (tmp_path / "gone").mkdir()
+    for name in ("corner_arc.mod", "gone.mod"):
+        shutil.copy(repository / "ok" / "corner_arc.mod", tmp_path / "gone" / name)
+    folder = str(repository / "my programs")
+    for words in (
+        ("--programs", str(tmp_path / "none")),
+        ("--programs", str(tmp_path / "data")),
+        ("--programs", "-delete"),
+        ("--programs", folder, "--approved", str(tmp_path / "gone")),
+        ("--programs", str(tmp_path / "gone"), str(repository / "ok" / "corner_arc.mod")),
+        (),
+    ):
+        assert hooks.main(["check", *words]) == 2
+        assert capsys.readouterr().err.startswith("error[CLI016]")
+    assert hooks.main(["check", "--programs", folder, "--approved", str(repository / "ok")]) == 0
+
+
+def test_a_hook_writes_over_no_input(repository: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = repository / "my programs" / "corner_arc.mod"
+    before = program.read_bytes()
+    for place, code in ((program, "CLI007"), (program / "x", "CLI008"), (program.parent, "CLI008")):
+        assert hooks.main(["read", "--sarif", str(place), str(program)]) == 2
+        assert capsys.readouterr().err.startswith(f"error[{code}]")
+    assert program.read_bytes() == before
+
+
 @pytest.mark.parametrize(("command", "code"), [("check", 0), ("diff", 1)])
 def test_the_script_of_the_action(repository: Path, tmp_path: Path, command: str, code: int) -> None:
     """The composite action's own script, as GitHub runs it: bash with the inputs in the environment."""

@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 from postproc.batch.discover import files_below
 from postproc.diagnostics import PostprocError, Source, has_errors, one_line
+from postproc.files import read_source
 from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.diff.difference import ProgramDiff
 from postproc.rapid.program.program import ENDINGS, read_program
-from postproc.tomlfile import read_source
 from postproc.watch import Watch, unwatched
 
 Status = Literal["equal", "changed", "added", "removed", "unreadable"]

@@ -32,7 +32,7 @@ PARTS = frozenset({"progmod", "sysmod"})
 CONFIGURED = frozenset({"syspar", "backinfo"})
 CONTROLLER = "the controller's configuration"
 SHARED = "task0"  # installed in every task
-_LISTED = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
+_LISTED = re.compile(r"<Module>([^<]*+)</Module>", re.IGNORECASE)
 
 
 def discover(folder: Path, output: Path | None = None) -> Inventory:
@@ -270,9 +270,10 @@ def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
         source = Source(listing, read_quietly(folder / listing))
         members, findings = [], []
         for found in _LISTED.finditer(source.data.decode("latin-1")):
-            module = near.get(re.split(r"[\\/]", found[1])[-1].lower())
+            listed = found[1].strip()
+            module = near.get(re.split(r"[\\/]", listed)[-1].lower())
             if module is None:
-                text = f"`{found[1]}` is listed here but does not stand beside"
+                text = f"`{listed}` is listed here but does not stand beside"
                 findings.append(
                     Diagnostic("BAT010", "warning", text, source, found.span(1), "check that the folder is complete")
                 )

@@ -15,14 +15,13 @@ import numpy as np
 
 from postproc.batch.values import Job, Task
 from postproc.diagnostics import Source
-from postproc.files import real
+from postproc.files import read_source, real
 from postproc.model.arm import Model
 from postproc.rapid.program.read_only import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.controller import read_quietly
 from postproc.settings import Settings
-from postproc.tomlfile import read_source
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 

@@ -15,10 +15,10 @@ from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
 from postproc.batch.values import Inventory, Plan, Task
 from postproc.choices import Choices, with_choices
 from postproc.diagnostics import PostprocError, Source
-from postproc.files import real, stays_inside
+from postproc.files import read_source, real, stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
-from postproc.tomlfile import check, parse_toml, read_source, span_of
+from postproc.tomlfile import check, parse_toml, span_of
 
 MOST_NAMES = 10  # that a finding lists
 SettingsAt = Callable[[Path], Settings]

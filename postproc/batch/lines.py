@@ -8,8 +8,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, get_args
 
 from postproc.batch.values import COUNTED, Status
-from postproc.diagnostics import Diagnostic
-from postproc.files import stays_inside
+from postproc.diagnostics import Diagnostic, Severity
+from postproc.files import read_file, stays_inside
+from postproc.tomlfile import LARGEST_NUMBER
 
 STATE = ".postproc"  # folder in the tree of outputs
 COPY = "copy"  # key and status of files that are not converted
@@ -30,7 +31,7 @@ def encoded(line: Mapping[str, Any]) -> bytes:
 def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
     """What a journal tells; lines that no batch can have written are left out, and counted."""
     odd = 0
-    for text in path.read_bytes().split(b"\n"):
+    for text in read_file(path).split(b"\n"):
         try:
             line = json.loads(text)
         except ValueError:
@@ -77,12 +78,16 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
     if not isinstance(statements, dict) or statements.keys() != set(COUNTED):
         return False
     numbers = (*lengths, *counted, *statements.values())
-    return len(lengths) != 1 and all(isinstance(n, (int, float)) for n in numbers)
+    return len(lengths) != 1 and all(type(n) in (int, float) and abs(n) <= LARGEST_NUMBER for n in numbers)
 
 
 def _is_finding(found: Mapping[str, Any]) -> bool:
-    texts = all(isinstance(found.get(key), str) for key in ("code", "severity", "message"))
-    return texts and all(
-        key in found and (found[key] is None or isinstance(found[key], kind))
-        for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
+    texts = all(isinstance(found.get(key), str) for key in ("code", "message"))
+    return (
+        texts
+        and found.get("severity") in get_args(Severity)
+        and all(
+            key in found and (found[key] is None or isinstance(found[key], kind))
+            for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
+        )
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from postproc.batch.discover import PARTS, SHARED
 from postproc.diagnostics import Diagnostic
+from postproc.files import read_file
 from postproc.rapid.program.program import ENDINGS
 
 LEVELS = 3  # folders above a program whose configuration may be that of its controller
@@ -17,10 +18,10 @@ def help_nearby(name: str, module: Path) -> str | None:
     """What to do about data that no file gives a value: the file near the module that does; None if none does."""
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
     called = re.escape(name.encode("latin-1", "replace"))
-    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + called + rb"\s*(?:\{[^}]*\}\s*)?:=")
+    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + called + rb"\s*(?:\{[^};]*+\}\s*)?:=")
     for path in _nearby(module):
         try:
-            found = declares.search(path.read_bytes())
+            found = declares.search(read_file(path))
         except OSError:
             continue
         if found:

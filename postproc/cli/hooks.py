@@ -1,9 +1,10 @@
 """``python -m postproc.cli.hooks``: one command for each of many programs, as pre-commit and CI call it.
 
-    python -m postproc.cli.hooks check|diff|read [OPTIONS] [--programs DIR] [--approved DIR] [--sarif FILE] PROGRAM..
+    python -m postproc.cli.hooks check|diff|read [OPTIONS] [--programs DIR] [--approved DIR] [--sarif FILE] [PROGRAM..]
 
 ``check`` asks whether ``compensate`` would write what is approved, ``diff`` compares a program with the approved one by
-meaning, ``read`` inspects it. Other options go to the command. Exit code: the largest of all programs.
+meaning, ``read`` inspects it. Without names it is every program below the folder, and every approved one must have its
+program. Other options go to the command. Exit code: the largest of all programs; 2 where there is none.
 """
 
 from __future__ import annotations
@@ -17,43 +18,53 @@ from pathlib import Path
 from typing import Any
 
 from postproc.cli.app import build
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import say
-from postproc.cli.run import BAD_INPUT, run
+from postproc.cli.run import BAD_INPUT, guarded, run
+from postproc.diagnostics import PostprocError
 from postproc.rapid.program.program import ENDINGS
 
 OWN = ("--programs", "--approved", "--sarif")
+CHECKED = frozenset({".mod", ".prg", ".modx"})
+"""Endings of programs, which are looked for in a folder; system modules are lent to them."""
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command for each program and return the largest exit code."""
-    own, rest = _own_options(arguments[1:])
-    first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
-    options, programs = rest[:first], rest[first:]
     if not arguments or arguments[0] not in ("check", "diff", "read"):
         say((__doc__ or "").strip())
         return BAD_INPUT
+    return guarded(lambda: _every(arguments[0], *_own_options(arguments[1:])), ())
+
+
+def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
+    first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
+    options, programs = rest[:first], [Path(word) for word in rest[first:]]
+    programs = programs or _in_folder(own)
+    commands = [_command(name, program, own) for program in programs]
+    log = own.get("--sarif") if name != "diff" else None
+    check_outputs([*programs, *_below(own.get("--programs")), *_below(own.get("--approved"))], log)
     logs: list[dict[str, Any]] = []
     code = 0
-    for program in programs:
-        command = [*_command(arguments[0], program, own), *options]
-        if "--sarif" in own and arguments[0] != "diff":
-            printed = io.StringIO()
-            with redirect_stdout(printed):
-                code = max(code, run(build(), [*command, "--format", "sarif"]))
-            logs.append(json.loads(printed.getvalue()))
-        else:
-            code = max(code, run(build(), command))
-    if logs:
-        joined = {**logs[0], "runs": [run_ for log in logs for run_ in log["runs"]]}
-        Path(own["--sarif"]).write_text(json.dumps(joined, indent=1) + "\n", encoding="utf-8")
+    for command in commands:
+        if log is None:
+            code = max(code, run(build(), [*command, *options]))
+            continue
+        printed = io.StringIO()
+        with redirect_stdout(printed):
+            code = max(code, run(build(), [*command, *options, "--format", "sarif"]))
+        logs += [json.loads(printed.getvalue())] if printed.getvalue() else []
+    if logs and log is not None:
+        joined = {**logs[0], "runs": [run_ for one in logs for run_ in one["runs"]]}
+        write(log, json.dumps(joined, indent=1) + "\n")
     return code
 
 
-def _own_options(words: Sequence[str]) -> tuple[dict[str, str], list[str]]:
-    own, rest, at = dict[str, str](), list[str](), 0
+def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
+    own, rest, at = dict[str, Path](), list[str](), 0
     while at < len(words):
         if words[at] in OWN and at + 1 < len(words):
-            own[words[at]] = words[at + 1]
+            own[words[at]] = Path(words[at + 1])
             at += 1
         else:
             rest.append(words[at])
@@ -66,13 +77,45 @@ def _all_programs(words: Sequence[str]) -> bool:
     return all(Path(word).suffix.lower() in ENDINGS for word in words)
 
 
-def _command(name: str, program: str, own: dict[str, str]) -> list[str]:
-    path = Path(program)
-    inside = path.relative_to(own["--programs"]) if "--programs" in own else Path(path.name)
-    approved = [str(Path(own["--approved"]) / inside)] if "--approved" in own else []
+def _in_folder(own: dict[str, Path]) -> list[Path]:
+    """All programs of the folder.
+
+    Raises:
+        PostprocError: CLI016, there is none, or an approved output has no program any more.
+    """
+    folder, approved = own.get("--programs"), own.get("--approved")
+    found = _below(folder)
+    if folder is None or not found:
+        where = "no program is named" if folder is None else f"there is no program in `{folder}`"
+        raise PostprocError.of("CLI016", f"nothing is checked: {where}", help="name programs, or their folder")
+    there = {path.relative_to(folder) for path in found}
+    gone = [] if approved is None else [path for path in _below(approved) if path.relative_to(approved) not in there]
+    if gone:
+        text, help_ = (
+            f"the program of `{gone[0]}` is not in `{folder}`",
+            "take the approved output out with its program",
+        )
+        raise PostprocError.of("CLI016", text, help=help_)
+    return found
+
+
+def _below(folder: Path | None) -> list[Path]:
+    """Programs below a folder."""
+    every = () if folder is None else folder.rglob("*")
+    return sorted(path for path in every if path.suffix.lower() in CHECKED and path.is_file())
+
+
+def _command(name: str, program: Path, own: dict[str, Path]) -> list[str]:
+    inside, folder = Path(program.name), own.get("--programs")
+    if folder is not None:
+        if not program.absolute().is_relative_to(folder.absolute()):
+            text = f"`{program}` is not in the folder `{folder}`"
+            raise PostprocError.of("CLI016", text, help="name the folder that all programs stand in")
+        inside = program.absolute().relative_to(folder.absolute())
+    approved = [str(own["--approved"] / inside)] if "--approved" in own else []
     if name == "check":
-        return ["compensate", program, "--check", *(["-o", *approved] if approved else [])]
-    return ["diff", *approved, program] if name == "diff" else ["inspect", program]
+        return ["compensate", str(program), "--check", *(["-o", *approved] if approved else [])]
+    return ["diff", *approved, str(program)] if name == "diff" else ["inspect", str(program)]
 
 
 if __name__ == "__main__":

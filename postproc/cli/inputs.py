@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from postproc import files
 from postproc.cli.report import STDIN, say
 from postproc.diagnostics import PostprocError, Source
 
@@ -24,10 +25,7 @@ def read_source(name: str, lent: bool = False) -> Source:
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
     """
-    if name == STDIN:
-        source = Source(name, sys.stdin.buffer.read(), lent)
-    else:
-        source = Source(name, _read(name), lent)
+    source = _stdin(lent) if name == STDIN else files.read_source(name, lent=lent)
     if not source.data.strip():
         raise PostprocError.of("CLI005", f"`{source.path}` is empty", help="name the file that was meant")
     return source
@@ -86,9 +84,9 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
     return f"arm `{robot}`; effects {', '.join(effects) or 'none'}{noise * weighed}"
 
 
-def short_names(*files: str | Path) -> str:
+def short_names(*compared: str | Path) -> str:
     """What was compared with what, in a line: files without their folders."""
-    return " ".join(Path(file).name for file in files)
+    return " ".join(Path(file).name for file in compared)
 
 
 def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
@@ -108,17 +106,9 @@ def cell_words(cell: Path | None) -> list[str]:
     return [] if cell is None else ["--cell", str(cell)]
 
 
-def _read(name: str) -> bytes:
-    try:
-        return Path(name).read_bytes()
-    except FileNotFoundError:
-        raise PostprocError.of(
-            "CLI002", f"there is no file `{name}`", help="check the spelling and the folder"
-        ) from None
-    except IsADirectoryError:
-        raise PostprocError.of("CLI003", f"`{name}` is a folder", help="name one file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise PostprocError.of(
-            "CLI004", f"cannot read `{name}`: {reason}", help="check the rights of the file"
-        ) from None
+def _stdin(lent: bool) -> Source:
+    data = sys.stdin.buffer.read(files.LARGEST + 1)
+    if len(data) > files.LARGEST:
+        text = f"stdin holds more than {files.LARGEST // 1_000_000} MB, the most that is read"
+        raise PostprocError.of("CLI004", text, help="give less")
+    return Source(STDIN, data, lent)

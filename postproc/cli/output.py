@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-import tomllib
 from collections.abc import Iterable, Sequence
+from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.diagnostics import PostprocError, visible
-from postproc.files import check_writes, real, why, write_whole
+from postproc.files import check_writes, read_source, real, why, write_whole
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -27,10 +27,12 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
 
 def _arm_file(model: Path) -> Path | None:
     """The file beside a model that it takes for its arm; what is wrong with the model is told when it is read."""
+    from postproc.tomlfile import parse_toml
+
     try:
-        robot = tomllib.loads(model.read_bytes().decode("utf-8-sig")).get("robot") if model.suffix == ".toml" else None
-        return model.parent / robot if isinstance(robot, str) and (model.parent / robot).is_file() else None
-    except (OSError, ValueError, RecursionError):
+        robot = parse_toml(read_source(model), "MOD001").get("robot") if model.suffix == ".toml" else None
+        return model.parent / robot if isinstance(robot, str) and isfile(model.parent / robot) else None
+    except PostprocError:
         return None
 
 
@@ -86,7 +88,7 @@ def write_model(target: Path | None, model: Model, like: Path | None = None, sil
         target: None for stdout, where it goes unless stdout is taken (``silent``).
     """
     from postproc.model.rewrite import render_model
-    from postproc.tomlfile import parse_toml, read_source
+    from postproc.tomlfile import parse_toml
 
     if target is None and silent:
         return

@@ -8,7 +8,7 @@ import re
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from postproc.cli.report import STDIN, VERBOSE, asked_form, print_document, say, show
@@ -45,8 +45,13 @@ def run(app: App, arguments: Sequence[str]) -> int:
 
 
 def _run(app: App, arguments: Sequence[str]) -> int:
+    return guarded(lambda: _call(app, arguments), arguments)
+
+
+def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
+    """The exit code of a piece of work; whatever goes wrong in it is told as `run` tells it."""
     try:
-        result = _call(app, arguments)
+        result = work()
         sys.stdout.flush()
         return result if isinstance(result, int) else OK
     except PostprocError as error:

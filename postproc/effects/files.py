@@ -103,8 +103,9 @@ def _check_structure(cls: type[Declared], name: str, value: Any) -> list[FieldPr
         wanted = "a list of numbers" if many else "one number"
         return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}", f"write {wanted}")]
     whole = all(isinstance(v, int) for v in (default if many else [default]))
-    if whole and not all(float(v).is_integer() for v in numbers):
-        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not a whole number")]
+    if whole and not all(isinstance(v, int) for v in numbers):
+        text = f"`{name}` of `{cls.key}` is not a whole number"
+        return [FieldProblem("EFF023", name, text, "write it without a decimal point")]
     return [
         FieldProblem("EFF024", name, f"`{name}` of `{cls.key}` is {v:g}", f"allowed: {meta.low:g} to {meta.high:g}")
         for v in numbers

@@ -13,6 +13,7 @@ from typing import Any
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.findings import describe, line_of, line_span
+from postproc.files import read_file
 
 
 def load_module(path: str | Path) -> tuple[ModuleType, Source]:
@@ -23,7 +24,7 @@ def load_module(path: str | Path) -> tuple[ModuleType, Source]:
     """
     path = Path(os.path.realpath(path))
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except OSError as error:
         message, help_ = f"the effect file cannot be read: {error.strerror}", "check the spelling and the folder"
         raise PostprocError.of("EFF001", message, Source(str(path), b""), help=help_) from error

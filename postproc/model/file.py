@@ -9,37 +9,37 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role, effect_library, installed_effects
 from postproc.effects.roles import Role
+from postproc.files import read_source
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
+from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.cells.cell_file import ExternalAxis, Mounting, stated_cell
 from postproc.robot.cells.station import station_of
 from postproc.robot.pose import rpy, transform
-from postproc.tomlfile import check, parse_toml, read_source, span_of
+from postproc.tomlfile import FileTable, Place, check, each_once, parse_toml, span_of
 
 DEFAULT_ROBOT = "irb4600_60_205"
 AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 
 Vec3 = tuple[float, float, float]
+NotNegative = Annotated[float, Field(ge=0)]
+Names = Annotated[list[str], AfterValidator(each_once)]
 Span = tuple[float, float]
 _Sides = Literal["dir1", "dir2", "dir3", "dir4", "dir5", "dir6"]
 _Axes = Literal["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"]
 Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", _Sides, _Axes]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Tool(_Table):
+class _Tool(FileTable):
     """The nominal tool where a program or a table names none.
 
     Args:
@@ -47,18 +47,31 @@ class _Tool(_Table):
         rpy_deg: roll, pitch, yaw of its frame.
     """
 
-    xyz_mm: Vec3 = (0.0, 0.0, 0.0)
+    xyz_mm: Place = (0.0, 0.0, 0.0)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
 def _numbers(row: object) -> object:
-    return row.split() if isinstance(row, str) else row
+    return [_number(word) for word in row.split()] if isinstance(row, str) else row
+
+
+def _number(word: str) -> float | str:
+    try:
+        return read_number(word)
+    except ValueError:
+        return word
+
+
+def _ordered(ends: Span) -> Span:
+    if ends[0] > ends[1]:
+        raise PydanticCustomError("range", "the lowest value is above the highest", AGAIN)
+    return ends
 
 
 _Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=str | list[float])]
 
 
-class _Fit(_Table):
+class _Fit(FileTable):
     """What a fit notes; written by ``fit`` and ``add``.
 
     Args:
@@ -78,24 +91,24 @@ class _Fit(_Table):
         version: of postproc.
     """
 
-    rows: int = 0
-    rms_mm: float = 0.0
-    rms_mrad: float = 0.0
-    held_out_rms_mrad: float = 0.0
-    noise_mrad: float = 0.0
-    held_out_rms_mm: float = 0.0
-    noise_mm: float = 0.0
-    noise_repeatability_mm: float = 0.0
+    rows: Annotated[int, Field(ge=0)] = 0
+    rms_mm: NotNegative = 0.0
+    rms_mrad: NotNegative = 0.0
+    held_out_rms_mrad: NotNegative = 0.0
+    noise_mrad: NotNegative = 0.0
+    held_out_rms_mm: NotNegative = 0.0
+    noise_mm: NotNegative = 0.0
+    noise_repeatability_mm: NotNegative = 0.0
     noise_from: str = ""
-    not_identifiable: list[str] = []
+    not_identifiable: Names = []
     version: str = ""
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
-    parameters: list[str] = []
+    parameters: Names = []
     covariance: list[_Row] = []
     unseen: list[_Row] = []
-    unexplained_mm: float = 0.0
-    range: dict[Channel, Span] = {}
+    unexplained_mm: NotNegative = 0.0
+    range: dict[Channel, Annotated[Span, AfterValidator(_ordered)]] = {}
 
     @field_validator("covariance")
     @classmethod
@@ -107,6 +120,8 @@ class _Fit(_Table):
         if short is not None:
             text = f"row {short + 1} has {len(rows[short])} numbers, not {short + 1}"
             raise PydanticCustomError("row", text, AGAIN)
+        if not _is_covariance(rows):
+            raise PydanticCustomError("covariance", "no parameters can vary so", AGAIN)
         return rows
 
     @field_validator("unseen")
@@ -119,7 +134,21 @@ class _Fit(_Table):
         return rows
 
 
-class ModelFile(_Table):
+def _is_covariance(rows: list[list[float]]) -> bool:
+    """Whether a lower triangle is that of a covariance, but for the digits that are written."""
+    lower = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        lower[i, : i + 1] = row[: i + 1]
+    size = np.sqrt(np.maximum(np.diag(lower), 0.0))
+    if (np.diag(lower) < 0).any():
+        return False
+    scale = np.where(size > 0, size, 1.0)
+    correlation = lower / np.outer(scale, scale)
+    correlation += np.tril(correlation, -1).T
+    return not len(rows) or float(np.linalg.eigvalsh(correlation)[0]) > -1e-6
+
+
+class ModelFile(FileTable):
     """The arm as it really is.
 
     Args:

@@ -127,5 +127,5 @@ def _kinds(told: Sequence[tuple[str, Mapping[str, Any]]]) -> list[tuple[object, 
 
 def _figure(message: str) -> float:
     """The first length that a message tells [mm]."""
-    found = re.search(r"([\d.]+) mm\b", message)
+    found = re.search(r"(?<![\d.])([\d.]++) mm\b", message)
     return float(found[1]) if found else 0.0

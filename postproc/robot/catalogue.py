@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
+from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
 from postproc.robot.type_names import ARMS, library_name
-from postproc.tomlfile import check, locate, parse_toml, read_source, span_of
+from postproc.tomlfile import FileTable, Place, check, locate, parse_toml, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
@@ -31,11 +32,7 @@ PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
 GUESSED = {"joints": "not stated: two turns and 180 deg/s are taken, accelerations and jerks are estimates"}
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Chain(_Table):
+class _Chain(FileTable):
     """The chain at zero, in base axes.
 
     Args:
@@ -46,15 +43,15 @@ class _Chain(_Table):
         parallelogram: axis 3 is the pitch of the forearm.
     """
 
-    origin_mm: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
+    origin_mm: Annotated[list[Place], Field(min_length=6, max_length=6)]
     axis: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
     origin_rpy_deg: Annotated[list[Vec3], Field(min_length=6, max_length=6)] | None = None
-    flange_mm: Vec3 = (0.0, 0.0, 0.0)
+    flange_mm: Place = (0.0, 0.0, 0.0)
     flange_rpy_deg: Vec3 = (0.0, 0.0, 0.0)
     parallelogram: bool = False
 
 
-class _Dh(_Table):
+class _Dh(FileTable):
     """Standard Denavit-Hartenberg table.
 
     Args:
@@ -70,7 +67,7 @@ class _Dh(_Table):
     theta_offset_deg: Six = [0.0] * 6
 
 
-class _Joints(_Table):
+class _Joints(FileTable):
     """Limits, and springs where they are known.
 
     Args:
@@ -91,7 +88,7 @@ class _Joints(_Table):
     stiffness_factor: Annotated[list[Factor], Field(min_length=6, max_length=6)] | None = None
 
 
-class _Body(_Table):
+class _Body(FileTable):
     """A body, from the pedestal to the flange.
 
     Args:
@@ -102,12 +99,12 @@ class _Body(_Table):
     """
 
     mass_kg: Annotated[float, Field(ge=0)]
-    center_mm: Vec3 = (0.0, 0.0, 0.0)
+    center_mm: Place = (0.0, 0.0, 0.0)
     gyration_mm: Annotated[float, Field(ge=0)] = 0.0
     inertia_kg_m2: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
 
 
-class _Bodies(_Table):
+class _Bodies(FileTable):
     """Masses.
 
     Args:
@@ -121,7 +118,7 @@ class _Bodies(_Table):
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
 
 
-class _Controller(_Table):
+class _Controller(FileTable):
     """What controllers call it.
 
     Args:
@@ -131,7 +128,7 @@ class _Controller(_Table):
     types: list[str] = []
 
 
-class RobotFile(_Table):
+class RobotFile(FileTable):
     """One arm as its maker describes it.
 
     Args:

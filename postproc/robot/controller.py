@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from postproc.diagnostics import Diagnostic
+from postproc.files import read_file
 from postproc.robot.type_names import library_name, nearest_names
 
 Entry = Mapping[str, str]
@@ -23,7 +24,7 @@ Entries = Mapping[str, list[Entry]]
 _ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
 _TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
 _ARM = re.compile(r"(?:ROB\d*|IRB)_", re.IGNORECASE)
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 
@@ -139,7 +140,7 @@ def read_entries(text: str) -> Entries:
 def read_quietly(path: Path) -> bytes:
     """The bytes of a file that only helps to understand others; it is copied too, and reported then if it cannot be."""
     try:
-        return path.read_bytes()
+        return read_file(path)
     except OSError:
         return b""
 

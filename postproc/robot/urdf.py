@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from postproc.diagnostics import PostprocError
+from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.opw import derive
-from postproc.tomlfile import read_source
 
 ENDLESS = 2 * np.pi
 """A joint without limits turns so far to either side: poses are drawn inside limits."""
@@ -24,7 +24,7 @@ ROUNDED = 5e-4
 """Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
 _ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
 
-_ERRORS = re.compile(r"^Error:\s+(.+?)\s*$", re.M)
+_ERRORS = re.compile(r"^Error:[ \t]+([^ \t\n].*)$", re.M)
 
 
 def read_urdf(path: Path) -> Robot:
@@ -134,7 +134,7 @@ def _parser_words(into: list[str]) -> Iterator[None]:
             os.dup2(kept, 2)
             os.close(kept)
             words.seek(0)
-            into += _ERRORS.findall(words.read().decode("utf-8", "replace"))[:1]
+            into += [word.strip() for word in _ERRORS.findall(words.read().decode("utf-8", "replace"))[:1]]
 
 
 def _text(path: Path) -> str:

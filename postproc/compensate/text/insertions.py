@@ -27,7 +27,7 @@ RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle 
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
-_COMMA = re.compile(rb"(?:\s|![^\n]*)*,(?:\s|![^\n]*)*")
+_COMMA = re.compile(rb"(?:\s|![^\n]*+)*+,(?:\s|![^\n]*+)*+")
 _OPENS = re.compile(
     rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
 )

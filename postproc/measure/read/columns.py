@@ -45,7 +45,7 @@ def unit_of(column: str) -> str:
 
 
 LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
-EXPANDED = re.compile(r"u[ _]*[xyz]?[ _]*\(?[ _]*95[ _]*%?\)?.*", re.IGNORECASE)
+EXPANDED = re.compile(r"u[ _]*+(?:[xyz][ _]*+)?(?:\([ _]*+)?95.*", re.IGNORECASE)
 """Expanded uncertainties as instruments call them: U95, U(95), Ux95."""
 _JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|joint[ _]?a|gelenk|theta|rob)"
 _UR = {"base": "j1", "shoulder": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
@@ -140,10 +140,10 @@ def _counted(theirs: str) -> str:
 
 def _meant(theirs: str, unit: str) -> str:
     """Standard name of a column that another program wrote; empty where none is known."""
-    plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
+    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", theirs).strip().lower()
     bare = re.sub("[ _]", "", plain)
     plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
-    if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
+    if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*+(?:angle[ _.]*+)?([1-6])(?:[ _.]{_ENDS})?", plain):
         return f"q{joint[1]}_deg"
     if place := re.fullmatch(
         rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?", plain

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Source
 from postproc.measure.read.values.units import UNITS
-from postproc.tomlfile import check, parse_toml
+from postproc.tomlfile import FileTable, check, parse_toml
 
 QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
 """Where x, y, z and w stand."""
@@ -34,11 +34,15 @@ def _stripped(name: object) -> object:
     return name.strip() if isinstance(name, str) else name
 
 
+def _numbered(name: object) -> object:
+    return str(name) if type(name) is int else name
+
+
 Name = Annotated[str | int, BeforeValidator(_stripped)]
 """A column by its header, without the blanks around it, or by its number."""
 
 
-class MappedColumn(BaseModel):
+class MappedColumn(FileTable):
     """Where a standard column stands in another layout.
 
     Args:
@@ -50,7 +54,6 @@ class MappedColumn(BaseModel):
         offset: added after sign and factor, in the column's own unit (another joint zero).
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     name: Name
     unit: Annotated[str, AfterValidator(_known)] = ""
     minus: Name | None = None
@@ -66,7 +69,7 @@ def _by_its_name(value: object) -> object:
 Column = Annotated[MappedColumn, BeforeValidator(_by_its_name, json_schema_input_type=MappedColumn | str | int)]
 
 
-class MappedRotation(BaseModel):
+class MappedRotation(FileTable):
     """Where and how another layout writes orientations.
 
     Args:
@@ -76,8 +79,7 @@ class MappedRotation(BaseModel):
         unit: ``deg``, ``rad`` or ``mrad`` of angles; empty for the one that the columns state, or the form's usual one.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
-    columns: tuple[Annotated[str, BeforeValidator(_stripped)], ...]
+    columns: tuple[Annotated[str, BeforeValidator(_numbered), BeforeValidator(_stripped)], ...]
     form: Annotated[str, AfterValidator(_form)]
     unit: Literal["", "1", "deg", "rad", "mrad"] = ""
 
@@ -93,7 +95,7 @@ class MappedRotation(BaseModel):
         return self
 
 
-class ColumnMap(BaseModel):
+class ColumnMap(FileTable):
     """How another program writes its table.
 
     Args:
@@ -106,7 +108,6 @@ class ColumnMap(BaseModel):
         orientation, cmd_orientation: measured and commanded orientations that are no ``qw`` .. ``qz``.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     columns: dict[str, Column] = {}
     separator: Annotated[str, Field(pattern=r"^([^\n]|whitespace)$")] | None = None
     decimal: Literal[".", ","] | None = None

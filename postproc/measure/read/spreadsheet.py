@@ -6,12 +6,18 @@ import csv
 import io
 from dataclasses import replace
 from datetime import date, datetime, time
-from zipfile import BadZipFile
+from typing import TYPE_CHECKING
+from zipfile import ZipFile
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
+if TYPE_CHECKING:
+    from openpyxl import Workbook
+
 MARK = b"PK"
 """The first bytes of a zip archive, which a workbook is."""
+MOST_CELLS, MOST_BYTES = 2_000_000, 256_000_000
+"""Of a workbook, with its empty cells, and unpacked: counted before anything is kept."""
 
 
 def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
@@ -22,18 +28,24 @@ def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
     """
     try:
         from openpyxl import load_workbook
-        from openpyxl.utils.exceptions import InvalidFileException
     except ImportError:
         help_ = "install the reader, `pip install 'postproc[xlsx]'`, or save the table as `CSV UTF-8`"
         raise PostprocError.of(
             "DAT001", "this file is a spreadsheet, and openpyxl is missing", source, help=help_
         ) from None
+    help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
     try:
+        unpacked = sum(part.file_size for part in ZipFile(io.BytesIO(source.data)).infolist())
+        if unpacked > MOST_BYTES:
+            text = f"this workbook unpacks to {unpacked / 1e6:.0f} MB, and at most {MOST_BYTES / 1e6:g} are read"
+            raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
         book = load_workbook(io.BytesIO(source.data), read_only=True, data_only=True)
-        sheets = {sheet.title: [[_text(cell) for cell in row] for row in sheet.values] for sheet in book.worksheets}
-    except (BadZipFile, InvalidFileException, KeyError, ValueError, OSError):
-        help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
-        raise PostprocError.of("DAT001", "this file is an archive, and no workbook", source, help=help_) from None
+        sheets = _sheets(book, source)
+    except PostprocError:
+        raise
+    except Exception as error:  # a damaged workbook goes wrong anywhere in its reader
+        text = f"this file is an archive, and no whole workbook ({type(error).__name__})"
+        raise PostprocError.of("DAT001", text, source, help=help_) from error
     filled = {name: sum(bool(cell) for row in rows for cell in row) for name, rows in sheets.items()}
     name = max(filled, key=lambda one: filled[one], default="")
     if not name or not filled[name]:
@@ -44,6 +56,22 @@ def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(sheets[name])
     return replace(source, data=out.getvalue().encode())
+
+
+def _sheets(book: Workbook, source: Source) -> dict[str, list[list[str]]]:
+    """The cells of every sheet by its name, as text, without the empty ones behind and below them."""
+    sheets: dict[str, list[list[str]]] = {}
+    count = 0
+    for sheet in book.worksheets:
+        sheet.reset_dimensions()  # what a file says of its size may be wrong
+        rows = sheets.setdefault(sheet.title, [])
+        for row in sheet.values:
+            count += max(1, len(row))
+            if count > MOST_CELLS:
+                text = f"this workbook has more than {MOST_CELLS:,} cells, empty ones between others included"
+                raise PostprocError.of("DAT001", text, source, help="save the table alone, as `CSV UTF-8`")
+            rows.append([_text(cell) for cell in row])
+    return sheets
 
 
 def _text(cell: object) -> str:

@@ -36,7 +36,7 @@ LATE = "a routine that is chosen at run time"
 UNSEEN = "@unseen"  # what a routine that is in none of the files may write (see ``WriteEffects.exposed``)
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
-_REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
+_REFERENCE = re.compile(rb"\s*+([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+(?:[.{].*)?", re.DOTALL)
 
 
 def argument_name(data: bytes, span: Span) -> str:
@@ -369,5 +369,7 @@ def _is_exposed(declaration: Declaration) -> bool:
 
 def _assigned_in(source: Source, span: Span) -> Iterator[str]:
     """Names before ``:=`` in text that is not understood."""
-    for found in re.finditer(rb"([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*:=", source.data[span[0] : span[1]]):
+    for found in re.finditer(
+        rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
+    ):
         yield found[1].decode("latin-1").lower()

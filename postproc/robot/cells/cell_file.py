@@ -13,27 +13,24 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import PostprocError, Source
+from postproc.files import read_source
 from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.cells.mechanical_units import GRAVITY, read_cell
 from postproc.robot.cells.station import ROBOT, Station
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.pose import rpy, transform
-from postproc.tomlfile import check, parse_toml, read_source, span_of
+from postproc.tomlfile import FileTable, Place, check, parse_toml, span_of
 
 Letter = Literal["a", "b", "c", "d", "e", "f"]
 Vec3 = tuple[float, float, float]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class ExternalAxis(_Table):
+class ExternalAxis(FileTable):
     """One entry of ``[[external_axes]]``; mm and degrees.
 
     Args:
@@ -52,7 +49,7 @@ class ExternalAxis(_Table):
     carries: Literal["robot", "work", "nothing"]
     unit: Annotated[str, Field(min_length=1)] | None = None
     parent: Letter | None = None
-    xyz_mm: Vec3 = (0.0, 0.0, 0.0)
+    xyz_mm: Place = (0.0, 0.0, 0.0)
     quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     limits: tuple[float, float] | None = None
     speed: Annotated[float, Field(gt=0)] | None = None
@@ -63,7 +60,7 @@ class ExternalAxis(_Table):
         return self.unit or f"eax_{self.axis}"
 
 
-class Mounting(_Table):
+class Mounting(FileTable):
     """How the base stands in the world with all axes at zero.
 
     Args:
@@ -73,7 +70,7 @@ class Mounting(_Table):
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
-class _File(_Table):
+class _File(FileTable):
     mounting: Mounting = Mounting()
     external_axes: list[ExternalAxis] = []
 

@@ -36,7 +36,7 @@ from postproc.runtime.proof.chord import LINE_M
 from postproc.runtime.written import RunTimeModule, write_module
 
 PAYLOAD = "ppPayload"
-HEADER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
+HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MULTILINE)
 # The functions that added targets call (templates/arc_point.j2): they stay where somebody takes the header out.
 ADDED = re.compile(
     rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++pp(?:Arc|Line)Point\d*+[ \t]*+\()", re.MULTILINE

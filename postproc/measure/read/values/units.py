@@ -36,8 +36,8 @@ _SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spe
 
 def stated_unit(theirs: str) -> str:
     """The unit that a name states in brackets or at its end, as it is called here; what it is not known by stays."""
-    found = re.search(r"[\[(]\s*([^\])]*?)\s*[\])]", theirs) or re.search(r"[ _.](rad|deg|mm|m|in)$", theirs.strip())
-    return _spelt(found[1]) if found else ""
+    found = re.search(r"[\[(]([^\[(\])]*+)[\])]", theirs) or re.search(r"[ _.](rad|deg|mm|m|in)$", theirs.strip())
+    return _spelt(found[1].strip()) if found else ""
 
 
 def is_unit(cell: str) -> bool:

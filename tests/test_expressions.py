@@ -1,0 +1,174 @@
+"""Every regular expression of the package costs what its text is long, also where it does not match."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from re import _constants as op  # type: ignore[attr-defined]
+from re import _parser  # type: ignore[attr-defined]
+from typing import Any
+
+import pytest
+
+from tests.fuzz.checks import limited
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "postproc"
+CALLS = {"compile", "search", "match", "fullmatch", "findall", "finditer", "sub", "split"}
+SHORT = 1_000
+GROWTH, FREE = 9.0, 0.005
+"""Four times the text may take nine times as long; less than so many seconds are not measured."""
+
+
+Expression = tuple[re.Pattern[Any], str]
+"""What is looked for, and how: from every place on (`search`), or from one (`match`, `fullmatch`)."""
+
+
+def expressions() -> dict[str, Expression]:
+    """All that are compiled in modules, and all that stand in calls, by their text."""
+    found: dict[str, Expression] = {}
+    package = "\n".join(path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py")))
+    for path in sorted(PACKAGE.rglob("*.py")):
+        text = path.read_text("utf-8")
+        if "import re" not in text:
+            continue
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        every: list[Expression] = []
+        for own, value in vars(importlib.import_module(name)).items():
+            for p in value.values() if isinstance(value, dict) else (value,):
+                if isinstance(p, re.Pattern):
+                    used = set(re.findall(rf"(?<!\w){own}(?:\[\w+\])?\.(\w+)\(", package)) & CALLS
+                    every.append((p, min(used) if used and used <= {"match", "fullmatch"} else "search"))
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CALLS:
+                called = isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
+                if called and node.func.attr != "compile" and node.args and isinstance(node.args[0], ast.Constant):
+                    how = node.func.attr if "match" in node.func.attr else "search"
+                    every.append((re.compile(node.args[0].value), how))
+        found |= {f"{name.removeprefix('postproc.')}: {str(p.pattern)[:60]!r}": (p, how) for p, how in every}
+    return found
+
+
+def letter(items: Any) -> str:
+    """A character of a class."""
+    taken = [chr(c) for c in (*b" a1.,\t{[('\"_A-x/\\\n!:;<>", *range(1, 256), 0x2019)]
+    text = "".join(taken)
+    return next(c for c in text if _in(items, ord(c)))
+
+
+def _in(items: Any, code: int) -> bool:
+    negated = bool(items) and items[0][0] is op.NEGATE
+    said = {
+        op.CATEGORY_DIGIT: chr(code).isdigit(),
+        op.CATEGORY_SPACE: chr(code).isspace(),
+        op.CATEGORY_WORD: chr(code).isalnum() or code == 95,
+    }
+    said |= {
+        op.CATEGORY_NOT_DIGIT: not said[op.CATEGORY_DIGIT],
+        op.CATEGORY_NOT_SPACE: not said[op.CATEGORY_SPACE],
+        op.CATEGORY_NOT_WORD: not said[op.CATEGORY_WORD],
+    }
+    inside = any(
+        (kind is op.LITERAL and value == code)
+        or (kind is op.RANGE and value[0] <= code <= value[1])
+        or (kind is op.CATEGORY and said[value])
+        for kind, value in items
+    )
+    return inside != negated
+
+
+def example(parsed: Any, most: int = 1) -> str:
+    """A text that an expression matches, but for what it looks ahead and back at."""
+    out = ""
+    for kind, value in parsed:
+        if kind is op.LITERAL:
+            out += chr(value)
+        elif kind is op.NOT_LITERAL:
+            out += letter([(op.NEGATE, None), (op.LITERAL, value)])
+        elif kind is op.IN:
+            out += letter(value)
+        elif kind is op.ANY:
+            out += "a"
+        elif kind is op.BRANCH:
+            out += example(value[1][0], most)
+        elif kind is op.SUBPATTERN:
+            out += example(value[-1], most)
+        elif kind is op.ATOMIC_GROUP:
+            out += example(value, most)
+        elif kind in REPEATS:
+            out += example(value[2], most) * min(max(value[0], most), value[1])
+    return out
+
+
+REPEATS = (op.MAX_REPEAT, op.MIN_REPEAT, op.POSSESSIVE_REPEAT)
+
+
+def repeated(parsed: Any, before: str = "") -> Iterator[tuple[str, str]]:
+    """What stands before each part that repeats without end, and what is repeated, in all of its alternatives."""
+    for i, (kind, value) in enumerate(parsed):
+        here = before + example(parsed[:i], 0)
+        if kind in REPEATS:
+            inner = value[2]
+            if value[1] > 100:
+                every = [example(inner)]
+                for deeper, what in inner:
+                    every += [example(branch) for branch in what[1]] if deeper is op.BRANCH else []
+                yield from ((here, text) for text in every if text)
+            yield from repeated(inner, here)
+        elif kind is op.SUBPATTERN:
+            yield from repeated(value[-1], here)
+        elif kind is op.ATOMIC_GROUP:
+            yield from repeated(value, here)
+        elif kind is op.BRANCH:
+            for branch in value[1]:
+                yield from repeated(branch, here)
+
+
+def adversarial(pattern: re.Pattern[Any], size: int) -> Iterator[str | bytes]:
+    """Long texts in which nothing, or all but the end, fits."""
+    for before, pump in dict.fromkeys(repeated(_parser.parse(pattern.pattern, pattern.flags))):
+        for head, many, tail in (
+            (before, pump, "\x01"),
+            (before, pump, "\n"),
+            ("", before + pump, "\x01"),
+            ("", before or pump, "\x01"),
+        ):
+            text = head + many * (size // max(1, len(many))) + tail
+            yield text if isinstance(pattern.pattern, str) else text.encode("latin-1", "replace")
+
+
+def seconds(expression: Expression, text: Any) -> float:
+    pattern, how = expression
+    begin = time.process_time()
+    if how == "search":
+        for _ in pattern.finditer(text):
+            pass
+    else:
+        getattr(pattern, how)(text)
+    return time.process_time() - begin
+
+
+EVERY = expressions()
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_longer_text_costs_as_much_more(name: str) -> None:
+    pattern = EVERY[name]
+    for text, longer in zip(adversarial(pattern[0], SHORT), adversarial(pattern[0], 4 * SHORT), strict=True):
+        with limited(20.0):
+            if (after := seconds(pattern, longer)) < FREE:
+                continue
+            before = min(seconds(pattern, text) for _ in range(3))
+            after = min(after, *(seconds(pattern, longer) for _ in range(2)))
+        assert after < GROWTH * before or after < FREE, (name, text[:40], before, after)
+
+
+def test_the_test_sees_a_cost_that_grows_faster() -> None:
+    for said in (r"<Module>\s*([^<]*?)\s*</Module>", r"\d+[.,]?\d*\s*x", r"([A-Za-z]\w*)\s*:="):
+        pattern = (re.compile(said), "search")
+        short, longer = (max(seconds(pattern, t) for t in adversarial(pattern[0], n)) for n in (500, 1000))
+        assert longer > 2.8 * short
