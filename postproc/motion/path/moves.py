@@ -26,7 +26,7 @@ from postproc.robot.cells.cell import LETTERS, Kind
 from postproc.robot.cells.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-_BESIDE = 1e-5  # [m], [rad]: six digits of a configuration beside a limit
+_RECORDED = 0.1  # [mm], [deg] beyond its limit an external axis still stands at it: positions are recorded, rounded
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
 
@@ -147,7 +147,7 @@ def _beyond_limits(
         )
         value = np.array([axes[LETTERS.index(letter)] for _, axes in places])
         scale, unit = (1e3, "mm") if joint.kind == "linear" else (np.degrees(1.0), "deg")
-        for row in np.flatnonzero((value < lower - _BESIDE) | (value > upper + _BESIDE)).tolist():
+        for row in np.flatnonzero(scale * np.maximum(lower - value, value - upper) > _RECORDED).tolist():
             text = (
                 f"eax_{letter} at {scale * value[row]:.1f} {unit}, allowed are {scale * lower:.1f} to"
                 f" {scale * upper:.1f} {unit}"
