@@ -20,7 +20,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import few_ways, no_known_target, read_motion, without_impossible
+from postproc.compensate.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
@@ -239,9 +239,11 @@ def _function(task: _Task, asked: Sequence[StatementKey], findings: list[Diagnos
 def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     """The conversion of a program none of whose targets is known before it runs."""
     program, events = task.program, task.events
-    function = _function(task, [s.key for s in program.statements], findings)
+    keys = [s.key for s in program.statements]
+    function = _function(task, keys, findings)
     if function is None:
-        _refuse(findings, no_known_target(program, events, findings))
+        reachable = 0 if task.on else sum(map(task.reach.takes, keys))
+        _refuse(findings, no_known_target(program, events, findings, reachable))
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
@@ -305,7 +307,7 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
             break
         events, (motion, more) = given, read_motion(model, given, options)
         more += said
-    findings += more
+    findings += more if options.allow_partial else with_way_out(events, more)
     _stop_at_errors(findings)
     reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
