@@ -263,7 +263,7 @@ def _beside_others(
 
 
 def _with_units_of_others(station: Station, task: Task) -> Station:
-    """The cell with where units of other tasks stand that a task's files name: at the only position of their programs."""
+    """The cell with where units of other tasks stand that a task's files name: at their programs' only position."""
     from postproc.motion.path.places import resting_place
     from postproc.rapid.execution.walk import walk
 

@@ -79,8 +79,10 @@ def judge_statements(
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
+            if statement.interpolation == "absjoint":
+                continue
             if outcome.status == "skipped":
-                if statement.interpolation not in ("absjoint", "none"):
+                if statement.interpolation != "none":
                     text = f"left as it is: {outcome.reason}"
                     first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
                     findings.append(_left(statement, text, first or BESIDE))
