@@ -18,14 +18,14 @@ from postproc.compensate.correction.applicable import applicable_model
 from postproc.compensate.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensate.options import Options
 from postproc.compensate.path.motion import Motion
-from postproc.compensate.plan import OnController, Plan, plan_changes
+from postproc.compensate.plan import FRUITLESS, OnController, Plan, plan_changes
 from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import few_ways, no_known_target, read_motion, without_impossible
+from postproc.compensate.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.results.belief import doubt_corrections, doubt_weights
 from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
 from postproc.compensate.results.dynamics import check_corrected
-from postproc.compensate.results.figures import figures_of, worsened
+from postproc.compensate.results.figures import figures_of, fruitless, worsened
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
 from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensate.text.values import Outcome
@@ -35,7 +35,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
 from postproc.process import seldom_collecting
-from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
@@ -99,6 +99,10 @@ class _Unsafe(Exception):
         self.exit_code = exit_code
 
 
+class _Again(Exception):
+    """More statements are spared than this conversion knew of."""
+
+
 @dataclass(frozen=True)
 class _Task:
     """What is converted: the program, the arm as far as its model holds for it, the motions, the choices, and what a
@@ -133,6 +137,8 @@ def compensate_program(
         try:
             with seldom_collecting():
                 return _converted(_Asked(sources, model, options, spared), findings, watch)
+        except _Again:
+            continue
         except _Unsafe as stop:
             if not spared.learn(findings):
                 kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
@@ -171,16 +177,20 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     events, reach = task.events, task.reach
     watch("correction", 0.45)
     chosen = OnController(reach.takes, options.run_time == "all") if task.on else OnController()
+    chosen = replace(chosen, left=asked.spared.left)
     plan = plan_changes(model, motion, events, program, chosen)
     findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
     _stop_at_errors(findings)
-    function = _function(task, _not_by_numbers(program, plan), findings)
+    function = _function(task, plan.not_by_numbers(program), findings)
     env = environment(options.template_dir)
     edits = _edits_of(env, program, plan)
     plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     watch(PROOF[0], PROOF[1])
     before, after = _proved(task, plan, drafts, function, findings, watch)
+    if vain := fruitless(plan, before, after) - asked.spared.left.keys():
+        asked.spared.left |= dict.fromkeys(vain, FRUITLESS)
+        raise _Again
     figures = figures_of(plan, before, after)
     findings += worsened(figures, plan, sources[0])
     _stop_at_errors(findings)
@@ -217,12 +227,6 @@ def _edits_of(env: SandboxedEnvironment, program: Program, plan: Plan) -> dict[s
     return edits
 
 
-def _not_by_numbers(program: Program, plan: Plan) -> list[StatementKey]:
-    """Motion statements of the text that no numbers correct, but for those that nobody asked for."""
-    corrected = {move.event.statement.key for move in plan.motion.moves} - plan.left.keys()
-    return [s.key for s in program.statements if s.key not in corrected and s.key not in plan.unasked]
-
-
 def _function(task: _Task, asked: Sequence[StatementKey], findings: list[Diagnostic]) -> OnTheController | None:
     """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
     keys = frozenset(key for key in asked if task.reach.takes(key))
@@ -239,9 +243,11 @@ def _function(task: _Task, asked: Sequence[StatementKey], findings: list[Diagnos
 def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
     """The conversion of a program none of whose targets is known before it runs."""
     program, events = task.program, task.events
-    function = _function(task, [s.key for s in program.statements], findings)
+    keys = [s.key for s in program.statements]
+    function = _function(task, keys, findings)
     if function is None:
-        _refuse(findings, no_known_target(program, events, findings))
+        reachable = 0 if task.on else sum(map(task.reach.takes, keys))
+        _refuse(findings, no_known_target(program, events, findings, reachable))
     outcomes, more = unknown_outcomes(program, events, function.keys)
     findings += more
     report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
@@ -305,7 +311,7 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
             break
         events, (motion, more) = given, read_motion(model, given, options)
         more += said
-    findings += more
+    findings += more if options.allow_partial else with_way_out(events, more)
     _stop_at_errors(findings)
     reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))

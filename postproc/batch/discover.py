@@ -21,10 +21,11 @@ from postproc.files import real
 from postproc.rapid.data.records import Ax6
 from postproc.rapid.program.program import ENDINGS, read_program
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
-from postproc.settings import NAME, Settings
+from postproc.settings import NAME, Settings, corrected_twice
 
 if TYPE_CHECKING:
     from postproc.robot.cells.cell import Cell
+    from postproc.robot.cells.station import Station
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
@@ -69,7 +70,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         shared = [f for h, names in others.items() if PurePosixPath(h).name.lower() == SHARED for f in names]
         beside = [tuple(names) for h, names in others.items() if PurePosixPath(h).name.lower() != SHARED]
         task = replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside))
-        tasks.append(_with_units_of_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
+        tasks.append(_beside_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
     loose, more = _loose(folder, rest)
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
@@ -86,7 +87,7 @@ def task_around(module: Path) -> Task:
                 if _suffix(name) in ENDINGS and (place := _task_folder(name)) is not None:
                     groups.setdefault(place, []).append(name)
             others = {h: (_drive(h, stated), names) for h, names in groups.items() if h != home}
-            return _with_units_of_others(folder, task, groups.get(home, ()), others)
+            return _beside_others(folder, task, groups.get(home, ()), others)
     return Task(module.name, ())
 
 
@@ -97,11 +98,20 @@ def _configured(folder: Path) -> bool:
         return False
 
 
-def with_arm(settings: Settings, task: Task) -> Settings:
-    """The settings for a task: the arm is that of the controller's configuration where nothing else names one."""
+def with_arm(settings: Settings, task: Task, bare: bool = False) -> Settings:
+    """The settings for a task: the arm is that of the controller's configuration where nothing else names one.
+
+    The programs of other tasks are followed only where the task is not refused for what its controller does.
+
+    Args:
+        bare: the program is only looked at, whatever its controller corrects by itself.
+    """
     if not settings.names_arm and task.robot is not None:
         settings = replace(settings, robot=task.robot, robot_from=CONTROLLER)
-    return settings if task.station is None else replace(settings, station=task.station)
+    if task.station is None:
+        return settings
+    refused = not bare and corrected_twice(settings, task.station)
+    return replace(settings, station=task.station if refused else _with_units_of_others(task.station, task))
 
 
 def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
@@ -229,34 +239,43 @@ def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Tas
     return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, station=station, findings=tuple(findings))
 
 
-def _with_units_of_others(
+def _beside_others(
     folder: Path,
     task: Task,
     members: Iterable[str],
     others: Mapping[str, tuple[tuple[Drive, Cell] | None, Sequence[str]]],
 ) -> Task:
-    """The task with where units of other tasks stand that its files name: at the only position of their programs.
+    """The task with the units that other tasks of its controller move, and their files.
 
     Args:
         members: its files; others: what each other task of the controller drives, and its files.
     """
-    from postproc.motion.path.places import resting_place
-    from postproc.rapid.execution.walk import walk
-
     station = task.station
     if station is None or not station.connected:
         return task
+    moved = []
+    for driven, files in others.values():
+        own = station.cell.tasks.get(driven[0].task.lower()) if driven is not None else None
+        if own is not None and own.units:
+            paths = tuple(folder / name for name in files if _suffix(name) in ENDINGS)
+            moved.append((frozenset(name.lower() for name in own.units), paths))
+    return replace(task, texts=tuple(folder / name for name in members), moved_by_others=tuple(moved))
+
+
+def _with_units_of_others(station: Station, task: Task) -> Station:
+    """The cell with where units of other tasks stand that a task's files name: at their programs' only position."""
+    from postproc.motion.path.places import resting_place
+    from postproc.rapid.execution.walk import walk
+
     foreign = station.cell.units.keys() - {name.lower() for name in station.units}
-    text = b"".join(read_quietly(folder / name).lower() for name in members) if foreign else b""
+    text = b"".join(read_quietly(path).lower() for path in task.texts) if foreign else b""
     named = {unit for unit in foreign if f'"{unit}"'.encode("latin-1", "replace") in text}
     standing: dict[str, Ax6] = {}
-    for driven, files in others.values() if named else ():
-        own = station.cell.tasks.get(driven[0].task.lower()) if driven is not None else None
-        units = named & {name.lower() for name in own.units} if own is not None else set()
-        if units:
-            sources = [Source(name, read_quietly(folder / name)) for name in files if _suffix(name) in ENDINGS]
+    for own, paths in task.moved_by_others:
+        if units := named & own:
+            sources = [Source(str(path), read_quietly(path)) for path in paths]
             standing |= dict.fromkeys(units, resting_place(walk(read_program(sources))))
-    return replace(task, station=replace(station, standing=standing))
+    return replace(station, standing=standing)
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

@@ -34,7 +34,9 @@ class Task:
         beside: those of each other task of its controller, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        station: that arm in its cell.
+        station: that arm in its cell, without where units of other tasks stand.
+        texts: its files, and moved_by_others: units that each other task of the controller moves, in lower case, with
+            that task's files.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -45,6 +47,8 @@ class Task:
     robot: str | None = None
     unknown: Diagnostic | None = None
     station: Station | None = None
+    texts: tuple[Path, ...] = ()
+    moved_by_others: tuple[tuple[frozenset[str], tuple[Path, ...]], ...] = ()
     findings: tuple[Diagnostic, ...] = ()
 
 

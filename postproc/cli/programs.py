@@ -77,7 +77,7 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     task = task_around(Path(program))
     if task.findings:
         raise PostprocError(task.findings)
-    settings = with_arm(settings, task)
+    settings = with_arm(settings, task, bare)
     named = load_robot(settings.robot) if bare and settings.model is None and settings.robot is not None else None
     if named is not None and named.joint_compliance is None:
         arm = Model(named, robot_name=str(settings.robot))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,6 +35,7 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
+FRUITLESS = "its correction would take away less than a tenth of its error"
 ON_CONTROLLER = "all that can be is corrected on the controller"
 
 
@@ -44,10 +45,12 @@ class OnController:
 
     Args:
         takes: whether it can correct a statement. everything: it corrects all that it can, not only what is left.
+        left: statements that are left as they are whatever could correct them, with the reason.
     """
 
     takes: Callable[[StatementKey], bool] = lambda _: False
     everything: bool = False
+    left: Mapping[StatementKey, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,11 @@ class Plan:
     indivisible: Mapping[int, str]
     path_tolerance: Array
     curve: Array
+
+    def not_by_numbers(self, program: Program) -> list[StatementKey]:
+        """Motion statements of the text that no numbers correct, but for those that nobody asked for."""
+        corrected = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
+        return [s.key for s in program.statements if s.key not in corrected and s.key not in self.unasked]
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
@@ -139,7 +147,7 @@ class Planner:
         }
         within = {m.event.statement.key for m, inside in zip(self.moves, scope, strict=True) if inside}
         self.unasked = {key: why for key, why in outside.items() if key not in within}
-        left = {**self.unasked, **search_starts(self.events)}
+        left = {**self.unasked, **search_starts(self.events), **self.on_controller.left}
         left |= behind_the_unknown(self.motion)
         if self.on_controller.everything:
             left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}

@@ -20,6 +20,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.program.program import Program
@@ -129,13 +130,46 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
 
 
-def no_known_target(program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> Diagnostic:
-    """CMP003, with the reason that most statements have."""
+def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """The findings, the first error with what corrects the rest of the program, where anything would be left of it."""
+    left, said = without_impossible(events, findings)
+    if not said or not any(e.reason is None and e.target is not None for e in left):
+        return list(findings)
+    first = next(i for i, d in enumerate(findings) if d.severity == "error")
+    help_ = f"{findings[first].help}; or correct all but such statements: `--allow-partial`"
+    return [*findings[:first], replace(findings[first], help=help_), *findings[first + 1 :]]
+
+
+def no_known_target(
+    program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reachable: int = 0
+) -> Diagnostic:
+    """CMP003, with the reason that most statements have, and the first way out that there is.
+
+    Args:
+        reachable: statements that a function on the controller could correct.
+    """
+    own = [e for e in events if not e.statement.source.lent and e.statement.interpolation != "none"]
+    known = next((e for e in own if e.reason is None and isinstance(e.target, RobTarget)), None)
+    if known is not None and (told := _of_statement(known, findings)) is not None:
+        text = f"the arm can run none of the motions whose places are known: {told.message}"
+        return Diagnostic("CMP003", "error", text, told.source, told.span, told.help)
     text = "no motion statement leads to a place that is known before the program runs"
-    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
-    why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
-    measured = (d.help for d in findings if d.matter is Matter.MEASURED)  # a tool or frame that the program measures
+    reasons = Counter(e.reason for e in own if e.reason is not None)
     most = reasons.most_common(1)[0][0] if reasons else ""
-    first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
-    help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
-    return Diagnostic("CMP003", "error", text, program.sources[0], help=help_)
+    why = f"most often: {most}; " if reasons else ""
+    measured = next(
+        (d.help for d in findings if d.matter is Matter.MEASURED), None
+    )  # a tool or frame that the program measures
+    sets = next((set_first(e.unknowns) for e in own if e.reason == most), None)
+    run_time = f"`--run-time where-needed` corrects {reachable} of its motion statements on the controller"
+    help_ = measured or (run_time if reachable else sets or "`postproc inspect` has the reason of every statement")
+    at = own[0].statement if own else None
+    place = (program.sources[0], None) if at is None else (at.source, at.span)
+    return Diagnostic("CMP003", "error", text, *place, why + help_)
+
+
+def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
+    """The first finding that stands in the statement of an event, infos aside."""
+    source, (begin, end) = event.statement.source, event.statement.span
+    mine = (d for d in findings if d.severity != "info" and d.source == source and d.span is not None)
+    return next((d for d in mine if d.span is not None and begin <= d.span[0] < end), None)

@@ -48,11 +48,16 @@ class Worlds:
 
 @dataclass(slots=True)
 class Spared:
-    """Statements at which programs written before went elsewhere: at first they get no added targets, then nothing."""
+    """Statements at which programs written before went elsewhere: at first they get no added targets, then nothing.
+
+    Args:
+        left: statements that are not changed, with the reason.
+    """
 
     met: Counter[StatementKey] = field(default_factory=Counter)
     findings: dict[StatementKey, Diagnostic] = field(default_factory=dict)
     rounds: int = 0
+    left: dict[StatementKey, str] = field(default_factory=dict)
 
     def learn(self, findings: Sequence[Diagnostic]) -> bool:
         """Take note of why a conversion was refused; whether another one may do better."""

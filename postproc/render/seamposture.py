@@ -1,4 +1,8 @@
-"""In which configuration an arm follows a seam: the one that stays farthest from joint limits and a straight wrist."""
+"""In which configuration an arm follows a seam.
+
+Axes 1 to 3 stand as far from joint limits and a straight wrist as they can. Of the two wrists that go with them the one
+whose axes 4 and 6 turn fewer quarters from zero is taken: the hose is laid out with both at zero.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, whole_turns
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
-from postproc.robot.configuration import TURNING, confdata
+from postproc.robot.configuration import QUARTER, TURNING, confdata
 from postproc.robot.inverse import inverse
 from postproc.robot.track import track
+
+SAME_ARM = 1e-6  # [rad]
 
 
 def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
@@ -19,7 +25,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
-    best, most = None, 0.0
+    found: list[tuple[float, Array]] = []
     for start in inverse(robot, T_base_flange[:1])[0]:
         if np.isnan(start).any():
             continue
@@ -27,10 +33,13 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
             q = _in_range(robot, track(robot, T_base_flange, start))
         except PostprocError:  # this branch ends on the way
             continue
-        room = _room(robot, q)
-        if room > most:
-            best, most = q, room
-    return None if best is None else confdata(robot, best)
+        if (room := _room(robot, q)) > 0.0:
+            found.append((room, q))
+    if not found:
+        return None
+    roomy = max(found, key=lambda way: way[0])[1]
+    wrists = [(room, q) for room, q in found if np.allclose(q[:, :3], roomy[:, :3], atol=SAME_ARM)]
+    return confdata(robot, min(wrists, key=lambda way: (_quarters(way[1]), -way[0]))[1])
 
 
 def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
@@ -53,6 +62,11 @@ def _in_range(robot: Robot, q: Array) -> Array:
     moved = q.copy()
     moved[:, TURNING] += whole_turns(way, near=_middle(robot))[TURNING]
     return moved
+
+
+def _quarters(q: Array) -> int:
+    """Quarters of a turn, begun ones counted, that axes 4 and 6 are turned from zero at most along the way (n, 6)."""
+    return int(np.ceil(np.abs(q[:, [3, 5]]).max(axis=0) / QUARTER).sum())
 
 
 def _room(robot: Robot, q: Array) -> float:

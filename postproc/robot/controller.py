@@ -162,8 +162,9 @@ def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool)
 
 def _not_in_library(task: str, type_: str) -> Diagnostic:
     near = ", ".join(f"`{name}`" for name in nearest_names(type_))
+    near = f"its arms of that model are {near}" if near else "it has no arm of that model: describe it in a file"
     text = f"`{task}` moves an arm of type `{type_}`, which is not in the library"
-    return _not_known(text, f"the nearest names are {near}; {SETTLE}")
+    return _not_known(text, f"{near}; {SETTLE}")
 
 
 def by_name(entries: Entries, kind: str) -> dict[str, Entry]:

@@ -17,6 +17,9 @@ from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
 BLOCK = 5000  # poses whose eight solutions are held at a time
 BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
+RECORDED = np.radians(0.1)
+"""So far beyond a limit [rad] a posture still stands at it: positions are recorded and written in rounded numbers, and
+axes are calibrated anew."""
 COMPLIANT = QUARTER
 """So far outside its quadrants [rad] a solution still has the configuration: cf1, cf4 and cf6 within one of what is
 stated, cfx equal (RobotStudio API reference, `ConfigurationMode.Compliant`). Tools are calibrated anew and work objects
@@ -71,15 +74,20 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 
 def beyond_limits(robot: Robot, q: Array) -> list[Failure]:
     """Postures (n, 6) [rad] outside the limits, each with the joint that is farthest out; NaN is none."""
-    excess = np.maximum(robot.lower - q, q - robot.upper)
+    excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
     found = []
-    for i in np.flatnonzero(excess.max(axis=1, initial=0.0) > 1e-9):
+    for i in np.flatnonzero(excess.max(axis=1, initial=0.0) > 0.0):
         j = int(np.argmax(excess[i]))
         limit = np.degrees(robot.lower[j] if q[i, j] < robot.lower[j] else robot.upper[j])
-        text = f"joint {j + 1} reaches {np.degrees(q[i, j]):.1f} deg, limit {limit:.0f} deg"
+        text = f"joint {j + 1} reaches {np.degrees(q[i, j]):.1f} deg, limit {round(limit, 1):g} deg"
         found.append(Failure(int(i), "limit", text, help_))
     return found
+
+
+def excess_of(robot: Robot, q: Array) -> Array:
+    """(n, 6) how far joint angles (n, 6) [rad] are beyond their limits, by more than ``RECORDED`` where positive."""
+    return np.asarray(np.maximum(robot.lower - q, q - robot.upper) - RECORDED)
 
 
 def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
@@ -90,7 +98,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     """
     solutions = inverse(robot, T_base_flange[None])[0]
     turned = q + (solutions - q + np.pi) % (2 * np.pi) - np.pi
-    inside = ((turned >= robot.lower) & (turned <= robot.upper)).all(axis=-1)  # False where there is no solution
+    inside = np.asarray(excess_of(robot, turned) <= 0.0).all(axis=-1)  # False where there is no solution
     travel = np.where(inside, np.abs(turned - q).max(axis=-1), np.inf)
     best = int(np.argmin(travel))
     return turned[best] if inside[best] else np.full(6, np.nan)
@@ -107,7 +115,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     same = (bits == wanted[:, None, 3]) | mirrored
     exists = np.asarray(np.isfinite(solutions).all(axis=-1))
     # Among branches that fit, one inside its quadrants and inside the limits wins.
-    outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
+    outside = np.where(excess_of(robot, q) > 0.0, 1.0, 0.0).sum(axis=-1)
     cost = np.where(exists & same & (gap <= COMPLIANT), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
     best = np.argmin(cost, axis=1)
     rows = np.arange(len(q))
@@ -177,14 +185,19 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
     q = np.concatenate([turned[0], solutions])  # a turn towards what is wanted may lead beyond a limit
-    inside = ((q >= robot.lower) & (q <= robot.upper)).all(axis=-1)
+    inside = (excess_of(robot, q) <= 0.0).all(axis=-1)
+    q = q[inside] if inside.any() else q
     confs = confdata(robot, q)
-    # A branch that differs costs more than any turn; one beyond the limits is only named when nothing else exists.
-    distance = np.abs(confs[:, :3] - wanted[:3]).sum(axis=1) + 100 * (confs[:, 3] != wanted[3]) + 1000 * ~inside
-    nearest = confs[int(np.argmin(distance))]
-    return Failure(
-        index,
-        "configuration",
-        f"no joint solution of the target has the configuration {wanted.tolist()}",
-        f"the nearest configuration that exists is {nearest.tolist()}",
-    )
+    # A branch that differs costs more than any turn.
+    distance = np.abs(confs[:, :3] - wanted[:3]).sum(axis=1) + 100 * (confs[:, 3] != wanted[3])
+    order = np.argsort(distance, kind="stable").tolist()
+    listed = {tuple(confs[i].tolist()): np.degrees(q[i]) for i in reversed(order)}
+    nearest, *others = (f"{[*conf]} at joints {_rounded(degrees)} deg" for conf, degrees in reversed(listed.items()))
+    help_ = f"write one that exists: {nearest} (nearest)" + "".join(f", {other}" for other in others)
+    what = "" if inside.any() else ", all beyond a limit"
+    text = f"no joint solution of the target has the configuration {wanted.tolist()}"
+    return Failure(index, "configuration", text, help_ + what)
+
+
+def _rounded(degrees: Array) -> str:
+    return "(" + ", ".join(f"{round(x, 1) + 0.0:g}" for x in degrees.tolist()) + ")"

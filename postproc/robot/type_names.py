@@ -80,13 +80,24 @@ def library_name(type_: str) -> str | None:
 
 
 def nearest_names(type_: str, count: int = 3) -> list[str]:
-    """Names of the library whose controller types are most alike in spelling, the most alike first."""
-    wanted = _bare(type_)
+    """Names of the library's arms of the same model whose types are most alike in spelling, the most alike first.
+
+    Reach, payload and options vary within a model; the digits of another model (140, 14000) are another machine, with
+    other axes. What is no type name is compared with all.
+    """
+    wanted, model = _bare(type_), _model(type_)
 
     def likeness(name: str) -> float:
         return max(SequenceMatcher(None, wanted, _bare(known)).ratio() for known in _library()[name])
 
-    return sorted(_library(), key=lambda name: (-likeness(name), name))[:count]
+    of_model = [name for name, types in _library().items() if model in (None, *map(_model, types))]
+    return sorted(of_model, key=lambda name: (-likeness(name), name))[:count]
+
+
+def _model(type_: str) -> str | None:
+    """The number of the model in a type name, also of one whose other parts are not understood."""
+    found = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
+    return found and found[0]
 
 
 def _bare(type_: str) -> str:

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from postproc.batch.discover import discover, task_around
+from postproc.batch.discover import discover, task_around, with_arm
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
+from postproc.settings import Settings
 from tests.cells import world as W
 from tests.independent import arm as A
 
@@ -118,12 +119,13 @@ def backup(root: Path, text: str, more: str) -> Path:
 
 def converted(root: Path, text: str) -> Conversion:
     (task,) = [task for task in discover(root).tasks if task.name.endswith("TASK1")]
-    alone = task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod").station
-    assert task.station is not None and alone is not None and alone.standing == task.station.standing
+    together = with_arm(Settings(), task).station
+    alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
+    assert together is not None and alone is not None and alone.standing == together.standing
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     arm: Model = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
     return compensate_program(
-        Source("w.mod", text.encode()), arm.standing(task.station), Options(force=FORCE, inertia=False)
+        Source("w.mod", text.encode()), arm.standing(together), Options(force=FORCE, inertia=False)
     )
 
 

@@ -219,6 +219,15 @@ def test_a_limit_on_the_way() -> None:
     assert "joint 5" in findings[0].message
 
 
+@pytest.mark.parametrize(("beyond", "codes"), [(0.09, []), (0.15, ["MOT002"])])
+def test_a_way_along_a_limit_may_be_recorded_at_it(beyond: float, codes: list[str]) -> None:
+    high = HOME.copy()
+    high[4] = ROBOT.upper[4] + np.radians(beyond)
+    _, findings = sample_path(ROBOT, chain({"kind": "absjoint", "q": HOME}, {"kind": "absjoint", "q": high}))
+    assert [d.code for d in findings] == codes
+    assert all("120.2 deg" in d.message or "120.1 deg" in d.message for d in findings)
+
+
 def test_a_goal_in_another_configuration() -> None:
     moves = chain(joint(A), line(B, fine=True))
     turned = moves[1].q + np.array([0, 0, 0, 0, 0, 2 * np.pi])

@@ -29,7 +29,21 @@ OUT_OF_SCOPE = [
 @pytest.mark.parametrize("type_", OUT_OF_SCOPE)
 def test_what_is_no_arm_of_the_library_is_not_taken_for_one(type_: str) -> None:
     assert library_name(type_) is None
-    assert len(nearest_names(type_)) == 3 and set(nearest_names(type_)) <= set(list_robots())
+    assert set(nearest_names(type_)) <= set(list_robots())
+
+
+@pytest.mark.parametrize(
+    ("type_", "model"),
+    [
+        ("ROB_R_14000_05_05_TYPEA", None),
+        ("ROB1_8700_LeanID_3.50_630", None),
+        ("ROB1_6700_LeanID_2.65_220", "irb6700"),
+        ("ROB1_4600_3.0_25", "irb4600"),
+        ("IRB 1600-99/1.2", "irb1600"),
+    ],
+)
+def test_arms_of_another_model_are_not_the_nearest(type_: str, model: str | None) -> None:
+    assert {name.split("_")[0].removesuffix("id") for name in nearest_names(type_)} == ({model} if model else set())
 
 
 @pytest.mark.parametrize(

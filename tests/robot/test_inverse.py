@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import branch, confdata, within
-from postproc.robot.inverse import inverse, joint_solution
+from postproc.robot.inverse import beyond_limits, inverse, joint_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
 from tests.independent import arm as A
@@ -156,7 +157,7 @@ def test_impossible_configuration_names_the_nearest() -> None:
     assert np.isnan(solution.q[1]).all()
     (failure,) = solution.failures
     assert (failure.index, failure.reason) == (1, "configuration")
-    assert failure.help == "the nearest configuration that exists is [0, 0, 0, 0]"
+    assert "[0, 0, 0, 0] at joints (10, 20, 10, 30, 40, 50) deg (nearest)" in failure.help
     assert "[2, 0, 0, 0]" in failure.diagnostic().render()
 
 
@@ -173,10 +174,41 @@ def test_the_nearest_configuration_is_one_of_the_same_branch_within_the_limits(
     robot = load_robot("irb4600_60_205")
     T = forward(robot, np.radians([degrees]))
     (failure,) = joint_solution(robot, T, np.array([wanted])).failures
-    nearest = np.array([json.loads(failure.help[failure.help.index("[") :])])
+    nearest = np.array([json.loads(failure.help[failure.help.index("[") : failure.help.index("]") + 1])])
     assert nearest[0, 3] == branch_named
     again = joint_solution(robot, T, nearest)
     assert not again.failures and np.allclose(forward(robot, again.q), T)
+
+
+def test_a_configuration_that_does_not_exist_is_answered_with_all_that_do() -> None:
+    robot = load_robot("irb4600_60_205")
+    T = forward(robot, np.radians([[10.0, 20, 10, 30, 40, 50]]))
+    (failure,) = joint_solution(robot, T, np.array([[1, 2, -2, 0]])).failures
+    listed = re.findall(r"(\[[-\d, ]+\]) at joints \(([^)]+)\) deg( \(nearest\))?", failure.help)
+    assert len(listed) >= 2 and [bool(mark) for _, _, mark in listed].count(True) == 1 and listed[0][2]
+    for conf, degrees, _ in listed:
+        again = joint_solution(robot, T, np.array([json.loads(conf)]))
+        assert not again.failures
+        assert np.abs(again.q[0] - np.radians([float(x) for x in degrees.split(",")])).max() < np.radians(0.051)
+
+
+@pytest.mark.parametrize(("beyond", "failing"), [(0.09, False), (-0.09, False), (0.12, True), (0.4, True)])
+def test_a_posture_recorded_at_a_limit_stands_at_it(beyond: float, failing: bool) -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[0, 10, 10, 0, 120.0 + beyond, 0]])
+    found = beyond_limits(robot, q)
+    solved = joint_solution(robot, forward(robot, q), confdata(robot, q))
+    assert [bool(found), bool(solved.failures)] == [failing, failing]
+    for failure in found:
+        reached, limit = re.findall(r"[\d.]+", failure.message.split("reaches")[1])
+        assert float(reached) > float(limit)
+
+
+def test_the_limit_in_a_message_is_not_rounded_to_the_angle_beyond_it() -> None:
+    robot = load_robot("irb4600_60_205")
+    robot = replace(robot, upper=np.where(np.arange(6) == 4, np.radians(119.6), robot.upper))
+    (failure,) = beyond_limits(robot, np.radians([[0, 10, 10, 0, 119.8, 0]]))
+    assert failure.message == "joint 5 reaches 119.8 deg, limit 119.6 deg"
 
 
 def test_unreachable_and_limits_are_told_apart() -> None:

@@ -79,8 +79,10 @@ def judge_statements(
             if outcome.status == "skipped" and statement.key in on_controller:
                 outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
+            if statement.interpolation == "absjoint":
+                continue
             if outcome.status == "skipped":
-                if statement.interpolation not in ("absjoint", "none"):
+                if statement.interpolation != "none":
                     text = f"left as it is: {outcome.reason}"
                     first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
                     findings.append(_left(statement, text, first or BESIDE))
@@ -146,7 +148,7 @@ def _outcome(
         return Outcome(statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here"))
     residual = MM * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
-        return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
+        return Outcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
     if refused is not None:
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
@@ -179,9 +181,12 @@ def unknown_outcomes(
         if statement.key in on_controller:
             outcomes.append(Outcome(statement, "run_time", reason, edited="function"))
             continue
-        jointed = {"none": BESIDE_ARM, "absjoint": JOINT_TARGET}.get(statement.interpolation)
-        outcomes.append(Outcome(statement, "skipped", jointed or reason or "the program never gets here"))
-        if jointed is None:
+        if statement.interpolation == "absjoint":
+            outcomes.append(Outcome(statement, "unchanged", JOINT_TARGET))
+            continue
+        beside = BESIDE_ARM if statement.interpolation == "none" else None
+        outcomes.append(Outcome(statement, "skipped", beside or reason or "the program never gets here"))
+        if beside is None:
             findings.append(_left(statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
     return outcomes, findings
 

@@ -26,7 +26,9 @@ from postproc.robot.cells.cell import LETTERS, Kind
 from postproc.robot.cells.station import Station
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-_BESIDE = 1e-5  # [m], [rad]: six digits of a configuration beside a limit
+_RECORDED = 0.1  # [mm], [deg] beyond its limit an external axis still stands at it: positions are recorded, rounded
+LOOSE = "nothing leads here"
+DISPLACED = "what displaces it in this run puts it there, not what it states"
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
 
@@ -84,10 +86,10 @@ def read_moves(
     runs = [(events[i], lost.get(i)) for i in known]
     another = another_arm(robot, runs)
     spared = only_displaced(runs) if not another else ()
-    wrong = [(i, forgiven(d) if events[i].statement.key in spared else d) for i, d in wrong]
+    wrong = [(i, _left_alone(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
     wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
     bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].loose}
-    findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
+    findings = [_left_alone(d, LOOSE) if events[i].loose else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
     findings += [supposed_start(events[known[row]]) for row in supposed]
@@ -147,7 +149,7 @@ def _beyond_limits(
         )
         value = np.array([axes[LETTERS.index(letter)] for _, axes in places])
         scale, unit = (1e3, "mm") if joint.kind == "linear" else (np.degrees(1.0), "deg")
-        for row in np.flatnonzero((value < lower - _BESIDE) | (value > upper + _BESIDE)).tolist():
+        for row in np.flatnonzero(scale * np.maximum(lower - value, value - upper) > _RECORDED).tolist():
             text = (
                 f"eax_{letter} at {scale * value[row]:.1f} {unit}, allowed are {scale * lower:.1f} to"
                 f" {scale * upper:.1f} {unit}"
@@ -155,6 +157,13 @@ def _beyond_limits(
             help_ = "change the target, or the limits that the cell states"
             found.append((known[row], Diagnostic("KIN003", "warning", text, *place(events[known[row]]), help_)))
     return found
+
+
+def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
+    """What keeps the arm from one motion and, for the reason that is said, nothing else from being corrected."""
+    if finding.severity != "error":
+        return finding
+    return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")
 
 
 def _arrives(e: MotionEvent) -> bool:

@@ -14,7 +14,7 @@ from postproc.motion.path.corners import Corners, blended_poses, plan_corners
 from postproc.motion.path.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of, stretches
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import inverse
+from postproc.robot.inverse import excess_of, inverse
 from postproc.robot.track import track
 
 SPACING = 0.010  # [m] between samples
@@ -164,9 +164,9 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
             found = at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help)
             findings.append(replace(found, matter=matter))
 
-    excess = np.maximum(robot.lower - path.q, path.q - robot.upper)
+    excess = excess_of(robot, path.q)
     report(
-        np.flatnonzero(excess.max(axis=1) > 1e-6), "MOT002", "error",
+        np.flatnonzero(excess.max(axis=1) > 0.0), "MOT002", "error",
         lambda i: _limit_message(robot, path.q[i], int(np.argmax(excess[i]))),
         "give the target another configuration, or pass the place another way",
     )  # fmt: skip
@@ -200,7 +200,8 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
 def _limit_message(robot: Robot, q: Array, joint: int) -> str:
     low, high = np.degrees(robot.lower[joint]), np.degrees(robot.upper[joint])
     return (
-        f"joint {joint + 1} reaches {np.degrees(q[joint]):.1f} deg on the way, allowed are {low:.0f} to {high:.0f} deg"
+        f"joint {joint + 1} reaches {np.degrees(q[joint]):.1f} deg on the way,"
+        f" allowed are {round(low, 1):g} to {round(high, 1):g} deg"
     )
 
 

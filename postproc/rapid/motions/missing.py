@@ -134,6 +134,10 @@ def undeclared(what: str, name: str, source: Source, span: Span, meant: str = ""
         meant: the question for a misspelt name.
     """
     severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
-    give = f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's"
+    give = (
+        f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's; "
+    )
+    kind = {"tool": "tooldata", "work object": "wobjdata", "target": "robtarget"}.get(what, "TYPE")
+    give += f"or write a file that declares it, as the pendant shows it: `PERS {kind} {name}:=..;`"
     text = f"the {what} `{name}` has no value in these files"
     return Diagnostic("RAP020", severity, text, source, span, if_not(meant, give), Matter.UNDECLARED, name)
