@@ -63,7 +63,7 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
 
 
 def _repeatability(fit: Fit) -> float | None:
-    """Standard deviation per axis [m] by which the arm comes back to a pose, at most, as its maker states it; else None.
+    """Standard deviation per axis [m] by which the arm comes back to a pose, at most, as its maker says; else None.
 
     RP of ISO 9283 is the mean distance from the mean place and three of its standard deviations: 3.6 per axis. That it
     is a distance in space is all that is taken from it, for arms that are older than their data sheet.

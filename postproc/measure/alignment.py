@@ -100,7 +100,7 @@ def spread_of(points: Array) -> float:
 
 
 def linear_design(R: Array, y: Array, tool: bool) -> Array:
-    """(n, 3, 15) of p = A y - c - R t in the nine numbers of A (row by row), c and t; A alone is not a rotation here."""
+    """(n, 3, 15) of p = A y - c - R t in the nine numbers of A (row by row), c and t; no A is a rotation here."""
     n = len(R)
     design = np.zeros((n, 3, 15))
     design[:, :, :9] = np.einsum("nk,ij->nijk", y, np.eye(3)).reshape(n, 3, 9)

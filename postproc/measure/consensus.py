@@ -48,8 +48,8 @@ class Agreement:
         error: (k, 3) from where the placed nominal arm would have the point to where it is [m], instrument axes.
         typical: (k,) its median length in the session of the row [m]. doubtful: names of sessions so many rows of which
             are wrong that none of them can be believed, "" where there are no sessions.
-        fits: whether the arm is where the rows that agree have it, in its units and its hand; near: whether it is, as far
-            as poses in a small part of space can tell.
+        fits: whether the arm is where the rows that agree have it, in its units and its hand; near: whether it is, as
+            far as poses in a small part of space can tell.
     """
 
     rows: NDArray[np.int_]
@@ -76,7 +76,8 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         few = len(np.unique(np.round(q[mine], 6), axis=0)) < (ENOUGH if first is None else ENOUGH_PLACED)
         found = _placed(T[mine], data.position[rows[mine]], few, first)
         error[mine], typical[mine] = found.residual, found.typical
-        wrong[mine] = _wrong(found, T[mine], arm.rows(mine), q[mine], few)
+        lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
+        wrong[mine] = lost or _wrong(found, T[mine], arm.rows(mine), q[mine], few)
         if wrong[mine].mean() > MOST:
             doubtful.append(str(name))
         if first is None:
@@ -124,7 +125,7 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
 
 
 def _beside_zeros(found: Alignment, T: Array, arm: Arm, q: Array) -> Array:
-    """(n,) distances [m] that joint zeros, place and tool leave: least trimmed squares of the residuals, linear in these.
+    """(n,) distances [m] that zeros of joints, place and tool leave: least trimmed squares, linear in these.
 
     Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.
     """
@@ -165,7 +166,7 @@ def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
 
 
 def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
-    """(n,) the half of the rows that one solution x of design x = wanted fits best, of all that samples of rows propose.
+    """(n,) the half of the rows that one solution x of design x = wanted fits best, of all that samples propose.
 
     Args:
         design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.

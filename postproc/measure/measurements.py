@@ -85,14 +85,19 @@ class Measurements:
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
         """(n,) bool: rows with a commanded state and something measured that can be right."""
+        if not self.wrong:
+            return self.filled
+        places = zip(self.file or (0,) * len(self), self.row, strict=True)
+        return self.filled & np.array([place not in self.wrong for place in places], dtype=bool)
+
+    @cached_property
+    def filled(self) -> NDArray[np.bool_]:
+        """(n,) bool: rows with a commanded state and something measured."""
         measured = np.asarray(np.isfinite(self.position).any(axis=1))
         if self.rotation is not None:
             measured |= np.isfinite(self.rotation).all(axis=(1, 2))
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
-        if self.wrong:
-            files = self.file or (0,) * len(self)
-            measured &= [place not in self.wrong for place in zip(files, self.row, strict=True)]
         return np.asarray(measured & np.isfinite(self.state.q).all(axis=1))
 
     @cached_property

@@ -18,6 +18,8 @@ NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
 REPEATED = 10
 """Poses that tell the noise to a sixth when they are measured three times each."""
+HARDLY = 0.2
+"""Share below which patterns are no law: what is left follows something else."""
 WHOLE = 0.9
 """Share of what stands above the noise that the law of a pattern explains."""
 LITTLE = 0.02
@@ -72,6 +74,8 @@ def headline(d: Diagnosis) -> str:
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
+    if s.share + sum(other.share for other in d.beside) < HARDLY:
+        return f"{lead}More is left than noise; {_of_strongest(s, own, at)}.{noise if not d.missing else ''}"
     own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
     if lacking := to_record(d):
         own = (
@@ -80,6 +84,11 @@ def headline(d: Diagnosis) -> str:
     elif d.misleading:
         own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
     return f"{lead}{follows} {own}{noise if not d.missing else ''}"
+
+
+def _of_strongest(s: Suspect, channels: str, at: str) -> str:
+    """How little the strongest pattern explains."""
+    return f"the strongest pattern, at {at} along {channels} ({s.pattern}), explains {100 * s.share:.0f} % of it"
 
 
 def _would_tell(d: Diagnosis) -> str:
