@@ -294,7 +294,7 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
 
 def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
     """Many rows in another unit: the first of them, what they look like, and what to do."""
-    limit = np.maximum(LEAST_M, TIMES * agreed.typical)
+    limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
     position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
         alike = agreed.wrong & (np.linalg.norm(agreed.error + position / factor - position, axis=1) < limit)
