@@ -35,7 +35,7 @@ def no_farther_than_nominal(fit: Fit) -> None:
     if left < max(FARTHER * nominal, nominal + LEAST_M):
         return
     message = (
-        f"half of the rows are more than {1e3 * left:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
+        f"half of the rows lie over {1e3 * left:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
         "nominal arm: the model is worse than none and is not written"
     )
     help_ = (

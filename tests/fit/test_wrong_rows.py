@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +27,7 @@ TURN = Rotation.from_euler("z", 35, degrees=True).as_matrix()
 
 
 def table(path: Path, bad: int, seed: int = 5) -> np.ndarray:
-    """A table of 224 rows, so many of them in turned axes; returns the true places (100, 3) [m] of its last cell."""
+    """Write 224 rows, so many of them in turned axes; the index of these."""
     g = np.random.default_rng(seed)
     arm = A.ARMS["irb4600_60_205"]()
     hidden, states = draw_cell(g, arm, ()), draw_states(g, POSES, arm, False, False)
@@ -59,25 +58,8 @@ def test_there_is_no_number_of_wrong_rows_at_which_a_fit_falls_off(bad, tmp_path
     assert true_error(fit.model, tmp_path / "true.csv") < 0.5 * NOISE
 
 
-def test_rows_that_are_left_out_stand_in_the_document(call, tmp_path):
-    wrong = table(tmp_path / "rows.csv", 12)
-    found = call("fit", tmp_path / "rows.csv", "--robot", "irb4600_60_205", "--json")
-    document = json.loads(found.out)
-    assert found.code == 0 and document["set_aside_rows"] == (wrong + 1).tolist() and document["rows"] == N
-    assert "12 of 224 rows" in found.err
-    model = tmp_path / "model.toml"
-    call("fit", tmp_path / "rows.csv", "--robot", "irb4600_60_205", "-o", model)
-    compared = json.loads(call("compare", model, tmp_path / "rows.csv", "--json").out)
-    assert compared["set_aside_rows"] == (wrong + 1).tolist() and compared["rms_mm"] < 0.04
-    assert {x["row"] for x in compared["worst"]} <= set((wrong + 1).tolist())
-
-
-def test_a_model_farther_off_than_the_nominal_arm_is_not_written(call, tmp_path):
-    """Who insists on rows that cannot be right gets no model."""
+def test_a_model_farther_off_than_the_nominal_arm_is_given_to_nobody(tmp_path):
     table(tmp_path / "rows.csv", 60)
-    model = tmp_path / "model.toml"
-    found = call("fit", tmp_path / "rows.csv", "--robot", "irb4600_60_205", "--accept", "DAT007", "-o", model)
-    assert found.code == 1 and "DAT039" in found.err and not model.exists()
     with pytest.raises(PostprocError, match="DAT039"):
         data = api.read_measurements(tmp_path / "rows.csv", "irb4600_60_205")
         api.fit(replace(data, wrong=frozenset()), "irb4600_60_205")

@@ -41,8 +41,8 @@ def rotated(y: np.ndarray, g: np.random.Generator) -> np.ndarray:
 
 SPOILT = {
     "rotated": rotated,
-    "shifted": lambda y, g: y + [18.0, -16.0, 18.0],
-    "far": lambda y, g: y + [500.0, 0.0, 0.0],
+    "shifted": lambda y, g: y + np.array([18.0, -16.0, 18.0]),
+    "far": lambda y, g: y + np.array([500.0, 0.0, 0.0]),
     "swapped": lambda y, g: y[:, [1, 0, 2]],
     "others": lambda y, g: np.roll(y, 1, axis=0),
 }
@@ -93,7 +93,7 @@ def test_no_row_of_a_table_that_is_right_is_doubted(seed):
 
 def test_joint_zeros_that_are_far_off_are_no_wrong_rows():
     q = np.round(poses(N, 4), 5)
-    data = written(q, points(q + [0.0, 1.2, -0.8, 0.0, 0.0, 0.0]))
+    data = written(q, points(q + np.array([0.0, 1.2, -0.8, 0.0, 0.0, 0.0])))
     assert not data.wrong
 
 
@@ -111,7 +111,7 @@ def test_sessions_are_placed_each_by_itself():
     """The instrument was moved for `b`; that is no error, and a wrong row of it is told from its own place."""
     q, y = measured()
     session = ["a"] * 70 + ["b"] * 50
-    y[70:] = rotated(y[70:], np.random.default_rng(0)) + [1000.0, 0.0, 0.0]
+    y[70:] = rotated(y[70:], np.random.default_rng(0)) + np.array([1000.0, 0.0, 0.0])
     assert not written(q, y, session).wrong
     y[[75, 90, 91]] += [0.0, 60.0, 0.0]
     assert {row for _, row in written(q, y, session).wrong} == {76, 91, 92}
@@ -122,7 +122,7 @@ def test_a_session_of_mostly_wrong_rows_is_named():
     session = ["monday"] * 90 + ["friday"] * 30
     g = np.random.default_rng(2)
     y[95:120] += g.normal(0, 300, (25, 3))
-    with pytest.raises(PostprocError, match="session `friday`, too many rows .* rows 91 to 120"):
+    with pytest.raises(PostprocError, match=r"session `friday`, too many rows .* rows 91 to 120"):
         written(q, y, session)
 
 

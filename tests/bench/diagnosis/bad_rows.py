@@ -35,7 +35,7 @@ def spoil(g: np.random.Generator, sort: str, share: float, position: np.ndarray)
     elif sort == "swapped":
         new[wrong] = bad[:, g.permutation([[1, 0, 2], [2, 1, 0], [0, 2, 1]])[0]]
     elif sort == "others":
-        new[wrong] = np.roll(bad, 1, axis=0) if count > 1 else bad + [0.0, 0.25, 0.0]
+        new[wrong] = np.roll(bad, 1, axis=0) if count > 1 else bad + np.array([0.0, 0.25, 0.0])
     else:
         new[wrong] = bad / {"inches": 25.4, "metres": 1000.0}[sort]
     return new, wrong
