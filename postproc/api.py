@@ -20,6 +20,7 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.files import read_source, write_whole
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.fit.nominal import no_farther_than_nominal
 from postproc.fit.recorded import recorded_model
 from postproc.fit.words.text import fit_text
 from postproc.identify.add import Addition, add_effects, grown
@@ -133,7 +134,8 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
         robot: the arm, by its name or file. effects: keys of the effects to fit.
 
     Raises:
-        PostprocError: EFF020 an unknown key, DAT020 fewer measured numbers than parameters.
+        PostprocError: EFF020 an unknown key, DAT020 fewer measured numbers than parameters, DAT039 a model that is
+            farther off than the nominal arm.
     """
     library = effect_library()
     classes = [find_effect(key, library) for key in effects]
@@ -143,6 +145,7 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
     for cls in classes:
         if cls.structures():
             found = grown(found, cls)
+    no_farther_than_nominal(found)
     return found
 
 

@@ -140,7 +140,25 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
         PostprocError: DAT034 where a law in the rows or the time of another session would count here.
     """
     session_laws(model, data)
-    data = _enough(data.rows(data.usable))
+    fit = _evaluated(model, _enough(data.rows(data.usable)), noise)
+    return fit if fit.data.whole or not data.wrong else _with_wrong_rows(fit, data.rows(data.filled))
+
+
+def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
+    """An evaluation with the rows that cannot be right beside the others, set aside: where they lie is told."""
+    used = data.usable
+    values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
+    values[used] = fit.problem.weights.values
+    turn = fit.problem.weights.turn
+    whole = np.tile(np.eye(1 if turn is None else turn.shape[1]), (len(data), 1, 1))
+    if turn is not None:
+        whole[used] = turn
+    problem = Problem(fit.model, data, Weights(values, None if turn is None else whole))
+    aside = sorted({*np.flatnonzero(~used).tolist(), *np.flatnonzero(used)[list(fit.set_aside)].tolist()})
+    return replace(fit, problem=problem, set_aside=tuple(aside))
+
+
+def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     figures = estimate_noise(data, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]

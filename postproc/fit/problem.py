@@ -70,7 +70,7 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
     in all rows: s_i^2 + r^2. Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand
     in; figures that depend on it are scaled by the residual in the end.
     """
-    sigma = noise.sigma or noise.instrument or 3e-5
+    sigma = weighed_by(noise)
     own = np.ones(len(data))
     if data.sigma is not None:
         square = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma)) ** 2
@@ -83,6 +83,11 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
     if data.joint is not None:
         parts.append(np.isfinite(data.joint) / sigma)
     return Weights(np.hstack(parts))
+
+
+def weighed_by(noise: Noise) -> float:
+    """Standard deviation [m], [rad] that a weight of one stands for; 30 micrometres where nothing tells the noise."""
+    return noise.sigma or noise.instrument or 3e-5
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,13 @@ class Solution:
         return tuple(p for p in every if p not in out)
 
     @cached_property
+    def left_out(self) -> list[tuple[int, int]]:
+        """File and row number of rows that were set aside, or cannot be right."""
+        data = self.data
+        some = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.set_aside}
+        return sorted(some | data.wrong)
+
+    @cached_property
     def unknown(self) -> tuple[tuple[str, int], ...]:
         """What the data does not determine: what is held, and what a form left out that no row could have told.
 

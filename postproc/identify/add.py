@@ -14,6 +14,7 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.errors import mm
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.fit.nominal import no_farther_than_nominal
 from postproc.fit.recorded import recorded_model
 from postproc.fit.solving.rounding import rounded
 from postproc.fit.solving.solve import Terms
@@ -179,6 +180,7 @@ def _added(
     found = _beside_each_other(found, added if len(classes) > 1 else [], noise)
     watch("all of it", (len(classes) + 1) / total)
     final = _on_all_rows(base, start, found, noise)
+    no_farther_than_nominal(final)
     steps.append(Step(f"+ {classes[-1].key}", final, final.model))
     level = final.parts.level
     floor = bound if level is None else level

@@ -58,7 +58,7 @@ class Comparison:
             "schema": "postproc/compare/1",
             "observed": kind.name,
             "rows": len(data),
-            "set_aside_rows": [data.row[i] for i in self.fit.set_aside],
+            "set_aside_rows": [row for _, row in self.fit.left_out],
             key("rms"): mm(rms(self.error)),
             **(
                 {"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0}

@@ -13,10 +13,11 @@ from postproc.fit.channels import channels
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solving.rounding import rounded
-from postproc.fit.words.findings import MANY, data_findings, larger_noise, standing_out
+from postproc.fit.words.findings import data_findings
 from postproc.identify.candidates.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict
 from postproc.identify.forward import search, with_patterns
+from postproc.identify.lack_of_fit import lacks_fit
 from postproc.identify.refits import refit_all, thinned, without
 from postproc.identify.state import SearchState, SelectedEffect
 from postproc.identify.words.sentences import too_few
@@ -81,10 +82,11 @@ def _diagnosed(
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
     missing = _steps(named.missing, final)
-    lacking = _lack_of_fit(final)
+    lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.
-    suspects = () if too_few(base) and not missing else _suspects(named, found.outside, lacking)
-    verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
+    suspects = () if too_few(base) and not missing else _suspects(named, found.outside, bool(lacking))
+    told = "complete" if lacking is False else "unknown"
+    verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else told
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
     return Diagnosis(
@@ -100,6 +102,7 @@ def _diagnosed(
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=found.outside[1:] if suspects else (),
+        lacking=lacking,
         floor=final.parts.level,
         bound=base.smooth_bound,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
@@ -134,25 +137,6 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
         first = outside[0].seen_by(named.fit.problem, named.fit.linear)
     others = [s for s in named.look.suspects() if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], outside[1:]))
-
-
-def _lack_of_fit(fit: Fit) -> bool:
-    """Whether more is left than the noise.
-
-    Residual variance against that of the repeats (F test), and by a margin that matters. A few rows that stand out by
-    themselves are findings about those rows.
-    """
-    noise, stated = larger_noise(fit), fit.noise
-    if noise.sigma is None or stated.sigma is None or fit.freedom <= 0:
-        return False
-    from scipy.special import fdtrc
-
-    single = standing_out(fit)
-    alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
-    freedom = fit.freedom - int(alone.sum())
-    square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
-    ratio = square / max(freedom, 1) * (stated.sigma / noise.sigma) ** 2
-    return bool(ratio > 1.5 and fdtrc(freedom, min(noise.dof, MANY), ratio) < 1e-6)
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:

@@ -102,6 +102,7 @@ class Diagnosis:
         blind: effects that this data could not have shown, with the reason.
         hold_out: what was found, asked for levels of a channel that no fit has seen; None where nobody asked.
         told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
+        lacking: whether more is left than the noise, None where nothing tells how large that is.
         floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
             reaches [m].
     """
@@ -118,6 +119,7 @@ class Diagnosis:
     blind: Mapping[str, str]
     suspects: tuple[Suspect, ...]
     beside: tuple[Suspect, ...]
+    lacking: bool | None
     floor: float | None
     bound: float
     hold_out: Intervention | None = None
@@ -133,6 +135,11 @@ class Diagnosis:
         known = fit.linear.extended(np.hstack(told))
         out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
         return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
+
+    @property
+    def untold(self) -> bool:
+        """Whether nothing was found, and nothing tells whether what is left is noise."""
+        return self.lacking is None and not self.missing and not self.suspects
 
     @property
     def misleading(self) -> bool:

@@ -1,6 +1,7 @@
 """Measurement tables: reading, units, frames, repeats, ISO 9283 figures.
 
 What was measured: `measurements` in SI, `observations` (kinds of measured numbers and their units). From files: `read`.
-What is likely wrong, and the noise that repeats tell: `checks`, by `alignment` of points and arm. Records of a moving
+What is likely wrong, and the noise that repeats tell: `checks`, by `alignment` of points and arm and the `consensus` of
+rows on it. Records of a moving
 arm: `trajectory` and `clock`. Accuracy and repeatability: `iso9283`.
 """

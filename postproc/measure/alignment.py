@@ -63,14 +63,9 @@ def align(
         )
         return replace(some, residual=position - placed[..., 0] - some.T_instrument_base[:3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
-    p_mean, y_mean = np.median(p, axis=0), np.median(y, axis=0)
-    p0, y0 = p - p_mean, y - y_mean
-    spread = max(float(np.sqrt(np.median(np.sum(y0**2, axis=1)))), 1e-12)
-    n = len(p)
-    design = np.zeros((n, 3, 15))
-    design[:, :, :9] = np.einsum("nk,ij->nijk", y0 / spread, np.eye(3)).reshape(n, 3, 9)
-    design[:, :, 9:12] = -np.eye(3)
-    design[:, :, 12:] = -R if tool else 0.0
+    p0, y0, n = p - np.median(p, axis=0), y - np.median(y, axis=0), len(p)
+    spread = spread_of(y0)
+    design = linear_design(R, y0 / spread, tool)
     near = np.eye(3, 15, 12) * LOOSE
     weight = np.ones(n)
     for _ in range(12):
@@ -97,6 +92,21 @@ def align(
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
     return _refine(R if tool else np.zeros_like(R), p, y, rotation, point, scale, mirrored)
+
+
+def spread_of(points: Array) -> float:
+    """Typical distance [m] of points (n, 3) from the origin, never 0."""
+    return max(float(np.sqrt(np.median(np.sum(points**2, axis=1)))), 1e-12)
+
+
+def linear_design(R: Array, y: Array, tool: bool) -> Array:
+    """(n, 3, 15) of p = A y - c - R t in the nine numbers of A (row by row), c and t; no A is a rotation here."""
+    n = len(R)
+    design = np.zeros((n, 3, 15))
+    design[:, :, :9] = np.einsum("nk,ij->nijk", y, np.eye(3)).reshape(n, 3, 9)
+    design[:, :, 9:12] = -np.eye(3)
+    design[:, :, 12:] = -R if tool else 0.0
+    return design
 
 
 def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:

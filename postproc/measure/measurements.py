@@ -38,6 +38,7 @@ class Measurements:
         accepted: codes of findings that the user accepts.
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
+        wrong: file and row number of those that cannot have been measured as the table says: no fit uses them.
         whole: rows of the table that these were taken from by chance; 0 where they are all of it.
         sources: the files, none for data made in memory; file: (n,) number of the one that a row stands in, () for one.
         diagnostics: findings about the file.
@@ -55,6 +56,7 @@ class Measurements:
     counted: bool = False
     accepted: frozenset[str] = frozenset()
     rounded: bool | None = None
+    wrong: frozenset[tuple[int, int]] = frozenset()
     whole: int = 0
     sources: tuple[Source, ...] = field(default=(), repr=False)
     file: tuple[int, ...] = ()
@@ -82,6 +84,14 @@ class Measurements:
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
+        """(n,) bool: rows with a commanded state and something measured that can be right."""
+        if not self.wrong:
+            return self.filled
+        places = zip(self.file or (0,) * len(self), self.row, strict=True)
+        return self.filled & np.array([place not in self.wrong for place in places], dtype=bool)
+
+    @cached_property
+    def filled(self) -> NDArray[np.bool_]:
         """(n,) bool: rows with a commanded state and something measured."""
         measured = np.asarray(np.isfinite(self.position).any(axis=1))
         if self.rotation is not None:

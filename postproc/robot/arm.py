@@ -45,7 +45,7 @@ class Robot:
         inertia: (7, 3, 3) about the centre of mass, body axes [kg m^2].
         joint_compliance: (6,) shipped elasticity [rad/(N m)] or None where nothing is known.
         opw: closed-form inverse kinematics, None for arms without spherical wrist.
-        payload: rated payload [kg] or None.
+        payload: rated payload [kg] or None. repeatability: RP of ISO 9283 by the data sheet [m], or None.
         stiffness_source: ``measured`` or ``estimated``; None where there is no joint_compliance.
         stiffness_factor: (6,) 95 % of arms of this type have a compliance within these factors of joint_compliance.
         mass_factor: (7,) one geometric standard deviation of the body masses.
@@ -69,6 +69,7 @@ class Robot:
     joint_compliance: Array | None = None
     opw: Opw | None = None
     payload: float | None = None
+    repeatability: float | None = None
     stiffness_source: str | None = None
     stiffness_factor: Array | None = None
     mass_factor: Array | None = None

@@ -253,6 +253,7 @@ def read_robot(source: Source) -> Robot:
         joint_compliance=None if joints.stiffness_Nm_per_rad is None else 1.0 / np.array(joints.stiffness_Nm_per_rad),
         opw=derive(link, axis),
         payload=file.payload_kg,
+        repeatability=None if file.repeatability_mm is None else 1e-3 * file.repeatability_mm,
         stiffness_source=None if joints.stiffness_Nm_per_rad is None else joints.stiffness_source,
         stiffness_factor=None if joints.stiffness_factor is None else np.array(joints.stiffness_factor),
         mass_factor=None if file.bodies.mass_factor is None else np.array(file.bodies.mass_factor),

@@ -213,6 +213,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
         missing=missing,  # the last one is worth next to nothing, which the sentence says: no command adds it
         suspects=(),
         beside=(),
+        untold=False,
         verdict="missing",
     )
     monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
@@ -239,6 +240,7 @@ def test_what_follows_can_be_copied_into_a_shell(
         missing=(),
         suspects=(),
         beside=(),
+        untold=False,
         verdict="complete",
     )
     monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})

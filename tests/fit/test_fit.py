@@ -417,7 +417,7 @@ def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is()
     data, _ = cell(seed=401)
     plain = base_fit(data).model
     warm = plain.with_effects(*plain.effects, Seat(turn_rad=[4e-3, 3e-3, 1e-3], shift_m=[1e-3, -1e-3, -1e-4]))
-    problem = Problem(warm, data, base_fit(data).problem.weights)
+    problem = replace(base_fit(data).problem, model=warm)
     whole = slope(problem, {e.key: np.ones(len(e.vector()), bool) for e in warm.effects}, set(), {})
     assert ("joint_offset", 5) in whole.parameters
     kept = [k for k, name in enumerate(whole.parameters) if name != ("seat", 3)]

@@ -206,6 +206,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
             data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
         ),
         beside=(),
+        untold=False,
         misleading=said,
     )
     text = headline(said_of)
@@ -232,6 +233,7 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
             data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
         ),
         beside=(),
+        untold=False,
         screened=SimpleNamespace(held_out_rms=4.88e-4),
         unnamed=5.7e-5,
         misleading=False,

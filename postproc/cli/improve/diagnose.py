@@ -94,7 +94,7 @@ def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: s
     little = of_little_worth(found)
     keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
     _say_named(found, keys, asked)
-    if found.verdict == "complete" and too_few(found.base):
+    if (found.verdict == "complete" or found.untold) and too_few(found.base):
         say_next("chooses them", "plan", asked.model, *asked.data, *asked.words(), "-o", "POSES.csv")
     elif found.verdict == "complete":
         words = ("compensate", "PROGRAM", "-m", asked.model, *effect_words(asked.effects), "-o", "OUT")

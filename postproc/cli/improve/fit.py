@@ -55,6 +55,7 @@ def run(
         json: print the postproc/fit/1 document.
     """
     from postproc.fit.least_squares import fit_model
+    from postproc.fit.nominal import no_farther_than_nominal
     from postproc.fit.recorded import recorded_model
     from postproc.fit.words.record import fit_json
     from postproc.fit.words.text import fit_text
@@ -79,6 +80,7 @@ def run(
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
     _check_frames(fit, {cls.key for cls in classes})
+    no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
     if json:
         print_result(fit_json(fit), fit_text(fit), json, text)

@@ -94,13 +94,9 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         **figures_json(fit),
         **({"rms_3d_mm": mm(fit.rms * np.sqrt(3))} if fit.observed.name == "position" else {}),
         **noise_json(fit),
-        "rows": len(fit.data),
-        "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
-        **(
-            {"set_aside_files": [fit.data.sources[fit.data.file[i]].path for i in fit.set_aside]}
-            if fit.data.file
-            else {}
-        ),
+        "rows": len(fit.data) + len(fit.data.wrong),
+        "set_aside_rows": [row for _, row in fit.left_out],
+        **({"set_aside_files": [fit.data.sources[file].path for file, _ in fit.left_out]} if fit.data.file else {}),
         "before": before,
         "parameters": {e.key: parameters_json(fit, e.key) for e in fit.model.effects},
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from postproc.fit.errors import distances
 from postproc.fit.fitted import Fit
+from postproc.fit.words.findings import SHOWN
 from postproc.fit.words.record import cautions
 from postproc.fit.words.wording import FEW, held_text, values_lines
 
@@ -16,10 +17,19 @@ def held_lines(fit: Fit) -> list[str]:
 
 
 def set_aside_lines(fit: Fit) -> list[str]:
-    """Rows that no figure counts."""
-    off, unit = 1e3 * distances(fit.observed_error), fit.observed.unit
-    rows = [(f"R{fit.data.name(i)[1:]}", off[i]) for i in fit.set_aside]
-    return [f"{row} was left out: it lies {far:.1f} {unit} off, far from everything else." for row, far in rows]
+    """Rows that no figure counts; their number alone where they are many."""
+    off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
+    lines = [
+        f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."
+        for i in fit.set_aside
+    ]
+    here = set(zip(data.file or (0,) * len(data), data.row, strict=False))
+    for file, row in sorted(data.wrong - here):
+        of = f" of {data.sources[file].path}" if data.file else ""
+        lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
+    if len(lines) > SHOWN:
+        return [f"{len(lines)} rows were left out: they lie far from everything else."]
+    return lines
 
 
 def fit_text(fit: Fit) -> str:

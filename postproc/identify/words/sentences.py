@@ -16,6 +16,10 @@ from postproc.patterns.suspects import Suspect
 
 NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
+REPEATED = 10
+"""Poses that tell the noise to a sixth when they are measured three times each."""
+HARDLY = 0.2
+"""Share below which patterns are no law: what is left follows something else."""
 WHOLE = 0.9
 """Share of what stands above the noise that the law of a pattern explains."""
 LITTLE = 0.02
@@ -29,15 +33,23 @@ def headline(d: Diagnosis) -> str:
     first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
     before, after, unit = 1e3 * first, 1e3 * last, f"{d.base.observed.unit} per {d.base.observed.each}"
     noise = f" The noise is {1e3 * d.floor:.3f} {unit}." if d.floor else ""
-    if d.verdict == "complete" and too_few(d.base):
+    left = f"{before:.3f} {unit} on rows the fit has not seen"
+    if (d.verdict == "complete" or d.untold) and too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
         return (
             f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
             f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
         )
+    if d.verdict == "complete" and d.floor is None:
+        return (
+            f"Nothing stands out: what is left ({left}) is no more than how well arm and instrument repeat, as stated."
+        )
     if d.verdict == "complete":
-        left = f"{before:.3f} {unit} on rows the fit has not seen"
         return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
+    if d.untold:
+        return (
+            f"Nothing stands out, but this data cannot tell whether what is left ({left}) is noise: {_would_tell(d)}."
+        )
     every = [_named(d, m) for m in d.missing]
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
@@ -62,6 +74,8 @@ def headline(d: Diagnosis) -> str:
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
+    if s.share + sum(other.share for other in d.beside) < HARDLY:
+        return f"{lead}More is left than noise; {_of_strongest(s, own, at)}.{noise if not d.missing else ''}"
     own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
     if lacking := to_record(d):
         own = (
@@ -70,6 +84,19 @@ def headline(d: Diagnosis) -> str:
     elif d.misleading:
         own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
     return f"{lead}{follows} {own}{noise if not d.missing else ''}"
+
+
+def _of_strongest(s: Suspect, channels: str, at: str) -> str:
+    """How little the strongest pattern explains."""
+    return f"the strongest pattern, at {at} along {channels} ({s.pattern}), explains {100 * s.share:.0f} % of it"
+
+
+def _would_tell(d: Diagnosis) -> str:
+    """Why nothing tells the noise, and what would."""
+    lacks = (
+        "the arm's own repeatability is not known" if d.base.noise.instrument else "no pose was measured often enough"
+    )
+    return f"{lacks}. Measure {REPEATED} poses three times each, or state the noise (`--noise`)"
 
 
 def to_record(d: Diagnosis) -> list[str]:
@@ -87,6 +114,8 @@ def to_record(d: Diagnosis) -> list[str]:
 
 def doubts(d: Diagnosis) -> Iterator[str]:
     """What else explains this data as well, where the headline has no room, and what it would not show beside it."""
+    if d.lacking is None and d.verdict == "missing":
+        yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
         if m.alike[NAMED:]:
             yield f"As far as this data can tell, `{m.candidate.key}` may be {_any_of(m.alike)} as well."

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
-from postproc.measure.alignment import Alignment
 from postproc.measure.checks.readings import (
     HOPELESS_M,
     RADIANS,
@@ -25,6 +24,7 @@ from postproc.measure.checks.readings import (
     zero_errors,
 )
 from postproc.measure.checks.sizes import check_sizes
+from postproc.measure.consensus import LEAST_M, TIMES, Agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.values.turns import FOLLOWS, Turns
@@ -45,34 +45,35 @@ def check_measurements(
     robot: Robot,
     cells: Cells,
     turns: Turns | None,
+    agreed: Agreement,
+    *,
     measured: bool = True,
     unit: str = "mm",
 ) -> list[Diagnostic]:
     """All findings about a table; of poses that nobody has measured those about their angles.
 
     Args:
-        unit: of length, in which the positions were read.
+        agreed: which of its rows cannot be right. unit: of length, in which the positions were read.
     """
     if not _asked(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
     found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
-    rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
+    rows = agreed.rows
     poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
     if data.tool_known or len(poses) < FEW:
         small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
-        return (
-            found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
-        )
+        turned = _check_orientations(data, robot, rows, cells, turns)
+        return found + radians + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
     arm = Arm(robot, data.state.T_reference_base)
-    readings = _check_readings(data, arm, rows, cells, unit, turns)
+    readings = _check_readings(data, arm, agreed, cells, unit, turns)
     if has_errors(readings):
         return found + readings
     turned = _check_orientations(data, robot, rows, cells, turns)
     if readings:
-        return found + readings + turned
-    return found + turned + _check_limits(data, robot, cells) + _check_points(data, arm, rows, cells, unit)
+        return found + readings + turned + _check_points(data, agreed, cells, unit)
+    return found + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
 
 
 def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
@@ -127,12 +128,13 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 
 
 def _check_readings(
-    data: Measurements, arm: Arm, rows: NDArray[np.int_], cells: Cells, unit: str, turns: Turns | None
+    data: Measurements, arm: Arm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
     """Where the points are not where the arm is: what makes them fit, or that nothing does.
 
     Joint angles under which measured orientations do not follow the flange are no other reading.
     """
+    rows = agreed.rows
     some = rows[:: max(1, len(rows) // 120)]
     q, y, whole = data.state.q[some], data.position[some], arm
     robot, arm = arm.robot, arm.rows(some)
@@ -151,7 +153,7 @@ def _check_readings(
     slip = slipped(whole.rows(rows), data.state.q[rows], data.position[rows])
     if slip is not None:
         return [_slip(*slip, rows, cells)]
-    if fits(as_read):
+    if fits(as_read) or agreed.fits:
         return []
     oriented = None if turns is None else replace(turns, numbers=turns.numbers[some])
     other = other_reading(arm, q, y, as_read, unit, lambda angles: _agree(arm, angles, q, oriented))
@@ -244,43 +246,68 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
     return found
 
 
-def _check_points(data: Measurements, arm: Arm, rows: NDArray[np.int_], cells: Cells, unit: str) -> list[Diagnostic]:
-    """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
-    aligned = seen(arm.rows(rows), data.state.q[rows], data.position[rows])
-    error = np.linalg.norm(aligned.residual, axis=1)
-    limit = max(0.005, 8 * aligned.typical)
-    mixed = _check_mixed(aligned, data.position[rows], limit, unit)
+def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
+    """Rows that cannot be right: typing errors, another target, a lost beam, an instrument that was moved."""
+    if not agreed.near or not agreed.wrong.any():
+        return []
+    mixed = _check_mixed(data, agreed, unit)
     if mixed is not None:
         first, message, help_ = mixed
-        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(rows[first])), help_)]
-    found = []
-    for k in np.argsort(-error)[:20]:
-        if not error[k] > limit:
-            break
-        i, worst = int(rows[k]), int(np.argmax(np.abs(aligned.residual[k])))
-        size = 1e3 * aligned.residual[k, worst]
-        alone = np.abs(aligned.residual[k, worst]) > 0.95 * error[k]
-        cause = (
-            f"`{'xyz'[worst]}_mm` alone is off by {size:.1f} mm: a typing error?"
-            if alone
-            else "another point, or a wrong joint angle?"
-        )
+        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(first), help_)]
+    wrong = agreed.rows[agreed.wrong]
+    if agreed.doubtful:
+        some = "".join(f"session `{name}`, " for name in agreed.doubtful if name)
+        message = f"{some}too many rows do not agree with the others on where the arm is: {numbered(wrong + 1)}"
+        help_ = "leave these rows out, or give those that the instrument saw from elsewhere a `session` of their own"
+        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(wrong[0])), help_)]
+    error = np.linalg.norm(agreed.error, axis=1)
+    far = np.flatnonzero(agreed.wrong)
+    if MANY_FAR * len(far) > len(error):
+        size = f"{1e3 * error[far].min():.0f} to {1e3 * error[far].max():.0f} mm"
         message = (
-            f"row {i + 1} lies {1e3 * error[k]:.1f} mm from where the arm should be "
-            f"(others {1e3 * aligned.typical:.2f} mm); {cause}"
+            f"{len(far)} of {len(error)} rows lie {size} from where the arm should be (others "
+            f"{1e3 * float(np.median(agreed.typical)):.2f} mm): {numbered(wrong + 1)}"
         )
-        help_ = "correct the row; until then the fit sets it aside and says so"
-        found.append(Diagnostic("DAT007", "warning", message, cells.source, cells.span(i), help_))
-    return found
+        help_ = (
+            "correct them, or give those that the instrument saw from elsewhere a `session` of their own; until then "
+        )
+        help_ += "fits leave them out"
+        return [Diagnostic("DAT007", "warning", message, cells.source, cells.span(int(wrong[0])), help_)]
+    return [_far(agreed, k, cells) for k in far[np.argsort(-error[far])]]
 
 
-def _check_mixed(aligned: Alignment, position: Array, limit: float, unit: str) -> tuple[int, str, str] | None:
-    """More rows in another unit than a fit can set aside: the first of them, what they look like, and what to do."""
-    far = np.linalg.norm(aligned.residual, axis=1) > limit
+def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
+    """A single row that cannot be right."""
+    error, worst = float(np.linalg.norm(agreed.error[k])), int(np.argmax(np.abs(agreed.error[k])))
+    size, i = agreed.error[k, worst], int(agreed.rows[k])
+    cause = "another point, or a wrong joint angle?"
+    if abs(size) > 0.95 * error:
+        cause = f"`{'xyz'[worst]}_mm` alone is off by {1e3 * size:.1f} mm: a typing error?"
+    message = (
+        f"row {i + 1} lies {1e3 * error:.1f} mm from where the arm should be "
+        f"(others {1e3 * agreed.typical[k]:.2f} mm); {cause}"
+    )
+    return Diagnostic(
+        "DAT007", "warning", message, cells.source, cells.span(i), "correct the row; until then fits leave it out"
+    )
+
+
+def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
+    """Many rows in another unit: the first of them, what they look like, and what to do."""
+    limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
+    position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
-        alike = far & (np.linalg.norm(aligned.residual + position / factor - position, axis=1) < limit)
-        if 20 * alike.sum() > len(alike):
-            message = f"{alike.sum()} of {len(alike)} rows {look}: they then fit the others"
+        alike = agreed.wrong & (np.linalg.norm(agreed.error + position / factor - position, axis=1) < limit)
+        if MANY_FAR * alike.sum() > len(alike):
+            rows = agreed.rows[alike]
+            message = f"{alike.sum()} of {len(alike)} rows {look}: they then fit the others; {numbered(rows + 1)}"
             help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
-            return int(np.argmax(alike)), message, help_
+            return int(rows[0]), message, help_
     return None
+
+
+def numbered(rows: NDArray[np.int_]) -> str:
+    """All of some rows by their numbers, runs of them as ``4 to 9``."""
+    runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    some = [f"{r[0]}" if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs]
+    return f"row{'s' if len(rows) > 1 else ''} {', '.join(some)}"

@@ -8,6 +8,7 @@ from itertools import combinations, product
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
@@ -68,9 +69,13 @@ def seen(arm: Arm, q: Array, position: Array) -> Alignment:
 
     Residuals are of all points.
     """
+    return align(arm.flange(q), position, fitted=near(position))
+
+
+def near(position: Array) -> NDArray[np.bool_]:
+    """(n,) points of this world."""
     away = np.linalg.norm(position - np.median(position, axis=0), axis=1)
-    near = away <= STRAY * np.median(away)
-    return align(arm.flange(q), position, fitted=near)
+    return np.asarray(away <= STRAY * np.median(away))
 
 
 def fits(found: Alignment) -> bool:

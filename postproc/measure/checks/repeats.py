@@ -72,11 +72,16 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     if stated is not None:
         return Noise(stated, np.inf, rotation, "user", instrument=instrument)
     found: Noise | None = None
-    for groups in (visits(data), data.repeats):
-        square, dof = _beside_own_columns(data, _without_strays(values, groups), groups)
+    for square, dof in scatters(data, values):
         if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
             found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
     return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
+
+
+def scatters(data: Measurements, values: Array) -> list[tuple[float, float]]:
+    """Pooled variance and its degrees of freedom of repeats of one visit, and of all repeats, of (n, k) numbers."""
+    some = (visits(data), data.repeats)
+    return [_beside_own_columns(data, _without_strays(values, groups), groups) for groups in some]
 
 
 def _values(data: Measurements) -> Array:

@@ -11,6 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.checks.likely_wrong import check_measurements
+from postproc.measure.consensus import agreement
 from postproc.measure.measurements import Measurements
 from postproc.measure.read import columns as names
 from postproc.measure.read.cells import read_cells
@@ -83,11 +84,13 @@ def read_measurements(
         sources=(source,),
     )
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
-    found = check_measurements(data, robot, table.cells, turns, measured, unit)
+    agreed = agreement(data, robot)
+    found = check_measurements(data, robot, table.cells, turns, agreed, measured=measured, unit=unit)
     diagnostics = accepted([*table.diagnostics, *found], terms.accept)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
-    return replace(data, diagnostics=tuple(diagnostics))
+    wrong = agreed.rows[agreed.wrong] if agreed.near and "DAT007" not in terms.accept else ()
+    return replace(data, wrong=frozenset((0, data.row[i]) for i in wrong), diagnostics=tuple(diagnostics))
 
 
 def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Diagnostic, Source
 from postproc.robot.cells.station import Station
 
-ACCEPTABLE = ("DAT009", "DAT031", "DAT034")
+ACCEPTABLE = ("DAT007", "DAT009", "DAT031", "DAT034")
 """Findings that are judgements by the nominal arm or by other data, which the user may know better."""
 
 

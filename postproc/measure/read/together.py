@@ -96,6 +96,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         tool_known=tables[0].tool_known,
         counted=all(table.counted for table in tables),
         accepted=tables[0].accepted,
+        wrong=frozenset((k, row) for k, table in enumerate(tables) for _, row in table.wrong),
         sources=tuple(sources),
         file=tuple(k for k, table in enumerate(tables) for _ in range(len(table))),
     )
@@ -199,7 +200,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
 
 
 def _located(table: Measurements) -> Array:
-    return np.asarray(np.isfinite(table.position).all(axis=1) & np.isfinite(table.state.q).all(axis=1))
+    return np.asarray(table.usable & np.isfinite(table.position).all(axis=1))
 
 
 def _finding(severity: Severity, message: str, help_: str) -> Diagnostic:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 Line = dict[str, Any]
-WORDS = ("right", "inseparable", "part, harmless", "abstained rightly", "part", "needless", "wrong", "abstained", "missed", "wrong channel", "false alarm", "error")  # fmt: skip
-BAD = ("part", "needless", "wrong", "missed", "abstained", "wrong channel", "false alarm", "error")
+WORDS = ("right", "inseparable", "part, harmless", "abstained rightly", "part", "needless", "wrong", "abstained", "missed", "wrong channel", "false alarm", "refused", "harmed", "error")  # fmt: skip
+BAD = ("part", "needless", "wrong", "missed", "abstained", "wrong channel", "false alarm", "harmed", "error")
 ODDS = ((1, 10), (10, 100), (100, 1e4), (1e4, np.inf))
 WHAT = {
     "library": "one effect of the library, at 1, 0.5 and 2 times an ordinary size",
@@ -32,6 +32,8 @@ WHAT = {
     "new side": "one effect, asked where joints 2 and 3 come from different sides, which they never did",
     "new temperature": "one effect, asked at the last degrees of a warm-up, beyond all measured ones",
     "new region": "one effect, asked in a sector of joint 1 that was not measured",
+    "two joints": "waves and products of two joint angles, repeats in one visit or at other times",
+    "bad rows": "2 to 25 % of the rows in turned axes, shifted, in another unit, with columns or points swapped",
 }
 
 

@@ -34,13 +34,18 @@ class Job:
 
 def run(job: Job) -> dict[str, Any]:
     """The figures of a set; an error is one of them."""
-    from tests.bench.diagnosis import rules
+    from tests.bench.diagnosis import rules, sets
+    from tests.bench.diagnosis.bad_rows import named_rows
 
     begin = time.process_time()
     line = {"kind": job.kind, "index": job.index, "method": job.method, "without": job.without, "label": job.label}
     with rules.without(job.without):
         try:
             line |= _figures(job)
+        except sets.Refused as refused:
+            named = named_rows(str(refused))
+            word = "refused" if named >= refused.wrong else "error"
+            line |= {"set": f"{job.kind} #{job.index}", "word": word, "error": str(refused)[:300]}
         except Exception as error:
             line |= {"set": line.get("set", ""), "word": "error", "error": f"{type(error).__name__}: {error}"[:300]}
     return {k: _short(v) for k, v in (line | {"cpu_s": time.process_time() - begin}).items()}

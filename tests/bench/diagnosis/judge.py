@@ -26,6 +26,8 @@ from tests.peak import peak_mb
 
 HARMLESS = 1.2
 """Error, in that of the true model refitted, up to which leaving an effect unnamed costs nobody anything."""
+HARMED = 1.5
+"""The same from which on rows that cannot be right have harmed a model."""
 RIGHTLY = {"missed": "abstained rightly", "abstained": "abstained rightly", "part": "part, harmless"}
 """What a silence is called that costs nobody anything."""
 ABOUT_DATA = {"outlier"}
@@ -66,7 +68,7 @@ def judge(
 
     Words: right, inseparable (right only by what it says it cannot be told from), part (right, but something is missing),
     needless (right, and more), wrong, false alarm, missed (called complete), abstained (called unknown, no name),
-    wrong channel.
+    wrong channel. Beside these: refused (a table whose wrong rows were named), harmed (by rows that cannot be right).
     """
     left, hits, exact = list(truth.accept), [], True
     for key, others in zip(named, alike, strict=True):
@@ -118,12 +120,24 @@ def run(one: Set, true_error: float | None = None) -> dict[str, Any]:
     if one.true.joint is None and not one.truth.outside and d.verdict != "unknown":
         result["inside"] = inside(d.final, one.true)
     if not one.truth.outside:
+        if one.wrong:
+            right = one.data.rows(~np.isin(one.data.row, list(one.wrong)))
+            base = base_fit(one, right)
+            left_out = {row for row in one.data.row} - {d.final.data.row[i] for i in kept_rows(d.final)}
+            result["bad"] = [len(one.wrong), len(left_out), len(left_out & one.wrong)]
         if true_error is None and (refitted := true_model(one, base)) is not None:
             true_error = error(refitted.model, one.true)
         result["true_error"] = true_error
         if true_error is not None and after <= HARMLESS * true_error:
             result["word"] = RIGHTLY.get(result["word"], result["word"])
+        if one.wrong and true_error is not None and after > HARMED * true_error:
+            result["word"] = "harmed"
     return result
+
+
+def kept_rows(fit: Fit) -> list[int]:
+    """Index of the rows that a fit uses."""
+    return [i for i in range(len(fit.data)) if i not in fit.set_aside]
 
 
 def answer(d: Diagnosis) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.diagnostics import Source
+from postproc.diagnostics import PostprocError, Source
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
@@ -18,12 +18,14 @@ from postproc.model.arm import Model
 from postproc.model.file import parse_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.cells.station import Station
+from tests.bench.diagnosis.bad_rows import SHARES, SORTS, spoil
 from tests.independent import arm as A
 from tests.independent import external_axes as X
 from tests.independent import library_effects as K
 from tests.independent import unknown_effects as U
 from tests.independent.cells import DEG, Hidden, States, column, draw_cell, draw_states, seen_by_instrument, settle
 from tests.independent.hidden_effects import LIBRARY, OTHER_ARM, OUTSIDE, PAIRS, Kind, write_table
+from tests.independent.two_joints import TWO_JOINTS
 
 SIZES = (0.5, 1.0, 2.0)
 """Factors on the ordinary random size of a hidden effect."""
@@ -68,7 +70,8 @@ class Set:
         kind, name: ``library``, ``backlash x2``; robot: of the catalogue; data: measured rows; true: other poses with
             their true places, or rows held out; noise: standard deviation per axis [m], or [rad] of encoders.
         base: keys of the effects that are fitted before anything is asked; station: its cell, where it has one.
-        whole: a real table, measured rows and those held out.
+        whole: a real table, measured rows and those held out. wrong: rows of the table, as people count them, that were
+            spoilt.
     """
 
     kind: str
@@ -81,6 +84,7 @@ class Set:
     base: tuple[str, ...] = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
     station: Station | None = None
     whole: Measurements | None = None
+    wrong: frozenset[int] = frozenset()
 
     @property
     def start(self) -> Model:
@@ -91,7 +95,8 @@ class Set:
 @dataclass(frozen=True)
 class Recipe:
     """How a set is drawn. Args: as in `Set`; size: factor on every hidden effect; measured: what the instrument tells;
-    unseen: what is changed, to a level that no measured row has, at the poses with true places."""
+    unseen: what is changed, to a level that no measured row has, at the poses with true places; later: repeats are of
+    other times; spoilt: sort and share of rows that cannot be right."""
 
     kinds: tuple[Kind, ...] = ()
     robot: str = MAIN
@@ -100,13 +105,25 @@ class Recipe:
     moving: bool = False
     measured: str = "positions"
     unseen: str = ""
+    later: bool = False
+    spoilt: tuple[str, float] | None = None
     name: str = field(default="")
 
     @property
     def label(self) -> str:
         words = "+".join(k.__name__ for k in self.kinds) or "nothing"
         robot = "" if self.robot == MAIN else f" on {self.robot}"
+        words += f", {self.spoilt[1]:.0%} {self.spoilt[0]}" if self.spoilt else ""
+        words += ", repeated later" if self.later else ""
         return self.name or f"{words}{robot}" + (f" x{self.size:g}" if self.size != 1.0 else "")
+
+
+class Refused(Exception):
+    """A table with rows that cannot be right was not read. Args: what was said, and the rows."""
+
+    def __init__(self, said: str, wrong: frozenset[int]) -> None:
+        super().__init__(said)
+        self.wrong = wrong
 
 
 def resized(h: Hidden, by: float) -> Hidden:
@@ -141,11 +158,26 @@ def drawn(kind: str, index: int, recipe: Recipe, seed: int) -> Set:
     else:
         s, t = (draw_states(g, count, arm, moving, session) for count in (n, 150))
     again = np.concatenate([np.arange(n), *[np.arange(0, n, max(n // 12, 1))] * 2])
-    tables = []
+    if recipe.later:
+        # Every row is a state of its own: the repeats come at times of their own, warmer and cooler.
+        s, again = s.take(again), np.arange(len(again))
+        time, warm = g.permutation(s.time[n:]), s.temperature[n:]
+        s = replace(s, time=np.append(s.time[:n], time), temperature=np.append(s.temperature[:n], warm + g.normal(0, 2, len(warm))))  # fmt: skip
+    label = np.concatenate([np.arange(n), *[np.arange(0, n, max(n // 12, 1))] * 2])
+    tables, wrong = [], frozenset[int]()
     for states, rows, spread in ((s, again, 1e-3 * noise), (t, np.arange(150), 0.0)):
         e = settle(cell, states)
         seen = seen_by_instrument(cell, states, e)[rows] + g.normal(0, spread, (len(rows), 3))
-        table = _read(recipe.robot, states.take(rows), seen, [f"P{i:03d}" for i in rows], 4 if spread else 6)
+        if recipe.spoilt and spread:
+            seen, some = spoil(g, *recipe.spoilt, seen)
+            wrong = frozenset((np.flatnonzero(some) + 1).tolist())
+        ids = [f"P{i:03d}" for i in (label if spread else rows)]
+        try:
+            table = _read(recipe.robot, states.take(rows), seen, ids, 4 if spread else 6)
+        except PostprocError as error:
+            if not wrong:
+                raise
+            raise Refused("; ".join(d.message for d in error.diagnostics), wrong) from error
         if recipe.measured == "orientations":
             turn = Rotation.from_rotvec(g.normal(0, TURN if spread else 0.0, (len(rows), 3))).as_matrix()
             table = replace(table, rotation=cell.instrument[:3, :3] @ e.frames.tcp[rows, :3, :3] @ turn)
@@ -156,7 +188,8 @@ def drawn(kind: str, index: int, recipe: Recipe, seed: int) -> Set:
     encoders = recipe.measured == "encoders"
     base = ("joint_offset", "joint_compliance") if encoders else Set.base
     name = f"{recipe.label} #{index}"
-    return Set(kind, name, recipe.robot, *tables, Truth.of(hidden), ENCODER if encoders else 1e-3 * noise, base)
+    level = ENCODER if encoders else 1e-3 * noise
+    return Set(kind, name, recipe.robot, *tables, Truth.of(hidden), level, base, wrong=wrong)
 
 
 CHANGED: dict[str, Callable[[States], np.ndarray]] = {
@@ -259,8 +292,24 @@ KINDS: dict[str, tuple[int, Callable[[int], Recipe]]] = {
             ]
         ),
     ),
+    "two joints": (
+        24,
+        _cycle([Recipe((k,), poses=n, later=x) for n, x in ((150, False), (260, True)) for k in TWO_JOINTS]),
+    ),
+    "bad rows": (
+        30,
+        _cycle(
+            [
+                Recipe(() if (i + k) % 2 else (K.backlash,), poses=150, spoilt=(sort, share))
+                for k, share in enumerate(SHARES)
+                for i, sort in enumerate(SORTS)
+            ]
+        ),
+    ),
 }
 """How many different sets there are of each kind before they come again with other numbers, and the recipe of each."""
+LATEST = ("two joints", "bad rows")
+"""Kinds whose seeds stand after those of all others, which keep theirs."""
 REAL = {"ur10_iso_b": "ur10", "ur5_grid": "ur5"}
 """Real tables by name, with their arm."""
 
@@ -293,8 +342,9 @@ def recipes(kind: str, count: int) -> Iterator[tuple[int, Recipe]]:
 
 def seed_of(kind: str, index: int) -> int:
     """Seeds of different kinds are far apart, and apart from those of the tests."""
-    known = [kind for kind in KINDS if not kind.startswith("new ")]
-    return 40_000_000 + 100_000 * [*known, *(kind for kind in KINDS if kind not in known)].index(kind) + index
+    known = [kind for kind in KINDS if not kind.startswith("new ") and kind not in LATEST]
+    asked = [kind for kind in KINDS if kind.startswith("new ")]
+    return 40_000_000 + 100_000 * [*known, *asked, *LATEST].index(kind) + index
 
 
 def real(name: str, folder: Path, block: int) -> Set:

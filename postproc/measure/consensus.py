@@ -1,0 +1,194 @@
+"""Which rows agree on where the instrument stands: the others cannot have been measured as the table says.
+
+The instrument's place and the tool are 9 unknowns, a placed session with a known tool 6. Random samples of rows propose
+them, the proposal with the least median distance of all rows is improved on the better half of the rows, and what then
+lies many times farther off than is typical is wrong. That holds while more than half of the rows are right. Sources:
+Fischler and Bolles (1981); Rousseeuw (1984), least median of squares; Rousseeuw and van Driessen (1999), concentration.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.measure.alignment import Alignment, align, linear_design, spread_of
+from postproc.measure.checks.readings import SUSPICIOUS_M, Arm, fits, near
+from postproc.measure.measurements import Measurements
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import jacobian, skew
+
+LEAST_M, TIMES, TIMES_FITTED = 0.005, 8.0, 10.0
+"""No arm is so far [m], and so many times farther than in its typical row, from its nominal kinematics; and from that
+with its joint zeros fitted, which leave little in most rows and more where an arm is heavily accelerated."""
+MOST = 1 / 3
+"""Share of the rows of a session that may be wrong: the rest could not be believed, either."""
+SAMPLES, BEST, HALVINGS = 400, 8, 6
+"""Samples that are drawn, those that are improved, and how often. Of eight rows, all are right in 1 sample of 17 where
+three rows in ten are wrong: 400 samples hold none of these once in 10^10 tables."""
+ENOUGH, ENOUGH_PLACED = 16, 6
+"""Rows of a session without and with a known tool in which one that is wrong can be told."""
+TINY = 1e-8
+"""Added to the squares of a sample of unit size: what its rows leave open stays small."""
+ENOUGH_ZEROS = 40
+"""Rows of a session in which joint zeros are told as well."""
+LOOKED_AT = 600
+"""Rows of a session by which samples are judged; all rows are held against what is found."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """What k rows of a table agree on.
+
+    Args:
+        rows: (k,) index of those with a commanded state and a position. wrong: (k,) those that cannot be right.
+        error: (k, 3) from where the placed nominal arm would have the point to where it is [m], instrument axes.
+        typical: (k,) its median length in the session of the row [m]. doubtful: names of sessions so many rows of which
+            are wrong that none of them can be believed, "" where there are no sessions.
+        fits: whether the arm is where the rows that agree have it, in its units and its hand; near: whether it is, as
+            far as poses in a small part of space can tell.
+    """
+
+    rows: NDArray[np.int_]
+    wrong: NDArray[np.bool_]
+    error: Array
+    typical: Array
+    doubtful: tuple[str, ...]
+    fits: bool
+    near: bool
+
+
+def agreement(data: Measurements, robot: Robot) -> Agreement:
+    """Which rows agree on where the arm is; sessions are placed each by itself, with the tool of the largest one."""
+    rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
+    arm, q = Arm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
+    T = arm.flange(q)
+    if data.tool_known:
+        T = T @ data.state.T_flange_tcp[rows]
+    error, typical, wrong = np.zeros((len(rows), 3)), np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
+    first: Alignment | None = None
+    doubtful, names = [], _sessions(data)[rows]
+    for name, _ in Counter(names.tolist()).most_common():
+        mine = np.flatnonzero(names == name)
+        few = len(np.unique(np.round(q[mine], 6), axis=0)) < (ENOUGH if first is None else ENOUGH_PLACED)
+        found = _placed(T[mine], data.position[rows[mine]], few, first)
+        error[mine], typical[mine] = found.residual, found.typical
+        lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
+        wrong[mine] = lost or _wrong(found, T[mine], arm.rows(mine), q[mine], few)
+        if wrong[mine].mean() > MOST:
+            doubtful.append(str(name))
+        if first is None:
+            first, T = found, T.copy()
+            T[:, :3, 3] += T[:, :3, :3] @ found.tool
+    if first is None:
+        return Agreement(rows, wrong, error, typical, (), False, False)
+    return Agreement(rows, wrong, error, typical, tuple(doubtful), fits(first), first.typical < SUSPICIOUS_M)
+
+
+def _sessions(data: Measurements) -> NDArray[np.str_]:
+    """(n,) name of the session of each row, "" where there are none."""
+    return np.full(len(data), "") if data.state.session is None else data.state.session_of_rows
+
+
+def _wrong(found: Alignment, T: Array, arm: Arm, q: Array, few: bool) -> NDArray[np.bool_]:
+    """(n,) rows that cannot be right: of a few rows one at most, and none where the arm is elsewhere altogether."""
+    off = np.linalg.norm(found.residual, axis=1)
+    if found.typical > SUSPICIOUS_M:
+        return np.zeros(len(off), dtype=bool)
+    wrong = off > max(LEAST_M, TIMES * found.typical)
+    if len(off) >= ENOUGH_ZEROS and off.max() > LEAST_M and not few and wrong.mean() < MOST:
+        off = _beside_zeros(found, T, arm, q)
+        wrong |= off > max(LEAST_M, TIMES_FITTED * float(np.median(off)))
+    return np.asarray(wrong & (not few or wrong.sum() == 1))
+
+
+def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Alignment:
+    """The alignment of the rows of a session that agree; residuals of all of its rows, typical that of the median row.
+
+    Args:
+        T: (n, 4, 4) flanges, or measured points of the arm where a session has told them. few: too few poses to choose
+            among. first: of that session, whose place stands in for that of one with few poses.
+    """
+    if few and first is not None:
+        frame = first.T_instrument_base
+        residual = position - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3]
+        return replace(first, tool=np.zeros(3), residual=residual)
+    tool = first is None
+    plain = align(T, position, tool, near(position))
+    if few or np.linalg.norm(plain.residual, axis=1).max() < LEAST_M:
+        return plain  # nothing to choose
+    others = _settled(T, position, tool, _proposed(T, position, tool))
+    return min(_settled(T, position, tool, near(position)), others, key=lambda found: found.typical)
+
+
+def _beside_zeros(found: Alignment, T: Array, arm: Arm, q: Array) -> Array:
+    """(n,) distances [m] that zeros of joints, place and tool leave: least trimmed squares, linear in these.
+
+    Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.
+    """
+    R, tcp = found.T_instrument_base[:3, :3], T.copy()
+    tcp[:, :3, 3] += T[:, :3, :3] @ found.tool
+    turned = jacobian(arm.robot, q, np.linalg.inv(arm.flange(q)) @ tcp)[:, :3]
+    if arm.T_reference_base is not None:
+        turned = arm.T_reference_base[:, :3, :3] @ turned
+    placed, tool = tcp[:, :3, 3] @ R.T, R @ T[:, :3, :3]
+    design = np.concatenate([np.broadcast_to(np.eye(3), tool.shape), -skew(placed), tool, R @ turned], axis=2)
+    kept, some = int(np.ceil((1 - MOST) * len(T))), np.flatnonzero(_closest_half(design, found.residual, 8))
+    for _ in range(HALVINGS):
+        step, *_ = np.linalg.lstsq(design[some].reshape(-1, 15), found.residual[some].ravel(), rcond=1e-6)
+        off = np.linalg.norm(found.residual - design @ step, axis=1)
+        some = np.argsort(off)[:kept]
+    return np.asarray(off)
+
+
+def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) -> Alignment:
+    """The alignment of the rows that agree with it, from some of them on; typical is the median of all rows."""
+    for _ in range(HALVINGS):
+        found = align(T, position, tool, agree)
+        # An alignment at another scale has no residuals.
+        off = np.nan_to_num(np.linalg.norm(found.residual, axis=1), nan=np.inf)
+        found = replace(found, typical=float(np.median(off)))
+        closer = off <= max(LEAST_M, TIMES * found.typical)
+        if (closer == agree).all() or found.typical == np.inf:
+            break
+        agree = closer
+    return found
+
+
+def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
+    """(n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm: it needs no scale."""
+    y = position - np.median(position, axis=0)
+    design = linear_design(T[:, :3, :3], y / spread_of(y), tool)
+    return _closest_half(design, T[:, :3, 3] - np.median(T[:, :3, 3], axis=0), 8 if tool else 6)
+
+
+def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
+    """(n,) the half of the rows that one solution x of design x = wanted fits best, of all that samples propose.
+
+    Args:
+        design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.
+    """
+    some = np.linspace(0, len(wanted) - 1, min(len(wanted), LOOKED_AT)).astype(int)
+    design, wanted = design[some], wanted[some]
+    g = np.random.default_rng(0)
+    drawn = np.array([g.choice(len(some), size, replace=False) for _ in range(SAMPLES)])
+    off = _left(design, wanted, drawn)
+    for _ in range(HALVINGS):
+        best = np.argsort(np.median(off, axis=1))[:BEST]
+        drawn = np.argsort(off[best], axis=1)[:, : len(some) // 2]
+        off = _left(design, wanted, drawn)
+    agree = np.zeros(int(some[-1]) + 1, dtype=bool)
+    agree[some[drawn[np.argmin(np.median(off, axis=1))]]] = True
+    return agree
+
+
+def _left(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
+    """(k, n) distances that k solutions leave of all rows, each of the rows drawn for it (k, m)."""
+    A = design[drawn].reshape(len(drawn), -1, design.shape[2])
+    turned = np.swapaxes(A, 1, 2)
+    right = turned @ wanted[drawn].reshape(len(drawn), -1, 1)
+    x = np.linalg.solve(turned @ A + TINY * np.eye(A.shape[2]), right)
+    return np.asarray(np.linalg.norm(np.einsum("nij,kj->kni", design, x[:, :, 0]) - wanted, axis=2))
