@@ -21,7 +21,7 @@ from postproc.compensate.correction.curve import (
 from postproc.compensate.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
-from postproc.compensate.text.added_targets import TargetAdder
+from postproc.compensate.text.added_targets import MAY_HAVE_CHANGED, TargetAdder
 from postproc.compensate.text.arcs import all_numbers
 from postproc.compensate.text.insertions import ASTRAY, TURNED_ASIDE, runs_astray, why_indivisible
 from postproc.compensate.text.requests import Requester
@@ -31,6 +31,7 @@ from postproc.compensate.tolerances import in_scope, path_tolerances
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp
 from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.flow.arrivals import Arrivals, only
 from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
@@ -48,6 +49,10 @@ class OnController:
 
     takes: Callable[[StatementKey], bool] = lambda _: False
     everything: bool = False
+
+
+FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +131,7 @@ class Planner:
         self.tolerance = path_tolerances(self.moves, motion.options)
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
+        self.arrivals = Arrivals(program, self.writer.changes)
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
         # Most moves are in a round as in the one before.
@@ -217,8 +223,20 @@ class Planner:
         asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(self.moves))
         found = {i: why for i, why in asked if why is not None}
         found |= dict.fromkeys(self.samples.turned_aside().tolist(), TURNED_ASIDE)
+        found |= {i: why for i in range(len(self.moves)) if (why := self._not_from_one(i))}
         astray = runs_astray(self.events, (move.row for move in self.moves if not move.first))
         return found | {i: ASTRAY for i, move in enumerate(self.moves) if move.event.statement.key in astray}
+
+    def _not_from_one(self, i: int) -> str:
+        """Why the start of a move is not a place that its statement can rely on; empty where it is."""
+        event = self.moves[i].event
+        if i == 0 or event.statement.interpolation not in ("line", "arc"):
+            return ""
+        if only(self.arrivals.before(event.statement.key)) != self.moves[i - 1].event.statement.key:
+            return FROM_ELSEWHERE
+        given = (event.statement.argument(role) for role in FRAMES)
+        named = [event.start or "", *(argument.text for argument in given if argument is not None)]
+        return "" if self.arrivals.keeps(event.statement, " ".join(named)) else MAY_HAVE_CHANGED
 
 
 def plan_changes(
