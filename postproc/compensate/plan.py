@@ -131,7 +131,7 @@ class Planner:
         self.tolerance = path_tolerances(self.moves, motion.options)
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
-        self.arrivals = Arrivals(program, self.writer.changes)
+        self.arrivals = Arrivals(program, self.writer.effects)
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
         # Most moves are in a round as in the one before.

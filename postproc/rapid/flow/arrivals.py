@@ -201,9 +201,9 @@ class Arrivals:
                         for called in step.routines:
                             calls.setdefault(key, []).append((called, at))
                     state = self._behind(step, state, routine)
-        called = {name for found in calls.values() for name, _ in found}
+        reached = {name for found in calls.values() for name, _ in found}
         entries: dict[str, State] = {
-            key: {} if r.routine.local and r.routine.kind != "TRAP" and key in called else LOST
+            key: {} if r.routine.local and r.routine.kind != "TRAP" and key in reached else LOST
             for key, r in self._routines.items()
         }
         entries |= dict.fromkeys(self.changes.sync, LOST)
