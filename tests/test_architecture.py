@@ -74,7 +74,7 @@ def test_imports_point_downward(path: Path) -> None:
 
 # Folders and files inside a room, in the order in which they may use each other; what a room does not name is free.
 FLOORS = {
-    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "motions", "execution", "diff"),
+    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "flow", "motions", "execution", "diff"),
     "motion": ("mounts", "values", "findings", "path", "timing", "smoothing"),
     "compensate": (
         *("options", "tolerances", "path", "correction", "reading", "text", "plan"),

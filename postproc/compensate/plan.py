@@ -21,7 +21,7 @@ from postproc.compensate.correction.curve import (
 from postproc.compensate.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
-from postproc.compensate.text.added_targets import TargetAdder, all_numbers
+from postproc.compensate.text.added_targets import MAY_HAVE_CHANGED, TargetAdder, all_numbers
 from postproc.compensate.text.insertions import ASTRAY, RESUMED, TURNED_ASIDE, runs_astray, why_indivisible
 from postproc.compensate.text.requests import Requester
 from postproc.compensate.text.values import Change, Insertion, Place
@@ -30,6 +30,7 @@ from postproc.compensate.tolerances import in_scope, path_tolerances
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp
 from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.flow.arrivals import Arrivals, only
 from postproc.rapid.program.error_recovery import resumed_behind_errors
 from postproc.rapid.program.program import Program
 
@@ -51,6 +52,10 @@ class OnController:
     takes: Callable[[StatementKey], bool] = lambda _: False
     everything: bool = False
     left: Mapping[StatementKey, str] = field(default_factory=dict)
+
+
+FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +139,7 @@ class Planner:
         self.tolerance = path_tolerances(self.moves, motion.options)
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
+        self.arrivals = Arrivals(program, self.writer.effects)
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
         # Most moves are in a round as in the one before.
@@ -227,8 +233,20 @@ class Planner:
         resumed = resumed_behind_errors(self.program)
         places = [(m.event.statement.module, m.event.statement.routine) for m in self.moves]
         found |= {i: RESUMED for i, (module, routine) in enumerate(places) if f"{module}.{routine}".lower() in resumed}
+        found |= {i: why for i in range(len(self.moves)) if (why := self._not_from_one(i))}
         astray = runs_astray(self.events, (move.row for move in self.moves if not move.first))
         return found | {i: ASTRAY for i, move in enumerate(self.moves) if move.event.statement.key in astray}
+
+    def _not_from_one(self, i: int) -> str:
+        """Why the start of a move is not a place that its statement can rely on; empty where it is."""
+        event = self.moves[i].event
+        if i == 0 or event.statement.interpolation not in ("line", "arc"):
+            return ""
+        if only(self.arrivals.before(event.statement.key)) != self.moves[i - 1].event.statement.key:
+            return FROM_ELSEWHERE
+        given = (event.statement.argument(role) for role in FRAMES)
+        named = [event.start or "", *(argument.text for argument in given if argument is not None)]
+        return "" if self.arrivals.keeps(event.statement, " ".join(named)) else MAY_HAVE_CHANGED
 
 
 def plan_changes(

@@ -18,8 +18,8 @@ from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
-from postproc.rapid.execution.loops import counted
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
+from postproc.rapid.flow.constants import counted
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement

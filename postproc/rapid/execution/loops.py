@@ -6,17 +6,17 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.values import Value, single
+from postproc.rapid.data.values import Value
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.execution.calls import MAX_STEPS, Execution
 from postproc.rapid.execution.jumps import UNTIL
+from postproc.rapid.flow.constants import MAX_TURNS, counted
 from postproc.rapid.program.write_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
 from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown
 
-MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
 MOST_STEPS_ABOVE = 2  # times MAX_STEPS: from there on what is in a loop is not followed at all
 MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; after them all it changes is unknown
@@ -156,19 +156,6 @@ class Loops(Execution):
         self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
         self.left = left
         return _differing(before, after)
-
-
-def counted(first: float, last: float, step: float | None = None) -> list[float] | None:
-    """Values of the index of a FOR loop, counted in single precision; None where there are too many."""
-    first, last = single(first), single(last)
-    step = single(step) if step is not None else 1.0 if last >= first else -1.0
-    turns: list[float] = []
-    while first <= last if step >= 0 else first >= last:
-        if len(turns) == MAX_TURNS:
-            return None
-        turns.append(first)
-        first = single(first + step)
-    return turns
 
 
 def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:

@@ -1,0 +1,242 @@
+"""After which motion each motion statement of a program may run: reaching definitions over the flow of the task.
+
+Each routine is looked at once for itself, from where the arm stood when it was entered (``ENTRY``) to where it stands
+when the routine is left; what holds at its calls then says what ``ENTRY`` is.  A routine that the pendant or a program
+in none of the files may start is entered from anywhere: all that are not LOCAL, traps, and those that nobody calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from postproc.rapid.data.events import MotionStatement, StatementKey
+from postproc.rapid.flow.constants import Constants
+from postproc.rapid.flow.effects import Call, Go, StatementEffects, Step, comes_back
+from postproc.rapid.flow.graph import EXIT, Graph, draw
+from postproc.rapid.flow.states import (
+    ANYTHING,
+    ANYWHERE,
+    CALLED,
+    FROM_CALLER,
+    LOST,
+    NOTHING,
+    REFERRED,
+    State,
+    entered,
+    joined,
+    returned,
+    substituted,
+    written,
+)
+from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.syntax.nodes import Routine
+from postproc.rapid.syntax.tokens import identifiers
+
+
+@dataclass(slots=True)
+class _Routine:
+    """A routine while its states are worked out.
+
+    Args:
+        moves: whether the arm may stand elsewhere behind it; handled: the same of its handlers.
+        exit: the state at its end, from ``ENTRY``; states: at the begin of each block.
+    """
+
+    routine: Routine
+    graph: Graph
+    moves: bool
+    handled: bool
+    exit: State
+    states: list[State]
+
+
+class Arrivals:
+    """Where the arm may come from, for every motion statement.
+
+    ``open`` is whether anything but constants of the text decides which way the program takes.
+    """
+
+    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+        self.program = program
+        self.changes = changes or WriteEffects(program)
+        effects, constants = StatementEffects(program, self.changes), Constants(program)
+        self._routines: dict[str, _Routine] = {}
+        for routine in program.all_routines():
+            graph = draw(routine, effects, constants)
+            self._routines[routine.key] = _Routine(routine, graph, False, False, {}, [])
+        self._callers = self._find_callers()
+        self._find_moving()
+        self._summarise()
+        self._before: dict[StatementKey, tuple[str, State]] = {}
+        self._entries = self._find_entries()
+        traps = [r for r in self._routines.values() if r.routine.kind == "TRAP" or r.routine.key in self.changes.sync]
+        leaving = [r for r in traps if r.moves and not comes_back(r.routine, effects)]
+        self._adrift = bool(leaving)  # at any moment something may take the arm elsewhere
+        self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_elsewhere()
+
+    def before(self, key: StatementKey) -> State:
+        """The motions that may be the last before a motion statement; nothing where no way leads to it."""
+        if self._adrift:
+            return LOST
+        routine, state = self._before.get(key, ("", {}))
+        return substituted(state, self._entries[routine]) if routine else state
+
+    def keeps(self, statement: MotionStatement, text: str) -> bool:
+        """Whether all data that a text names at a statement, and the displacement of the program, are as they were
+        when the arm came to where the statement begins, by whichever way.
+        """
+        since = NOTHING.union(*self.before(statement.key).values())
+        routine = self.program.routine(statement.routine, statement.module)
+        if routine is None or since >= ANYTHING or not since.isdisjoint(("@pdisp", "@eoffs")):
+            return False
+        return all(self._holds(name, routine, since) for name in identifiers(text.encode("latin-1")))
+
+    def _holds(self, name: str, routine: Routine, since: frozenset[str]) -> bool:
+        """Whether nothing that is written changes what a name means in a routine."""
+        if self.program.routine(name, routine.module) is not None and since - {CALLED}:
+            return False  # a function of the program's own may read anything
+        parameter = next((p for p in routine.parameters if p.name == name), None)
+        declared = None if parameter else self.program.declaration(name, routine.module, routine.name)
+        own = parameter is not None or name in self._routines[routine.key].graph.counters
+        if CALLED in since and (own or (declared is not None and declared.routine)):
+            return False
+        data = {k for k in since if k[0] not in "@#"}
+        if parameter is not None and parameter.mode in BY_REFERENCE and data:
+            return False
+        if declared is None or declared.storage == "CONST":
+            return since.isdisjoint((f"%{name}", f"#{name}"))
+        if self.changes.may_be_written_any_time(declared.key) or (REFERRED in since or any(k[0] == "%" for k in data)):
+            return False
+        return since.isdisjoint((declared.key, f"#{name}"))
+
+    def _find_callers(self) -> Mapping[str, set[str]]:
+        callers: dict[str, set[str]] = {key: set() for key in self._routines}
+        for key, routine in self._routines.items():
+            for step in _steps(routine.graph):
+                if isinstance(step, Call):
+                    for called in step.routines:
+                        callers[called].add(key)
+        return callers
+
+    def _find_moving(self) -> None:
+        """Which routines may move the arm, and whose handlers."""
+        pending = []
+        for key, routine in self._routines.items():
+            routine.moves = any(_moves(step, {}) for step in _steps(routine.graph))
+            pending += [key] if routine.moves else []
+        while pending:
+            for caller in self._callers[pending.pop()]:
+                if not self._routines[caller].moves:
+                    self._routines[caller].moves = True
+                    pending.append(caller)
+        for routine in self._routines.values():
+            routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
+
+    def _summarise(self) -> None:
+        """Work out where the arm stands behind each routine, those first that are called."""
+        pending = dict.fromkeys(self._routines)
+        while pending:
+            key, _ = pending.popitem()
+            routine = self._routines[key]
+            before = routine.exit
+            routine.states = self._states(routine)
+            routine.exit = routine.states[EXIT]
+            if routine.exit != before:
+                pending |= dict.fromkeys(self._callers[key])
+
+    def _states(self, routine: _Routine) -> list[State]:
+        """The state at the begin of each block of a routine."""
+        graph = routine.graph
+        states: list[State] = [{} for _ in graph.blocks]
+        reached = [False] * len(states)
+        starts = {0: FROM_CALLER} | dict.fromkeys(graph.handlers, LOST if routine.moves else FROM_CALLER)
+        pending: dict[int, None] = {}
+        for at, state in starts.items():
+            states[at], reached[at] = state, True
+        pending |= dict.fromkeys(reversed(starts))
+        while pending:
+            at, _ = pending.popitem()
+            behind = states[at]
+            for step in graph.blocks[at].steps:
+                behind = self._behind(step, behind, routine)
+            for then in graph.blocks[at].then if behind else ():
+                met = joined([states[then], behind])
+                if met != states[then] or not reached[then]:
+                    states[then], reached[then] = met, True
+                    pending[then] = None
+        return states
+
+    def _behind(self, step: Step, state: State, routine: _Routine) -> State:
+        """The state behind a step; nothing where it never ends."""
+        if isinstance(step, Go):
+            return LOST if step.astray or routine.graph.skips else {step.statement.key: NOTHING}
+        if not isinstance(step, Call):
+            return written(state, step.keys)
+        if not state or step.elsewhere:
+            return LOST if state else state
+        if routine.graph.skips and _moves(step, self._routines):
+            return LOST
+        exits = [self._routines[called].exit for called in step.routines]
+        return joined([returned(self._at(step, state, routine), exit_, step.keys) for exit_ in exits])
+
+    def _at(self, step: Step, state: State, routine: _Routine) -> State:
+        """The state in which a step begins, where a handler may have repeated it from elsewhere."""
+        graph = routine.graph
+        again = routine.handled or (isinstance(step, Call) and _moves(step, self._routines))
+        return LOST if state and (graph.retries or graph.skips) and again else state
+
+    def _find_entries(self) -> Mapping[str, State]:
+        """Where the arm may stand when each routine is entered; notes the states before motions on the way."""
+        calls: dict[str, list[tuple[str, State]]] = {}
+        for key, routine in self._routines.items():
+            for block, state in zip(routine.graph.blocks, routine.states, strict=True):
+                for step in block.steps if state else ():
+                    at = self._at(step, state, routine)
+                    if isinstance(step, Go):
+                        self._before[step.statement.key] = key, at
+                    elif isinstance(step, Call):
+                        for called in step.routines:
+                            calls.setdefault(key, []).append((called, at))
+                    state = self._behind(step, state, routine)
+        reached = {name for found in calls.values() for name, _ in found}
+        entries: dict[str, State] = {
+            key: {} if r.routine.local and r.routine.kind != "TRAP" and key in reached else LOST
+            for key, r in self._routines.items()
+        }
+        entries |= dict.fromkeys(self.changes.sync, LOST)
+        pending = dict.fromkeys(entries)
+        while pending:
+            key, _ = pending.popitem()
+            for name, at in calls.get(key, ()):
+                state = joined([entries[name], entered(substituted(at, entries[key]))])
+                if state != entries[name]:
+                    entries[name] = state
+                    pending[name] = None
+        return entries
+
+    def _calls_elsewhere(self) -> bool:
+        """Whether anything is called that is in none of the files, or nobody knows which routine."""
+        calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, Call))
+        return any(call.elsewhere or len(call.routines) != 1 for call in calls)
+
+
+def only(state: State) -> StatementKey | None:
+    """The one motion that arrives; None where there are several, or none, or the arm may come from anywhere."""
+    key = next(iter(state), ANYWHERE)
+    return key if len(state) == 1 and key != ANYWHERE else None
+
+
+def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
+    """All steps from a block on."""
+    for block in graph.blocks[start:]:
+        yield from block.steps
+
+
+def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
+    """Whether the arm may stand elsewhere behind a step."""
+    if isinstance(step, Call):
+        return step.elsewhere or any(key in routines and routines[key].moves for key in step.routines)
+    return isinstance(step, Go)

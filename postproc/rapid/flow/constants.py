@@ -1,0 +1,112 @@
+"""Conditions and bounds that constants of the text decide; all others are open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from postproc.diagnostics import Span
+from postproc.rapid.data.values import Data, Fields, Value, as_type, known_records, single
+from postproc.rapid.evaluation.evaluate import evaluate
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.nodes import Routine
+from postproc.rapid.syntax.trees import Call, Name
+from postproc.rapid.unknown import Kind, Unknown
+
+CLOSED_TYPES = ("num", "dnum", "bool", "string")  # places are touched up on the pendant, those of constants too
+MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
+MOST_DEEP = 20  # constants that are declared by others
+
+
+class Constants:
+    """Values of expressions in which nothing but constants of the text stand."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.records = known_records(program.modules)
+
+    def value(self, routine: Routine, span: Span, hidden: frozenset[str]) -> Data | None:
+        """Value of an expression in a routine; None where anything else than constants decides it.
+
+        Args:
+            hidden: names of loop counters in force, lower case.
+        """
+        hidden |= {parameter.name for parameter in routine.parameters}
+        scope = _Scope(self.program, self.records, (routine.module, routine.name), hidden)
+        try:
+            return evaluate(read_whole_expression(routine.source.data, *span), scope).data
+        except Unknown:
+            return None
+
+    def truth(self, routine: Routine, span: Span, hidden: frozenset[str]) -> bool | None:
+        """Whether a condition holds; None where it is open."""
+        value = self.value(routine, span, hidden)
+        return value if isinstance(value, bool) else None
+
+    def is_case(self, routine: Routine, subject: Span, cases: tuple[Span, ...], hidden: frozenset[str]) -> bool | None:
+        """Whether the subject of TEST is one of the values of a CASE; None where that is open."""
+        value, verdict = self.value(routine, subject, hidden), False
+        for case in cases:
+            other = self.value(routine, case, hidden)
+            if value is None or other is None:
+                return None
+            verdict |= as_type(value, "num") == as_type(other, "num")
+        return verdict
+
+
+class _Scope:
+    """Names of constants."""
+
+    def __init__(
+        self,
+        program: Program,
+        records: Mapping[str, Fields],
+        place: tuple[str, str],
+        hidden: frozenset[str],
+        depth: int = 0,
+    ) -> None:
+        self.program, self.records, self.place, self.hidden, self.depth = program, records, place, hidden, depth
+        self.reads: list[Unknown] = []
+        self.noted: list[Unknown] = []
+
+    def lookup(self, name: Name) -> Value:
+        """Value of a constant."""
+        declared = None if name.name in self.hidden else self.program.declaration(name.name, *self.place)
+        closed = declared is not None and declared.storage == "CONST" and declared.type.lower() in CLOSED_TYPES
+        if declared is None or not closed or declared.init is None or declared.dims or self.depth > MOST_DEEP:
+            raise Unknown(Kind.UNDECIDED)
+        home = declared.module, declared.routine
+        scope = _Scope(self.program, self.records, home, frozenset(), self.depth + 1)
+        value = evaluate(read_whole_expression(declared.source.data, *declared.init), scope)
+        return Value(as_type(value.data, declared.type), declared.type)
+
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        """None is known."""
+        raise Unknown(Kind.UNDECIDED)
+
+    def call(self, call: Call) -> Value | None:
+        """None for the functions of the controller."""
+        if self.program.routine(call.name, self.place[0]) is not None:
+            raise Unknown(Kind.UNDECIDED)
+        return None
+
+    def present(self, name: str) -> bool:
+        """Open: any caller may give a parameter or not."""
+        raise Unknown(Kind.UNDECIDED)
+
+    def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
+        """None is known."""
+        raise Unknown(Kind.UNDECIDED)
+
+
+def counted(first: float, last: float, step: float | None = None) -> list[float] | None:
+    """Values of the index of a FOR loop, counted in single precision; None where there are too many."""
+    first, last = single(first), single(last)
+    step = single(step) if step is not None else 1.0 if last >= first else -1.0
+    turns: list[float] = []
+    while first <= last if step >= 0 else first >= last:
+        if len(turns) == MAX_TURNS:
+            return None
+        turns.append(first)
+        first = single(first + step)
+    return turns

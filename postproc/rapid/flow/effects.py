@@ -1,0 +1,144 @@
+"""What one statement does to where the arm stands and to data, without the statements inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.flow.states import NOTHING, Writes
+from postproc.rapid.program.instructions import KNOWN, MOVING
+from postproc.rapid.program.late_binding import late_call, may_be
+from postproc.rapid.program.program import Program, statements_in
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.program.write_effects import STATE, UNSEEN, WriteEffects, argument_name
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import word_set
+
+# Beside those that move the arm by themselves: what leaves the path, or takes up another.
+LEAVING = MOVING | word_set("clearpath storepath restopath startmoveretry pathrecmovebwd pathrecmovefwd")
+
+
+@dataclass(frozen=True, slots=True)
+class Go:
+    """A motion; ``astray``: it ends nobody knows where, as a search does."""
+
+    statement: MotionStatement
+    astray: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Something that may write data."""
+
+    keys: Writes
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One of some routines runs, by their keys.
+
+    Args:
+        elsewhere: perhaps one that is in none of the files, which may move the arm to anywhere.
+        keys: what the call may write, as the caller calls it.
+    """
+
+    routines: tuple[str, ...]
+    elsewhere: bool
+    keys: Writes
+
+
+Step = Go | Write | Call
+LOSE = Call((), True, NOTHING)
+
+
+class StatementEffects:
+    """Steps of statements of a program."""
+
+    def __init__(self, program: Program, changes: WriteEffects) -> None:
+        self.program, self.changes = program, changes
+        self._procedures = [r for r in program.all_routines() if r.kind == "PROC"]
+
+    def steps(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        """What a statement does, in the order in which it does it."""
+        yield from self.functions(statement, routine)
+        if statement.kind == "call":
+            motion = self.program.motions.get((routine.source.path, statement.span[0]))
+            if motion is not None:
+                yield from self._of_motion(motion, statement, routine)
+            else:
+                yield from self._of_call(statement, routine)
+        elif statement.kind in ("assign", "connect"):
+            yield from self._writes(statement, routine)
+        elif statement.kind == "opaque":
+            yield LOSE
+
+    def functions(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        """What functions do that the statement's own expressions call."""
+        place = routine.source.path, statement.span
+        own, unknown = self.changes.by_own.get(place, ()), self.changes.by_unknown.get(place)
+        if not own and unknown is None:
+            return
+        keys = frozenset(self.changes.of_functions(statement, routine)) - {"@moves", UNSEEN}
+        yield Call(tuple(sorted({key for key, _ in own})), unknown is not None, keys)
+
+    def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
+        roles, still = motion.roles, motion.interpolation == "none"
+        if not still:
+            yield Go(motion, "found" in roles)
+        if still or "found" in roles or "procedure" in roles:
+            yield from self._writes(statement, routine)
+
+    def _writes(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        keys = self.changes.of_one(statement, routine)
+        if UNSEEN in keys:
+            yield LOSE
+        keys -= {"@moves", UNSEEN}
+        if keys:
+            yield Write(keys)
+
+    def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        late = late_call(statement, routine.source.data, self.program, routine.module)
+        keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
+        if late is not None:
+            if None in late.template:
+                found = [r.key for r in self._procedures if may_be(late.template, r.name)]
+            else:
+                found = [r.key for r in self._procedures if r.name.lower() == "".join(map(str, late.template))]
+            yield Call(tuple(found), not found or None in late.template, keys)
+            return
+        called = self.program.routine(statement.word, routine.module)
+        word = statement.word
+        if called is not None:
+            yield Call((called.key,), False, keys)
+        elif word in LEAVING or (word not in KNOWN and word not in SIGNATURES and word not in STATE):
+            yield LOSE
+        elif keys:
+            yield Write(keys)
+
+
+def comes_back(trap: Routine, effects: StatementEffects) -> bool:
+    """Whether a trap leaves the arm where it found it: all that moves stands between ``StorePath`` and ``RestoPath``,
+    and ends where the arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
+    """
+    stored, last = False, None
+    for statement in trap.body:
+        if statement.word in ("storepath", "restopath") and statement.kind == "call":
+            if stored and statement.word == "restopath" and not _goes_back(last, trap, effects):
+                return False
+            stored, last = statement.word == "storepath", None
+        elif any(not isinstance(step, Write) for s in statements_in([statement]) for step in effects.steps(s, trap)):
+            last = statement
+            if not stored or statement.kind in ("return", "goto", "leave"):
+                return False
+    return not stored
+
+
+def _goes_back(last: Statement | None, trap: Routine, effects: StatementEffects) -> bool:
+    """Whether a statement moves to where the arm stood; nothing moves where there is none."""
+    motion = None if last is None else effects.program.motion(trap.source, last)
+    if motion is None or "to" not in motion.roles:
+        return last is None
+    name = argument_name(trap.source.data, motion.span_of("to"))
+    declared = effects.program.declaration(name, trap.module, trap.name)
+    return declared is not None and declared.key in effects.changes.measured

@@ -1,0 +1,198 @@
+"""The flow of control of a routine: blocks of steps, and which may run after which."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from postproc.rapid.data.values import Data
+from postproc.rapid.flow.constants import Constants, counted
+from postproc.rapid.flow.effects import StatementEffects, Step, Write
+from postproc.rapid.syntax.nodes import Branch, Routine, Statement
+
+EXIT = 1  # the block at which all ways end by which a routine is left
+
+
+@dataclass(slots=True)
+class Block:
+    """Steps that run one after the other, and the blocks of which one runs then."""
+
+    steps: list[Step] = field(default_factory=list)
+    then: list[int] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Graph:
+    """The flow of a routine, which begins at its first block and ends at ``EXIT``.
+
+    Args:
+        handlers: where its handlers begin; inside: blocks from there on belong to handlers.
+        retries, skips: whether a handler may repeat the statement that failed, or go on behind it.
+        open: whether anything but constants of the text decides on a way.
+        counters: names of its loop counters.
+    """
+
+    blocks: list[Block]
+    handlers: list[int] = field(default_factory=list)
+    inside: int = 0
+    retries: bool = False
+    skips: bool = False
+    open: bool = False
+    counters: set[str] = field(default_factory=set)
+
+
+def draw(routine: Routine, effects: StatementEffects, constants: Constants) -> Graph:
+    """The graph of a routine."""
+    return _Drawing(routine, effects, constants).graph
+
+
+class _Drawing:
+    """Draws a graph; ``now`` is the block that the next step comes to, None behind a statement that leaves."""
+
+    def __init__(self, routine: Routine, effects: StatementEffects, constants: Constants) -> None:
+        self.routine, self.effects, self.constants = routine, effects, constants
+        self.graph = Graph([Block(), Block()])
+        self.labels: dict[str, int] = {}
+        self.counters: list[str] = []  # of the loops that are running
+        self.now: int | None = 0
+        self.body(routine.body)
+        self.leave(EXIT)
+        self.graph.inside = len(self.graph.blocks)
+        for handler in routine.handlers:
+            self.now = self.block()
+            self.graph.handlers.append(self.now)
+            self.graph.open = True
+            self.body(handler)
+            self.leave(EXIT)
+
+    def block(self) -> int:
+        """A new block."""
+        self.graph.blocks.append(Block())
+        return len(self.graph.blocks) - 1
+
+    def leave(self, to: int) -> None:
+        """Go on at a block, and nowhere else."""
+        if self.now is not None:
+            self.graph.blocks[self.now].then.append(to)
+        self.now = None
+
+    def step(self, steps: Iterable[Step]) -> None:
+        if self.now is not None:
+            self.graph.blocks[self.now].steps += steps
+
+    def body(self, statements: Sequence[Statement]) -> None:
+        for statement in statements:
+            if self.now is not None or statement.kind == "label" or statement.branches:
+                self.statement(statement)
+
+    def statement(self, statement: Statement) -> None:
+        match statement.kind:
+            case "if" | "test":
+                self.branches(statement)
+            case "for":
+                self.for_loop(statement)
+            case "while":
+                self.while_loop(statement)
+            case "label":
+                at = self.label(statement.word)
+                self.leave(at)
+                self.now = at
+            case "goto":
+                self.step([Write(frozenset(f"#{name}" for name in self.counters))] if self.counters else ())
+                self.leave(self.label(statement.word))
+            case "return":
+                self.step(self.effects.functions(statement, self.routine))
+                self.leave(EXIT)
+            case "leave":
+                self.out(statement)
+            case _:
+                self.step(self.effects.steps(statement, self.routine))
+
+    def label(self, word: str) -> int:
+        if word not in self.labels:
+            self.labels[word] = self.block()
+        return self.labels[word]
+
+    def out(self, statement: Statement) -> None:
+        """RETRY and TRYNEXT go on in the body; behind RAISE, EXIT and ExitCycle nothing here goes on."""
+        text = self.routine.source.data[slice(*statement.span)].lower()
+        self.graph.retries |= text.startswith(b"retry")
+        self.graph.skips |= text.startswith(b"trynext")
+        self.now = None
+
+    def branches(self, statement: Statement) -> None:
+        """IF or TEST: each arm that is not ruled out."""
+        self.step(self.effects.functions(statement, self.routine))
+        start, behind = self.now, self.block()
+        for branch in statement.branches:
+            verdict = self.verdict(statement, branch)
+            self.graph.open |= verdict is None
+            self.now = start if verdict is not False else None
+            if self.now is not None:
+                arm = self.block()
+                self.leave(arm)
+                self.now = arm
+            self.body(branch.body)
+            self.leave(behind)
+            if verdict is True:
+                start = None
+        self.now = start
+        self.leave(behind)
+        self.now = behind
+
+    def verdict(self, statement: Statement, branch: Branch) -> bool | None:
+        hidden = frozenset(self.counters)
+        if not branch.conditions:
+            return True
+        if statement.kind == "if":
+            return self.constants.truth(self.routine, branch.conditions[0], hidden)
+        return self.constants.is_case(self.routine, statement.parts[0], branch.conditions, hidden)
+
+    def for_loop(self, loop: Statement) -> None:
+        self.step(self.effects.functions(loop, self.routine))
+        bounds = [self.constants.value(self.routine, span, frozenset(self.counters)) for span in loop.parts]
+        turns = _turns(bounds)
+        self.graph.open |= turns is None
+        start, body, behind = self.now, self.block(), self.block()
+        again = Write(frozenset([f"#{loop.word}"]))
+        if turns is None and start is not None:
+            self.graph.blocks[start].then.append(behind)
+        if turns == 0:
+            self.leave(behind)
+        self.leave(body)
+        self.now = body
+        self.step([again])
+        self.counters.append(loop.word)
+        self.graph.counters.add(loop.word)
+        self.body(loop.branches[0].body)
+        self.counters.pop()
+        self.step([again])
+        if self.now is not None and turns != 1:
+            self.graph.blocks[self.now].then.append(body)
+        self.leave(behind)
+        self.now = behind
+
+    def while_loop(self, loop: Statement) -> None:
+        head, body, behind = self.block(), self.block(), self.block()
+        self.leave(head)
+        self.now = head
+        self.step(self.effects.functions(loop, self.routine))
+        holds = self.constants.truth(self.routine, loop.parts[0], frozenset(self.counters)) if loop.parts else True
+        self.graph.open |= holds is None
+        if holds is not True:
+            self.graph.blocks[head].then.append(behind)
+        if holds is not False:
+            self.graph.blocks[head].then.append(body)
+        self.now = body
+        self.body(loop.branches[0].body)
+        self.leave(head)
+        self.now = behind
+
+
+def _turns(bounds: Sequence[Data | None]) -> int | None:
+    """How often a FOR loop runs: none, once, or twice and more often; None where that is open."""
+    numbers = [bound for bound in bounds if isinstance(bound, float)]
+    if len(numbers) < len(bounds):
+        return None
+    found = counted(*numbers)
+    return 2 if found is None else min(len(found), 2)

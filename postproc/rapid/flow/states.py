@@ -1,0 +1,90 @@
+"""After which motions the arm may stand at a place of a program, and what may have been written since each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from postproc.rapid.data.events import StatementKey
+
+Writes = frozenset[str]
+"""What may have been written: keys as of ``WriteEffects``, loop counters as ``#name``, and the marks below."""
+
+State = Mapping[StatementKey, Writes]
+"""Motion statements that may have been the last, and what may have been written since; nothing where no way leads."""
+
+ANYWHERE: StatementKey = ("", -1)
+ENTRY: StatementKey = ("", -2)  # where the arm stood when the routine was entered
+NOTHING: Writes = frozenset()
+LOST: State = {ANYWHERE: NOTHING}
+FROM_CALLER: State = {ENTRY: NOTHING}
+
+MOST_ARRIVALS = 8  # from there on it counts as anywhere: only where one motion arrives anything is done with it
+MOST_WRITES = 64
+ANYTHING: Writes = frozenset({"*"})  # very much may have been written
+CALLED = "@call"  # parameters and data of routines are those of another call
+REFERRED = "%*"  # some data that was handed over by reference
+
+
+def joined(states: Iterable[State]) -> State:
+    """What holds where ways meet; ``ANYWHERE`` takes in all else: a state only grows."""
+    found: dict[StatementKey, Writes] = {}
+    for state in states:
+        if ANYWHERE in state:
+            return LOST
+        for key, writes in state.items():
+            known = found.get(key)
+            found[key] = writes if known is None or known == writes else bounded(known | writes)
+        if len(found) > MOST_ARRIVALS:
+            return LOST
+    return found
+
+
+def written(state: State, keys: Writes) -> State:
+    """A state behind something that may write data."""
+    if not keys or ANYWHERE in state:
+        return state
+    return {key: since if keys <= since else bounded(since | keys) for key, since in state.items()}
+
+
+def bounded(writes: Writes) -> Writes:
+    """As it is, or ``ANYTHING`` where it is large."""
+    return ANYTHING if len(writes) > MOST_WRITES or "*" in writes else writes
+
+
+def entered(state: State) -> State:
+    """A state as a called routine finds it."""
+    return {key: bounded(_beyond(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
+
+
+def returned(before: State, exit_: State, keys: Writes) -> State:
+    """A state behind a call.
+
+    Args:
+        exit_: of the called routine, see ``ENTRY``; keys: what the call may write, as the caller calls it.
+    """
+    found: list[State] = []
+    for key, writes in exit_.items():
+        if any(k[0] in "%" for k in writes):
+            writes = _beyond(writes) | keys
+        own = frozenset(k for k in writes if k != CALLED and k[0] != "#")
+        if key == ENTRY:
+            found.append(written(before, own))
+        elif key == ANYWHERE:
+            return LOST
+        else:
+            found.append({key: bounded(own | {CALLED})})
+    return joined(found)
+
+
+def substituted(state: State, entry: State) -> State:
+    """A state of a routine with what is known of where the arm stands when it is entered."""
+    if ENTRY not in state:
+        return state
+    rest = {key: writes for key, writes in state.items() if key != ENTRY}
+    return joined([rest, written(entry, state[ENTRY])])
+
+
+def _beyond(writes: Writes) -> Writes:
+    """Writes on the other side of a call: parameters and counters have other names there."""
+    here = frozenset(k for k in writes if k[0] not in "%#")
+    return here | {CALLED, REFERRED} if any(k[0] == "%" for k in writes) else here | {CALLED}
