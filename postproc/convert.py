@@ -35,7 +35,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
 from postproc.process import seldom_collecting
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
@@ -177,8 +177,7 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     events, reach = task.events, task.reach
     watch("correction", 0.45)
     chosen = OnController(reach.takes, options.run_time == "all") if task.on else OnController()
-    chosen = replace(chosen, left=asked.spared.left)
-    plan = plan_changes(model, motion, events, program, chosen)
+    plan = plan_changes(model, motion, events, program, replace(chosen, left=asked.spared.left))
     findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
     _stop_at_errors(findings)
     function = _function(task, plan.not_by_numbers(program), findings)

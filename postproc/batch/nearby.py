@@ -17,8 +17,8 @@ LEVELS = 3  # folders above a program whose configuration may be that of its con
 def help_nearby(name: str, module: Path) -> str | None:
     """What to do about data that no file gives a value: the file near the module that does; None if none does."""
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
-    called = re.escape(name.encode("latin-1", "replace"))
-    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + called + rb"\s*(?:\{[^};]*+\}\s*)?:=")
+    data = rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + re.escape(name.encode("latin-1", "replace"))
+    declares = re.compile(data + rb"\s*(?:\{[^};]*+\}\s*)?:=")
     for path in _nearby(module):
         try:
             found = declares.search(read_file(path))
