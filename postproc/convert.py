@@ -35,7 +35,7 @@ from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events, say_resting
 from postproc.process import seldom_collecting
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.execution.measured import say_measured, with_advice
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.missing import shown_to_users
