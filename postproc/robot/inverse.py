@@ -98,10 +98,10 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     """
     solutions = inverse(robot, T_base_flange[None])[0]
     turned = q + (solutions - q + np.pi) % (2 * np.pi) - np.pi
-    inside = np.asarray(excess_of(robot, turned) <= 0.0).all(axis=-1)  # False where there is no solution
+    inside = (excess_of(robot, turned) <= 0.0).all(axis=-1)  # False where there is no solution
     travel = np.where(inside, np.abs(turned - q).max(axis=-1), np.inf)
     best = int(np.argmin(travel))
-    return turned[best] if inside[best] else np.full(6, np.nan)
+    return turned[best] if np.isfinite(travel[best]) else np.full(6, np.nan)
 
 
 def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure]]:

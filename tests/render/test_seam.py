@@ -19,8 +19,11 @@ from postproc.rapid.motions.units import flange_matrix
 from postproc.rapid.program.program import read_program
 from postproc.render.seam import SeamOptions, seam_module
 from postproc.render.seampoints import read_seam_points
+from postproc.render.seamposture import seam_configuration
 from postproc.robot.catalogue import load_robot
+from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
+from postproc.robot.kinematics import forward
 
 TOOL = "tTorch:=[TRUE,[[-63.4,0.8,372.6],[0.953717,0,0.300706,0]],[5.6,[-21.5,0,131],[1,0,0,0],0.038,0.041,0.009]]"
 WOBJ = 'wJig:=[FALSE,TRUE,"",[[1300,-200,700],[0.9659258,0,0,0.2588190]],[[0,0,0],[1,0,0,0]]]'
@@ -295,3 +298,12 @@ def test_rows_that_are_hardly_meant_are_named() -> None:
     ]
     turned = [*ROWS[:2], "4,90,1,-0.1,-2,0,0,0.1,2", ROWS[3]]
     assert [d.message[:5] for d in read_seam_points(table(*turned)).doubts()] == ["row 4", "row 5"]
+
+
+@pytest.mark.parametrize("q5", [60.0, 100.0, -60.0, -100.0])
+@pytest.mark.parametrize(("q4", "q6"), [(30.0, 20.0), (-80.0, 80.0), (10.0, -60.0)])
+def test_of_two_wrists_the_one_with_less_turn_of_axes_4_and_6_is_taken(q4: float, q5: float, q6: float) -> None:
+    robot = load_robot("irb4600_60_205")
+    way = np.radians([[x, 10.0, 10.0, q4, q5, q6] for x in (0.0, 1.0, 2.0)])
+    conf = seam_configuration(robot, forward(robot, way))
+    assert conf is not None and conf.tolist() == confdata(robot, way).tolist()
