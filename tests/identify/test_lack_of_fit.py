@@ -38,6 +38,9 @@ def rows(tmp_path, hidden: tuple[Hidden, ...], seed: int, repeated: int = REPEAT
     s, more = s.take(label), 2 * repeated
     time = np.append(s.time[:POSES], np.round(g.uniform(0, 21600, more), 1))
     warm = np.append(s.temperature[:POSES], np.round(g.uniform(20, 40, more), 2))
+    # Three poses are measured again at once: nine degrees of freedom of one visit, which alone tell little.
+    soon = np.arange(min(3, repeated))
+    time[POSES + soon], warm[POSES + soon] = time[label[POSES + soon]] + 20.0, warm[label[POSES + soon]]
     s = replace(s, time=time, temperature=warm)
     seen = measure(cell, s) + g.normal(0, NOISE, (len(label), 3))
     path = tmp_path / "rows.csv"
