@@ -21,12 +21,14 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import postproc.api  # so that a child finds what it needs loaded
+from postproc.batch import executors
 from postproc.cli import hooks
 from postproc.cli.app import build
 from postproc.cli.run import run
@@ -121,9 +123,19 @@ def changed_bytes(random: Random, data: bytes) -> bytes:
         elif way == 3:
             data = data[:at] + data[at + len(part) :]
         elif way == 4:
-            data = data[:at] + random.choice((b"\0", b"\xff\xfe", b" " * 20_000, b"(" * 3000, b"[" * 9000, b'"', b"<Module>" + b" " * 4000)) + data[at:]
+            data = (
+                data[:at]
+                + random.choice(
+                    (b"\0", b"\xff\xfe", b" " * 20_000, b"(" * 3000, b"[" * 9000, b'"', b"<Module>" + b" " * 4000)
+                )
+                + data[at:]
+            )
         elif way == 5:
-            data = data[:at] + random.choice((b"9" * 400, b"nan", b"1e999", b"-1e308", b"0x1", b"1_0", b"\n" * 5000)) + data[at + len(part) :]
+            data = (
+                data[:at]
+                + random.choice((b"9" * 400, b"nan", b"1e999", b"-1e308", b"0x1", b"1_0", b"\n" * 5000))
+                + data[at + len(part) :]
+            )
         else:
             data = data[at:] + data[:at]
     return data[:3_000_000]
@@ -146,7 +158,9 @@ def changed_toml(random: Random, data: bytes) -> bytes:
         elif way < 0.9:
             del lines[at]
         else:
-            lines.insert(at, f"{random.choice(('own', 'robot', 'effects', '[fit]', 'with'))} = {random.choice(ODD_VALUES)}")
+            lines.insert(
+                at, f"{random.choice(('own', 'robot', 'effects', '[fit]', 'with'))} = {random.choice(ODD_VALUES)}"
+            )
         lines = lines or [""]
         if not any(line.strip() for line in lines):
             break
@@ -237,7 +251,9 @@ def cases(count: int, seed: int) -> Iterator[Case]:
 def prepare(case: Case) -> None:
     """What stands in the folder of a call."""
     backup(Path("b"))
-    write(Path(), {"p.mod": program("P"), "sub/a.mod": program("A"), "sub/p.mod": program("P"), "t2.csv": b"q1_deg\n1\n"})
+    write(
+        Path(), {"p.mod": program("P"), "sub/a.mod": program("A"), "sub/p.mod": program("P"), "t2.csv": b"q1_deg\n1\n"}
+    )
     for kind in KINDS:
         path = Path(kind.file)
         if kind.name in ("program", "model", "table") or kind is case.kind:
@@ -251,7 +267,9 @@ def prepare(case: Case) -> None:
             os.mkfifo(path if case.special == "fifo" else "pipe")
         if case.special == "folder":
             path.mkdir()
-        target = {"device": "/dev/zero", "circle": path.name, "link to a fifo": os.path.abspath("pipe")}.get(case.special)
+        target = {"device": "/dev/zero", "circle": path.name, "link to a fifo": os.path.abspath("pipe")}.get(
+            case.special
+        )
         if target:
             path.symlink_to(target)
 
@@ -297,6 +315,8 @@ def _call(case: Case) -> None:
         os.dup2(out, 2)
         sys.stdout, sys.stderr = (open(n, "w", errors="backslashreplace", closefd=False) for n in (1, 2))  # noqa: SIM115
         sys.stdin = open(os.devnull)  # noqa: SIM115
+        # Started afresh, a worker takes seconds; tests/batch kills real ones.
+        executors.local_pool = lambda workers: executors.Pool(lambda count: ThreadPoolExecutor(1), 1)
         code = hooks.main(case.call[1:]) if case.call[0] == "hooks" else run(build(), case.call)
     except BaseException as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
