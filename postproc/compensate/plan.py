@@ -68,6 +68,7 @@ class Plan:
         on_controller: statements among those that are left whose targets a function corrects while the program runs.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
+        arrivals: after which motions each may run.
     """
 
     motion: Motion
@@ -84,6 +85,7 @@ class Plan:
     indivisible: Mapping[int, str]
     path_tolerance: Array
     curve: Array
+    arrivals: Arrivals
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
@@ -200,6 +202,7 @@ class Planner:
             now.indivisible,
             self.tolerance,
             curve,
+            self.arrivals,
         )
 
     def _follows_arc(self, i: int) -> bool:
