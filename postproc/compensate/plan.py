@@ -71,6 +71,7 @@ class Plan:
         on_controller: statements among those that are left whose targets a function corrects while the program runs.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
+        arrivals: after which motions each may run.
     """
 
     motion: Motion
@@ -87,6 +88,7 @@ class Plan:
     indivisible: Mapping[int, str]
     path_tolerance: Array
     curve: Array
+    arrivals: Arrivals
 
     def not_by_numbers(self, program: Program) -> list[StatementKey]:
         """Motion statements of the text that no numbers correct, but for those that nobody asked for."""
@@ -208,6 +210,7 @@ class Planner:
             now.indivisible,
             self.tolerance,
             curve,
+            self.arrivals,
         )
 
     def _follows_arc(self, i: int) -> bool:

@@ -8,6 +8,7 @@ lies on the way of the original.
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
@@ -21,6 +22,7 @@ from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import Quat, RobTarget
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.worlds import World
+from postproc.rapid.flow.effects import StatementEffects, comes_back
 from postproc.rapid.motions.units import MM, object_matrix
 from postproc.rapid.program.program import Program, read_again
 from postproc.rapid.program.write_effects import WriteEffects
@@ -29,6 +31,8 @@ from postproc.rapid.unknown import Kind, Unknown
 SEEDS = range(1, 6)
 ROUNDING_MM, ROUNDING_RAD = 0.003, 1e-5  # of numbers with three decimals and what single precision adds
 ROUNDS = 2  # conversions after the first, each with less at the statements that differed
+MOST_WORDS = 100
+_TEXT = re.compile(rb'"([^"\n]{1,80})"')
 DIFFERS = Unknown(Kind.DIFFERS)
 # The largest correction of a statement: of its goal [mm] and of its orientation [rad].
 Bounds = Mapping[StatementKey, tuple[float, float]]
@@ -122,16 +126,19 @@ def check_worlds(
     numbers = {s.key: i for i, s in enumerate(program.statements)}
     planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
     own = {s.key: numbers[key] for s, key in zip(written.statements, planned, strict=False) if key is not None}
-    inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in program.all_routines() if r.kind == "TRAP"}
+    effects = WriteEffects(program), WriteEffects(written)
+    steps = StatementEffects(program, effects[0])
+    returning = [r for r in program.all_routines() if r.kind == "TRAP" and comes_back(r, steps)]
+    inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in returning}
     traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
     taught = frozenset(d.key for d in program.declarations)
     pairing = Pairing(own, numbers, bounds, traps)
-    effects = WriteEffects(program), WriteEffects(written)
+    words = sorted({m[1].decode("latin-1") for s in program.sources for m in _TEXT.finditer(s.data)})[:MOST_WORDS]
     findings: dict[StatementKey, Diagnostic] = {}
     differing = 0
     for seed in SEEDS:
-        before = follow(program, entry, World(seed, taught), numbers, effects[0])
-        after = follow(written, entry, World(seed, taught), own, effects[1])
+        before = follow(program, entry, World(seed, taught, words), numbers, effects[0])
+        after = follow(written, entry, World(seed, taught, words), own, effects[1])
         found = list(_differences(before, after, pairing))
         differing += bool(found)
         for motion, text in found:
@@ -155,7 +162,7 @@ class Pairing:
     Args:
         own: number in the original of each statement of the written program that was not added; numbers: the same of
             the original's own.
-        bounds: corrections of the original's statements; traps: those in trap routines.
+        bounds: corrections of the original's statements; traps: those in trap routines that lead the arm back.
     """
 
     own: Mapping[StatementKey, int]
@@ -180,6 +187,7 @@ def _differences(
             yield motion, "does not come to this statement, or comes to another first"
             return
         bound = bounds.get(motion.statement.key, (0.0, 0.0))
+        last = last if motion.begins is None else replace(motion, target=motion.begins)
         text = _difference(last, motion, after[at], bound)
         off = max((_off_way(last, motion, goal) for goal in extra), default=0.0)
         if text:

@@ -20,6 +20,8 @@ from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.flow.constants import counted
+from postproc.rapid.program.instructions import KNOWN, MOVING
+from postproc.rapid.program.late_binding import LateCall
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
@@ -28,6 +30,7 @@ from postproc.rapid.unknown import Kind, Unknown, without_causes
 MOST_MOTIONS = 3_000  # of one world that are looked at
 MOST_STATEMENTS = 30_000
 INTERRUPTED = 0.05  # of all motions are followed by a given trap
+MOVED, CALLED = 0.3, 0.4  # of the calls of code in none of the files move the arm, call a procedure of these files
 
 
 class _Stop(Exception):
@@ -39,6 +42,9 @@ class WorldMotion:
     """One motion of a program in a world; a place that the world does not give is None.
 
     Goals are in the object frame, before the program displacement.
+
+    Args:
+        begins: where the arm stands before it, where something else than the motion before has brought it there.
     """
 
     statement: MotionStatement
@@ -47,6 +53,7 @@ class WorldMotion:
     tool: ToolData | None
     wobj: WobjData | None
     displacement: Pose
+    begins: RobTarget | None = None
 
 
 def follow(
@@ -56,7 +63,8 @@ def follow(
     ordinals: Mapping[StatementKey, int],
     changes: WriteEffects | None = None,
 ) -> list[WorldMotion]:
-    """The motions that a program makes in a world, from its entry on.
+    """The motions that a program makes in a world, from its entry on, then from each procedure on that the pendant or
+    code in none of the files may start.
 
     Args:
         ordinals: numbers of the statements that the original program has, too; the others cost no steps, and no trap
@@ -65,9 +73,12 @@ def follow(
     """
     follower = _Follower(program, world, ordinals, changes)
     chosen = program.routine("main" if entry is None else entry)
-    started = [chosen] if chosen is not None else [r for r in program.all_routines() if _runs_alone(r)]
+    started = [r for r in program.all_routines() if _runs_alone(r)]
+    if chosen is not None:
+        started = [chosen, *(r for r in started if r is not chosen and not r.local)]
     for routine in started:
         memory = follower.memory(routine)
+        follower.adrift = True
         try:
             follower.enter(routine, memory)
         except _Stop:
@@ -93,6 +104,11 @@ class _Follower(Flow):
         self.jump: str | None = None
         self.traps = [r for r in program.all_routines() if r.kind == "TRAP"]
         self.interrupted = False
+        self.adrift = False  # the arm has been moved from where the last motion left it
+        self.callable = [
+            r for r in program.all_routines() if _runs_alone(r) and not r.local and r.name.lower() != "main"
+        ]
+        self.calling = False  # from code in none of the files
         self.count = self.own = 0
         self.recorder.emitting = False
 
@@ -225,7 +241,11 @@ class _Follower(Flow):
         tool, wobj = self.frames(arguments.get("tool"), arguments.get("\\wobj"), memory)
         displacement = without_causes(memory.changed.get("@pdisp", Pose()))[0]
         displacement = displacement if isinstance(displacement, Pose) else Pose()
-        self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement))
+        begins = None
+        if self.adrift and motion.interpolation != "none":
+            self.adrift = False
+            begins = self.world.beside(target) if isinstance(target, RobTarget) else None
+        self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
         found, procedure = arguments.get("found"), arguments.get("procedure")
         if found is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
@@ -269,6 +289,31 @@ class _Follower(Flow):
         routine = self.program.routine(name, memory.frame.routine.module)
         if routine is not None:
             self.call_routine(routine, (), memory)
+
+    def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
+        """Code in none of the files may move the arm, and may call procedures of these."""
+        super().from_elsewhere(statement, arguments, memory)
+        if statement.word not in KNOWN:
+            self.unseen(statement.word, memory)
+        elif statement.word in MOVING:
+            self.adrift = True
+
+    def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
+        """The routine that is called by a text; the world runs what it may be where that is in none of the files."""
+        routine = super().late_bound(call, statement, memory)
+        if routine is None:
+            self.unseen("%", memory)
+        return routine
+
+    def unseen(self, name: str, memory: Memory) -> None:
+        """What code in none of the files does with the arm: nothing, a motion, a procedure of these files."""
+        drawn = self.world.next(f"unseen {name}")
+        chance = drawn.random()
+        self.adrift = self.adrift or chance < MOVED
+        if chance > 1 - CALLED and self.callable and not self.calling:
+            self.calling = True
+            self.call_routine(drawn.choice(self.callable), (), memory)
+            self.calling = False
 
     def interrupt(self, ordinal: int, memory: Memory) -> None:
         """Traps behind a statement, now and then."""

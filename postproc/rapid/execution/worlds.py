@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,6 +17,7 @@ from functools import partial
 from postproc.diagnostics import Span
 from postproc.rapid.data.arm import BY_ARM
 from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.data.values import Data, Fields, Value, single, zero
 from postproc.rapid.evaluation.declared import Declared, Home
 from postproc.rapid.evaluation.evaluate import evaluate
@@ -27,6 +28,8 @@ from postproc.rapid.syntax.trees import Call, Name
 from postproc.rapid.unknown import Assumed, PartlyUnknown, Unknown
 
 TOUCHED_UP_MM = 3.0  # that an operator moves a taught position by, along each axis
+PLAIN = ("bool", "num", "dnum", "string")  # types of VAR data that an operator sets
+BESIDE_MM = 200.0
 FEW = 9  # the largest number that an input gives
 ON_OR_OFF = frozenset({"dinput", "doutput"})
 TRUTHS = frozenset({"testdi", "isstoppos", "ismechunitactive", "ispers", "isfile", "present", "indinpos", "strmemb"})
@@ -41,11 +44,13 @@ class World:
     Args:
         seed: of this world.
         taught: keys of the declarations that an operator may touch up or set: those of the original program.
+        words: that a string may be: those of its text.
     """
 
-    def __init__(self, seed: int, taught: frozenset[str]) -> None:
+    def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
         self.seed = seed
         self.taught = taught
+        self.words = words
         self.counts: dict[str, int] = {}
         self.left: dict[tuple[str, int, bool], Data] = {}
         """What the last run or something unseen has left in data, by how often that may have been and which it was."""
@@ -58,6 +63,12 @@ class World:
         """Source of the next value of a thing."""
         count = self.counts[thing] = self.counts.get(thing, 0) + 1
         return self.generator(f"{thing} {count}")
+
+    def beside(self, target: RobTarget) -> RobTarget:
+        """A place some way beside a target, where something else has brought the arm."""
+        drawn = self.next("beside")
+        x, y, z = (axis + drawn.uniform(-BESIDE_MM, BESIDE_MM) for axis in target.trans)
+        return replace(target, trans=(x, y, z))
 
     def varied(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
         """Data of a type with other numbers: places a few millimetres away, whole numbers near by."""
@@ -77,10 +88,12 @@ class World:
             )
         if isinstance(data, bool):
             return drawn.random() < 0.5
+        if isinstance(data, str) and self.words:
+            return drawn.choice(self.words)
         if not isinstance(data, float) or not math.isfinite(data) or abs(data) > 1e6:
             return data
         if data == int(data):
-            return data + drawn.randint(-1, 2)
+            return data + drawn.randint(-1, 2) * drawn.choice((1, 1, 2, 3))
         return single(data * drawn.uniform(0.8, 1.2))
 
 
@@ -92,7 +105,7 @@ def each(change: Callable[[Data], Data], data: Data, rank: int) -> Data:
 
 
 class WorldDeclared(Declared):
-    """Declarations as they are in a world: targets touched up, PERS data that nothing writes set by an operator."""
+    """Declarations as they are in a world: targets touched up, data that nothing writes set by an operator."""
 
     def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:
         super().__init__(program)
@@ -105,7 +118,8 @@ class WorldDeclared(Declared):
         if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
             return value
         drawn = self.world.generator(declaration.key)
-        if declaration.storage == "PERS" and declaration.key not in self.written and value.type != "robtarget":
+        open_ = declaration.storage == "PERS" or (declaration.storage == "VAR" and value.type in PLAIN)
+        if open_ and declaration.key not in self.written and value.type != "robtarget":
             change = self.world.varied
         else:
             change = self._touched_up
