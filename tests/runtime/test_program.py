@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -237,6 +238,19 @@ def test_grip_load_tells_the_function_what_is_held() -> None:
     residual = {o.statement.line: o.residual_mm for o in found.outcomes}
     assert max(r for r in residual.values() if r is not None) < 0.002
     assert "GripLoad" not in written(converted(program(move("p1", "MoveJ") + move("pSeen"))))
+
+
+@pytest.mark.parametrize("load", ["load0", "lPart"])
+def test_the_module_is_proved_with_the_load_that_the_call_hands_over(load: str, tmp_path: Path) -> None:
+    """A module that takes `load0` for a load of 1 g is found out: tenths of a millimetre."""
+    body = move("p1", "MoveJ") + move("p2").replace("\\WObj", f"\\TLoad:={load}\\WObj") + move("pSeen")
+    residual = [o.residual_mm for o in converted(program(body), "all").outcomes if o.residual_mm is not None]
+    assert residual and max(residual) < 0.002
+    shipped = (Path(__file__).parents[2] / "templates" / "runtime_module.j2").read_text()
+    (tmp_path / "runtime_module.j2").write_text(shipped.replace("TLoad.mass>{{ no_mass }}", "TLoad.mass>-1"))
+    wrong = converted(program(body), "all", template_dir=tmp_path)
+    after = max((o.residual_mm or 0.0 for o in wrong.outcomes), default=0.0)
+    assert (after > 0.02 or not wrong.outputs) == (load == "load0")
 
 
 def test_grip_load_in_a_file_that_stays_as_it_is_is_said() -> None:

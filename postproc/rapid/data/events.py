@@ -230,6 +230,7 @@ class InForce:
         velocity_override: VelSet [%]; velocity_limit: VelSet [mm/s]; acceleration: AccSet [%].
         axis_offset: EOffsSet [mm], [deg].
         units: what ActUnit and DeactUnit have done, by name; None: not known.
+        total_load: what ``\\TLoad`` says; ``tool`` and ``gripload`` follow it already.
     """
 
     tool: ToolData
@@ -246,6 +247,7 @@ class InForce:
     acceleration: float
     axis_offset: Ax6
     units: tuple[tuple[str, bool], ...] | None
+    total_load: LoadData | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,5 +71,5 @@ class Moment:
         offset = NO_OFFSET if self.offset is None or fixed_axes else self.offset
         return InForce(
             tool, settings.wobj, settings.speed, settings.zone, settings.weld, settings.duration, gripload,
-            self.displacement, self.options, *self.velocity, self.acceleration, offset, self.units,
+            self.displacement, self.options, *self.velocity, self.acceleration, offset, self.units, total,
         )  # fmt: skip

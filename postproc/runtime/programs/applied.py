@@ -12,6 +12,7 @@ from postproc.arrays import Array, invert
 from postproc.compensate.text.requests import conf_of
 from postproc.compensate.text.values import Conf
 from postproc.diagnostics import Source
+from postproc.grouping import grouped
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, mounts_of
@@ -59,10 +60,8 @@ def apply_module(
     held = [m for m in mine if m.event.tool.robhold and not m.event.wobj.robhold]
     given = list(events)
     reasons = Counter({NO_TOOL: len(mine) - len(held)})
-    for welding in (False, True):
-        group = [m for m in held if (m.event.statement.signature.phase in WELDING) == welding]
-        if not group:
-            continue
+    for group in grouped((_options(m.event), m) for m in held).values():
+        welding = group[0].event.statement.signature.phase in WELDING
         q = np.array([m.q for m in group])
         run = _Run(module, model, [m.event for m in group], q, welding)
         T, conf, reason = run.corrected(q)
@@ -82,7 +81,7 @@ def apply_module(
 
 @dataclass(frozen=True)
 class _Run:
-    """Calls of a module for several events at once, `Weld` given or not.
+    """Calls of a module for several events at once, with the options of one.
 
     Args:
         q: (n, 6) nominal joint angles at their targets [rad].
@@ -112,7 +111,10 @@ class _Run:
         ends = controller.target(forward(robot, self.q[rows]) @ frames, self.q[rows])
         asked = [ends] if circle is None else [controller.target(forward(robot, near) @ frames, near), ends]
         name = CORRECTED if circle is None else CORRECTED_CIRCLE
-        options = {"weld": run.everywhere} if self.welding else {}
+        options: dict[str, Value] = {"weld": run.everywhere} if self.welding else {}
+        totals = [e.in_force.total_load for e in events if e.in_force.total_load is not None]
+        if totals:  # then all of them have it
+            options["tload"] = _load(totals)
         answer, raised = run.call(name, [*asked, _tools(events, frames)], options)
         reason = np.where(raised, -1, np.asarray(run.data[REASON].value)).astype(int)
         trans, rot, conf, *_ = answer or asked[0]
@@ -149,6 +151,11 @@ def _on_work(moves: Sequence[Move], T_base_tcp: Array) -> Array:
     """Poses (n, 4, 4) in the frames in which the work of moves stands."""
     mounts = mounts_of(moves)
     return mounts.work(T_base_tcp @ invert(mounts.T_mount_tcp))
+
+
+def _options(event: MotionEvent) -> tuple[bool, bool]:
+    r"""Which options the call of an event has: ``\Weld``, ``\TLoad``."""
+    return event.statement.signature.phase in WELDING, event.in_force.total_load is not None
 
 
 def _frame(event: MotionEvent) -> Array:

@@ -78,6 +78,8 @@ class Reach:
             return HOLDS
         if statement.key in self._wrong:
             return NO_PLACE
+        if statement.key in self._soft:
+            return Kind.SOFT_SERVO.value
         return DISPLACED if self._moved and statement.key not in self._in_place else edits
 
     @cached_property
@@ -105,6 +107,11 @@ class Reach:
     def _wrong(self) -> frozenset[StatementKey]:
         """Statements whose own text is wrong: at run time, too, the target stays what it is."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _WRONG for u in e.unknowns))
+
+    @cached_property
+    def _soft(self) -> frozenset[StatementKey]:
+        """Statements that run with a soft servo: the module does not know it."""
+        return frozenset(e.statement.key for e in self.events if any(u.kind is Kind.SOFT_SERVO for u in e.unknowns))
 
     @cached_property
     def _moved(self) -> bool:
