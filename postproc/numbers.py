@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+LARGEST_NUMBER = 1e30
+"""Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
+
 
 def read_number(text: str) -> float:
     """The number in a text; unlike ``float`` it takes neither ``-18_2316`` nor digits of other scripts.

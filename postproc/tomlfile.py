@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, did_you_mean
+from postproc.numbers import LARGEST_NUMBER
 
 Keys = tuple[str | int, ...]
 Schema = TypeVar("Schema", bound=BaseModel)
@@ -29,8 +30,6 @@ MISTAKES = {
 WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
 LARGEST = 2_000_000
 """Bytes of a TOML file: a model with the covariance of two hundred parameters has a tenth of it."""
-LARGEST_NUMBER = 1e30
-"""Products of larger ones could not be formed; nothing that arms or instruments are made of comes near."""
 FARTHEST = 1e7
 """Millimetres: ten kilometres."""
 MOST_FINDINGS = 50

@@ -10,7 +10,7 @@ from typing import Any, get_args
 from postproc.batch.values import COUNTED, Status
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.files import read_file, stays_inside
-from postproc.tomlfile import LARGEST_NUMBER
+from postproc.numbers import LARGEST_NUMBER
 
 STATE = ".postproc"  # folder in the tree of outputs
 COPY = "copy"  # key and status of files that are not converted

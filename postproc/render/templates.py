@@ -7,10 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template, TemplateError
+from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.files import read_source
 from postproc.rapid.data.records import NO_AXIS
 from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
 from postproc.resources import resource
@@ -46,6 +47,8 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
         text = f"template folder `{template_dir}` does not exist"
         raise PostprocError.of("REN001", text, help=help_)
+    for own in () if template_dir is None else template_dir.glob("*.j2"):
+        read_source(own, "REN002")  # a pipe would be waited for
     names = () if template_dir is None else tuple(sorted(file.name for file in template_dir.iterdir()))
     return _environment(template_dir, names)
 
@@ -73,7 +76,7 @@ def load_template(env: SandboxedEnvironment, name: str) -> Template:
     """
     try:
         return env.get_template(name)
-    except (TemplateError, UnicodeDecodeError) as error:
+    except Exception as error:  # brackets a thousand deep are no error of the template's own kind
         raise PostprocError(_template_diagnostic(name, error)) from error
 
 
