@@ -64,7 +64,8 @@ class TargetAdder:
     ) -> None:
         self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
-        self.line_function, self.arc_function = free_name(program, "ppLinePoint"), free_name(program, "ppArcPoint")
+        self.line_functions = free_name(program, "ppLinePoint"), free_name(program, "ppLineBend")
+        self.arc_function = free_name(program, "ppArcPoint")
 
     def add(self, pieces: Sequence[Pieces], path_mm: Array) -> Added:
         """Statements to add.
@@ -119,7 +120,7 @@ class TargetAdder:
         if event.via is None:
             shares = np.median([run.shares for run in known], axis=0)
             added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
-            lines = on_line(self.line_function, [replace(run, shares=shares) for run in known], added, allowed)
+            lines = on_line(self.line_functions, [replace(run, shares=shares) for run in known], added, allowed)
             return lines if isinstance(lines, str) else (lines, None)
         confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]

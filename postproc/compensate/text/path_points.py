@@ -94,11 +94,12 @@ def argument_text(text: str, program: Program, module: str) -> str | None:
 
 
 def on_line(
-    function: str, runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
+    functions: tuple[str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
 ) -> list[Insertion] | str:
     """The same statements for all runs of a line, or why there are none.
 
     Args:
+        functions: names of that which displaces all lines alike, and of that which does with the square of the length.
         added: what each run would add as numbers.
     """
     found = []
@@ -111,7 +112,7 @@ def on_line(
                 return OTHER_POSTURE
             if not _same_axes(run.targets, value, share):
                 return OTHER_AXES
-        to = _on_path(function, runs, values, [share] * len(runs), allowed)
+        to = _on_path(functions, runs, values, [share] * len(runs), allowed)
         if to is None:
             return UNLIKE
         found.append(replace(insertions[0], to=to))
@@ -132,13 +133,13 @@ def on_arc(
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
-        to = _on_path(function, runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
+        to = _on_path((function, ""), runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
         vias = [i.via for i in insertions if i.via is not None]
-        via = _on_path(function, runs, vias, [run.via_shares[k] for run in runs], allowed)
+        via = _on_path((function, ""), runs, vias, [run.via_shares[k] for run in runs], allowed)
         if to is None or via is None:
             return None
         found.append(replace(insertions[0], to=to, via=via))
-    left = _on_path(function, runs, last, [run.via_shares[-1] for run in runs], allowed)
+    left = _on_path((function, ""), runs, last, [run.via_shares[-1] for run in runs], allowed)
     statement = runs[0].event.statement
     argument = statement.argument("via")
     if left is None or argument is None:
@@ -151,17 +152,33 @@ def _share(runs: Sequence[PathRun], k: int) -> float:
 
 
 def _on_path(
-    function: str, runs: Sequence[PathRun], values: Sequence[TargetValue], shares: Sequence[float], allowed: Allowed
+    functions: tuple[str, str],
+    runs: Sequence[PathRun],
+    values: Sequence[TargetValue],
+    shares: Sequence[float],
+    allowed: Allowed,
 ) -> TargetValue | None:
     share = round(float(np.median(shares)), SHARE_DECIMALS)
     points = [point_at(run.points, own) for run, own in zip(runs, shares, strict=True)]
     offsets = np.array([value.pose.trans for value in values]) - points
-    law = nearest_law(_laws(runs, offsets, allowed), allowed)
+    law, length = _law(runs, offsets, allowed)
     if law is None:
         return None
     ends = [target for run in runs for target in run.targets]
     axes = "".join(a for k, a in enumerate(LETTERS) if any(target.extax[k] < NO_AXIS for target in ends))
-    return replace(values[0], point=PathPoint(function, runs[0].texts, share, axes), law=law)
+    return replace(values[0], point=PathPoint(functions[length > 0], runs[0].texts, share, axes, length), law=law)
+
+
+def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
+    """What displaces a point of all runs, and the length of the line [mm] for which it holds, 0 for all."""
+    law = nearest_law(_laws(runs, offsets, allowed), allowed)
+    lengths = np.linalg.norm([run.points[-1] - run.points[0] for run in runs], axis=1)
+    if law is not None or len(runs[0].points) > 2 or np.ptp(lengths) < 1.0:
+        return law, 0
+    length = round(float(lengths.max()))
+    bends = ((lengths / length) ** 2)[:, None]
+    x, y, z = ((bends * offsets).sum(axis=0) / (bends**2).sum()).tolist()
+    return nearest_law([(OffsetLaw((x, y, z)), offsets - bends * (x, y, z))], allowed), length
 
 
 def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator[tuple[OffsetLaw, Array]]:

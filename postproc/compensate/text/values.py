@@ -37,12 +37,15 @@ class PathPoint:
         function: name of the routine that works it out on the controller.
         ends: texts of start and goal, of an arc with its circle point between them.
         axes: letters of the external axes that the ends state.
+        length: of the line [mm] for which its displacement is stated, where that goes with the square of the length: a
+            correction that bends evenly; 0 where it is the same for all lines.
     """
 
     function: str
     ends: tuple[str, ...]
     share: float
     axes: str = ""
+    length: int = 0
 
     @property
     def on_arc(self) -> bool:
