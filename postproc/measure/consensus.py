@@ -92,7 +92,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
 
 
 def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
-    """(k,) distance [m] within which no row is wrong, whatever is typical; it takes the place from the nominal arm."""
+    """(k,) distance [m] from the placed nominal arm within which no row is wrong, whatever is typical."""
     moves = [np.any(x[rows] != 0, axis=1) for x in (data.state.v, data.state.a) if x is not None]
     return np.where(np.any(moves, axis=0), MOVING_M, 0.0) if moves else np.zeros(len(rows))
 
