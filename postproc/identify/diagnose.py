@@ -85,7 +85,7 @@ def _diagnosed(
     lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.
     suspects = () if too_few(base) and not missing else _suspects(named, found.outside, bool(lacking))
-    told = "complete" if lacking is False else "unknown"
+    told: Verdict = "complete" if lacking is False else "unknown"
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else told
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
