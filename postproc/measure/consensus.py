@@ -24,6 +24,8 @@ from postproc.robot.kinematics import jacobian, skew
 LEAST_M, TIMES, TIMES_FITTED = 0.005, 8.0, 10.0
 """No arm is so far [m], and so many times farther than in its typical row, from its nominal kinematics; and from that
 with its joint zeros fitted, which leave little in most rows and more where an arm is heavily accelerated."""
+MOVING_M = 0.05
+"""The same of an arm that moves: it lags behind, and yields to the inertia of what it carries."""
 MOST = 1 / 3
 """Share of the rows of a session that may be wrong: the rest could not be believed, either."""
 SAMPLES, BEST, HALVINGS = 400, 8, 6
@@ -77,7 +79,8 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
         found = _placed(T[mine], data.position[rows[mine]], few, first)
         error[mine], typical[mine] = found.residual, found.typical
         lost = first is not None and first.typical < SUSPICIOUS_M < found.typical
-        wrong[mine] = lost or _wrong(found, T[mine], arm.rows(mine), q[mine], few)
+        told = _wrong(found, T[mine], arm.rows(mine), q[mine], few)
+        wrong[mine] = lost or told & (np.linalg.norm(found.residual, axis=1) > _least(data, rows[mine]))
         if wrong[mine].mean() > MOST:
             doubtful.append(str(name))
         if first is None:
@@ -86,6 +89,12 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
     if first is None:
         return Agreement(rows, wrong, error, typical, (), False, False)
     return Agreement(rows, wrong, error, typical, tuple(doubtful), fits(first), first.typical < SUSPICIOUS_M)
+
+
+def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
+    """(k,) distance [m] from the placed nominal arm within which no row is wrong, whatever is typical."""
+    moves = [np.any(x[rows] != 0, axis=1) for x in (data.state.v, data.state.a) if x is not None]
+    return np.where(np.any(moves, axis=0), MOVING_M, 0.0) if moves else np.zeros(len(rows))
 
 
 def _sessions(data: Measurements) -> NDArray[np.str_]:

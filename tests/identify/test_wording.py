@@ -143,7 +143,9 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     assert load.not_separable == ("payload_error", "dress_pack", "session")
     model = SimpleNamespace(effect=lambda key: None)
     fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
-    found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
+    found = SimpleNamespace(
+        missing=[load, alone], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
+    )
     assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
     assert headline(found).split(". ")[0] == (
         "The model lacks `arm_load` (body 3) or, as far as this data can tell, `payload_error` or `dress_pack`; "
@@ -161,7 +163,9 @@ def test_many_rivals_stand_below_the_headline():
     )
     model = SimpleNamespace(effect=lambda key: None)
     fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
-    found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
+    found = SimpleNamespace(
+        missing=[map_, map_], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
+    )
     assert headline(found).startswith(
         "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"
     )
@@ -196,6 +200,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
     suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, codes=("state.q[:, 1]",))
     said_of = SimpleNamespace(
         verdict="unknown",
+        lacking=False,
         missing=[],
         suspects=[suspect],
         floor=None,
@@ -223,6 +228,7 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
     found = SimpleNamespace(
         verdict="unknown",
+        lacking=False,
         missing=[line],
         suspects=[suspect],
         floor=None,

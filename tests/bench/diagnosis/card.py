@@ -223,6 +223,22 @@ def compared(every: Sequence[Line], label: str, against: str) -> str:
     return table(head, rows)
 
 
+def latest(every: Sequence[Line], kinds: Sequence[str] = ("two joints", "bad rows")) -> str:
+    """One row a kind and revision, on the sets that all revisions have run: how many ended in which word."""
+    some = [x for x in every if x["kind"] in kinds and (x["without"], x["method"]) == ("", "postproc")]
+    labels = dict.fromkeys(x["label"] for x in some)
+    ran = [{(x["kind"], x["index"]) for x in some if x["label"] == label} for label in labels]
+    both = set.intersection(*ran) if ran else set()
+    some = [x for x in some if (x["kind"], x["index"]) in both]
+    used = [w for w in WORDS if any(x.get("word") == w for x in some)]
+    rows = []
+    for kind in kinds:
+        for label in labels:
+            count = Counter(x.get("word") for x in some if (x["kind"], x["label"]) == (kind, label))
+            rows.append([kind, f"`{label}`", str(count.total()), *(str(count[w] or "") for w in used)])
+    return table(["kind", "revision", "sets", *used], rows)
+
+
 def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str:
     """docs/scorecard.md. Args: rest: label whose lines stand for sets that the first one has not run."""
     own, older = (
@@ -254,6 +270,7 @@ def page(every: Sequence[Line], label: str, against: str, rest: str = "") -> str
         "baselines": baselines(every, own),
         "compared": compared(every, label, against),
         "misses": misses(own),
+        "latest": latest(every),
     }
     for name, part in found.items():
         text = text.replace("{" + name + "}", part)
