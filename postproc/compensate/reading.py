@@ -163,9 +163,8 @@ def no_known_target(
     sets = next((set_first(e.unknowns) for e in own if e.reason == most), None)
     run_time = f"`--run-time where-needed` corrects {reachable} of its motion statements on the controller"
     help_ = measured or (run_time if reachable else sets or "`postproc inspect` has the reason of every statement")
-    at = own[0].statement if own else None
-    place = (program.sources[0], None) if at is None else (at.source, at.span)
-    return Diagnostic("CMP003", "error", text, *place, why + help_)
+    source, span = (own[0].statement.source, own[0].statement.span) if own else (program.sources[0], None)
+    return Diagnostic("CMP003", "error", text, source, span, why + help_)
 
 
 def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
