@@ -99,7 +99,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     solutions = inverse(robot, T_base_flange[None])[0]
     turned = q + (solutions - q + np.pi) % (2 * np.pi) - np.pi
     inside = (excess_of(robot, turned) <= 0.0).all(axis=-1)  # False where there is no solution
-    travel = np.where(inside, np.abs(turned - q).max(axis=-1), np.inf)
+    travel = np.where(inside, np.abs(turned - q).sum(axis=-1), np.inf)
     best = int(np.argmin(travel))
     return turned[best] if np.isfinite(travel[best]) else np.full(6, np.nan)
 

@@ -40,7 +40,7 @@ def test_a_seam_from_file_to_file(call: Call, samples: Path, tmp_path: Path) -> 
     assert document["max_arc_error_after_mm"] <= 0.01 and document["max_error_after_mm"] <= 0.2
     assert document["added_targets"] <= 15 * 1.4
     assert len(document["statements"]) == 15
-    assert [row["status"] for row in document["statements"]] == ["skipped"] * 2 + ["compensated"] * 13
+    assert [row["status"] for row in document["statements"]] == ["unchanged"] * 2 + ["compensated"] * 13
     assert all(row["reason"] for row in document["statements"] if row["status"] != "compensated")
     assert program.read_bytes() == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["hull.html", "hull.mod"]

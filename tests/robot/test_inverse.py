@@ -13,7 +13,7 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import branch, confdata, within
-from postproc.robot.inverse import beyond_limits, inverse, joint_solution
+from postproc.robot.inverse import beyond_limits, inverse, joint_solution, nearest_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
 from tests.independent import arm as A
@@ -342,3 +342,9 @@ def test_out_of_reach_says_by_how_much() -> None:
     T[:3, 3] = 0.175 + 0.9 + np.hypot(0.175, 0.96) + 0.25, 0.0, 0.495 - 0.135
     (failure,) = joint_solution(robot, T[None], np.zeros((1, 4), dtype=int)).failures
     assert failure.reason == "unreachable" and "250 mm too far away" in failure.message
+
+
+def test_the_nearest_posture_does_not_turn_the_arm_round_for_a_few_degrees_of_axis_6() -> None:
+    robot = load_robot("irb4600_60_205")
+    meant = np.radians([-11.0, 13, 17, -4, 82, 170])
+    assert np.allclose(nearest_solution(robot, forward(robot, meant[None])[0], np.zeros(6)), meant, atol=1e-6)

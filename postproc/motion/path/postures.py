@@ -73,8 +73,8 @@ def _follow(
         again: rows at which the arm stands where another row has brought it.
 
     Returns:
-        Failures, and the rows at which the arm is supposed to start in the posture nearest to all axes at zero: nothing
-        brings it there, and what the target states does not exist.
+        Failures, and the rows at which the arm is supposed to start in the posture nearest to the last that is known,
+        or to all axes at zero: nothing brings it there, and what the target states does not exist.
     """
     failures: list[Failure] = []
     supposed: list[int] = []
@@ -82,7 +82,8 @@ def _follow(
         from_where = again.get(a - 1, a - 1)
         before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
         if np.isnan(before).any():
-            before = nearest_solution(robot, T_base_flange[a], np.zeros(6))
+            known = np.flatnonzero(np.isfinite(q[:a]).all(axis=1))  # a controller goes on from where the arm was last
+            before = nearest_solution(robot, T_base_flange[a], q[known[-1]] if len(known) else np.zeros(6))
             supposed += [a] if np.isfinite(before).all() else []
         if np.isfinite(before).all():
             reached = _followed(robot, T_base_flange[a:b], before)
@@ -121,5 +122,7 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 def supposed_start(event: MotionEvent) -> Diagnostic:
     """KIN008: the posture in which the arm comes to a target is supposed."""
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
-    help_ = "the posture nearest to all axes at zero is taken: begin with a MoveAbsJ to be sure"
+    help_ = (
+        "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"
+    )
     return Diagnostic("KIN008", "warning", text, *place(event), help_)
