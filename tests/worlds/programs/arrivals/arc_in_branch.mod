@@ -12,8 +12,8 @@ MODULE ArcInBranch
     MoveJ pA,v200,fine,tTorch\WObj:=wPlate;
     MoveL pA,v200,fine,tTorch\WObj:=wPlate;
     IF bDo THEN
-      MoveC pE,pD,v200,fine,tTorch\WObj:=wPlate;
+      MoveC pB,pC,v200,fine,tTorch\WObj:=wPlate;
     ENDIF
-    MoveL pB,v200,fine,tTorch\WObj:=wPlate;
+    MoveL pD,v200,fine,tTorch\WObj:=wPlate;
   ENDPROC
 ENDMODULE
