@@ -7,12 +7,13 @@ from pathlib import Path
 
 from tests.worlds.alignment import identities, name_kept
 from tests.worlds.compare import Outcome, compare_worlds
-from tests.worlds.interpreter import load
+from tests.worlds.interpreter import Interpreter, load
 from tests.worlds.motions import ROLES
+from tests.worlds.outside import entries
 from tests.worlds.product import Converted, RunTime, convert
 from tests.worlds.real_arm import RealArm
 from tests.worlds.syntax import Module, annotations
-from tests.worlds.world import five
+from tests.worlds.world import World, by_every_way, five
 
 PROGRAMS = Path(__file__).parent / "programs"
 
@@ -61,8 +62,10 @@ def seed_of(name: str) -> int:
     return 1000 + 10 * (sum(i * ord(c) for i, c in enumerate(name, 1)) % 9973)
 
 
-def check(paths: list[Path], converted: Converted | None = None, run_time: RunTime = "off") -> Check:
-    """Corrects the files of a task and compares them with the originals in five worlds."""
+def check(
+    paths: list[Path], converted: Converted | None = None, run_time: RunTime = "off", every_way: bool = False
+) -> Check:
+    """Corrects the files of a task and compares them with the originals in five worlds, or by every way."""
     texts = {p.name: p.read_text("latin-1") for p in paths}
     out = Check(paths[0].stem)
     says: dict[str, list[str]] = {}
@@ -79,7 +82,10 @@ def check(paths: list[Path], converted: Converted | None = None, run_time: RunTi
     for (_, line), mm in result.corrections.items():
         bounds[line] = max(bounds.get(line, 0.0), mm)
     real = RealArm(result.through)
-    out.outcomes = [compare_worlds(original, corrected, bounds, w, real) for w in five(seed_of(out.name), says)]
+    worlds = five(seed_of(out.name), says)
+    if every_way:
+        worlds = by_every_way(seed_of(out.name), says, entries(Interpreter(original, World(0, says=says))))
+    out.outcomes = [compare_worlds(original, corrected, bounds, w, real) for w in worlds]
     out.reached_mm, out.came_back = real.distances, real.came_back
     return out
 

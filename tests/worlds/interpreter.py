@@ -299,9 +299,9 @@ class Interpreter(Task):
         else:
             instructions.run(self, name, arguments, line)
 
-    def run(self, entry: str = "main") -> list[Event]:
-        """Runs the entry procedure to its end, its stop or STEPS statements; ``stopped`` says why it stopped."""
-        routine = self.routines.get(entry)
+    def run(self, entry: str = "") -> list[Event]:
+        """Runs the entry procedure, that of the world where none is given, to its end, its stop or STEPS statements; ``stopped`` says why it stopped."""
+        routine = self.routines.get(entry or self.world.enters)
         if routine is None:
             raise Fault(f"no procedure `{entry}`")
         try:

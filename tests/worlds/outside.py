@@ -86,6 +86,8 @@ def _vary(task: Interpreter, ref: Ref, *key: Any) -> None:
 def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) -> None:
     """A procedure of no file writes global data by name (not LOCAL ones) and what it was handed."""
     task.log(name, line, {"handed": _handed(task, name, arguments)})
+    if task.world.wanders:
+        _wander(task, name)
     if not task.world.unknown:
         return
     named = task.world.says.get(f"writes {name}")
@@ -103,6 +105,28 @@ def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], 
         ):
             continue
         _vary(task, ref, name)
+
+
+def _wander(task: Interpreter, name: str) -> None:
+    """Code in no file moves the arm, or calls a procedure of the files that is not LOCAL."""
+    chance = task.world.random("wanders", name, task.here).random()
+    callable_ = [r for r in entries(task) if r != "main"]
+    if chance < 0.3:
+        task.motion.pose = task.motion.pose.copy()
+        task.motion.pose[:3, 3] += task.world.shift(200, "wanders", name, task.here)
+    elif chance > 0.5 and callable_ and not task.called_elsewhere:
+        task.called_elsewhere = True
+        chosen = task.world.random("called", name, task.here).choice(callable_)
+        task.run_routine(task.routines[chosen], ())
+        task.called_elsewhere = False
+
+
+def entries(task: Interpreter) -> list[str]:
+    """Procedures that the pendant may start, and code in no file may call."""
+    beside = task.beside
+    return sorted(
+        n for n, r in task.routines.items() if r.kind == "proc" and not r.parameters and r.module not in beside
+    )
 
 
 def meanwhile(task: Interpreter) -> None:

@@ -104,6 +104,7 @@ class Task:
         self.interrupts: dict[float, Interrupt] = {}
         self.pending: list[tuple[int, Callable[[], None]]] = []
         self.in_trap = self.disabled = 0
+        self.called_elsewhere = False
         self.own_records = {name: parts for m in modules for name, parts in m.records.items()}
         self.records |= self.own_records
         for m in modules:

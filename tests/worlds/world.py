@@ -17,7 +17,8 @@ from typing import Any
 @dataclass(frozen=True)
 class World:
     """Args: seed; unknown: routines of other files write; operator: PERS data differ; touched: targets are touched up;
-    traps: interrupts fire and other tasks write; says: the annotations of the program; found: where searches hit.
+    traps: interrupts fire and other tasks write; wanders: routines of other files move the arm and call procedures of
+    these; enters: the procedure at which the pendant starts the task; says: the annotations of the program; found: where searches hit.
     """
 
     seed: int
@@ -25,13 +26,15 @@ class World:
     operator: bool = False
     touched: bool = False
     traps: bool = False
+    wanders: bool = False
+    enters: str = "main"
     says: dict[str, list[str]] = field(default_factory=dict)
     found: dict[Any, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        words = [w for w in ("unknown", "operator", "touched", "traps") if getattr(self, w)]
-        return f"{self.seed} {'+'.join(words) or 'nominal'}"
+        words = [w for w in ("unknown", "operator", "touched", "traps", "wanders") if getattr(self, w)]
+        return f"{self.seed} {self.enters} {'+'.join(words) or 'nominal'}"
 
     def random(self, *key: Any) -> random.Random:
         digest = hashlib.blake2b(repr((self.seed, key)).encode(), digest_size=8).digest()
@@ -106,3 +109,11 @@ def five(seed: int, says: dict[str, list[str]]) -> list[World]:
         replace(base, seed=seed + 3, touched=True, found={}),
         replace(base, seed=seed + 4, unknown=True, operator=True, touched=True, traps=True, found={}),
     ]
+
+
+def by_every_way(seed: int, says: dict[str, list[str]], procedures: list[str]) -> list[World]:
+    """As ``five``; several times with all of it and code elsewhere that moves; entered at each procedure."""
+    all_ = World(seed, unknown=True, operator=True, traps=True, wanders=True, says=says)
+    more = [replace(all_, seed=seed + n, found={}) for n in range(5, 12)]
+    entered = [replace(all_, seed=seed + 20 + n, enters=name, found={}) for n, name in enumerate(procedures)]
+    return [*five(seed, says), *more, *entered]

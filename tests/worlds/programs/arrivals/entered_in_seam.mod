@@ -1,0 +1,22 @@
+! A seam that is started alone.
+MODULE EnteredInSeam
+  PERS tooldata tTorch:=[TRUE,[[-63.4,0.8,372.6],[0.953717,0,0.300706,0]],[5.6,[-21.5,0,131],[1,0,0,0],0.038,0.041,0.009]];
+  PERS wobjdata wPlate:=[FALSE,TRUE,"",[[1000,-550,400],[1,0,0,0]],[[20,10,0],[1,0,0,0]]];
+  CONST robtarget pA:=[[110,100,30],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pB:=[[510,160,40],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pC:=[[480,420,60],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pD:=[[140,380,90],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget pE:=[[300,520,120],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PERS seamdata seam1:=[0.3,0.2,[0,0,24,8,0,0,0,0,0],0.15,0,0,0,0,[0,0,0,0,0,0,0,0,0],0,0.4,[0,0,22,6.5,0,0,0,0,0],0.05,0,[0,0,0,0,0,0,0,0,0],0.6];
+  PERS welddata weld1:=[7.5,0,[0,0,26.5,9.2,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];
+  PROC main()
+    MoveJ pA,v200,fine,tTorch\WObj:=wPlate;
+    ArcLStart pA,v100,seam1,weld1,fine,tTorch\WObj:=wPlate;
+    rB;
+    ArcLEnd pD,v100,seam1,weld1,fine,tTorch\WObj:=wPlate;
+  ENDPROC
+  PROC rB()
+    ArcL pB,v100,seam1,weld1,fine,tTorch\WObj:=wPlate;
+    ArcL pC,v100,seam1,weld1,fine,tTorch\WObj:=wPlate;
+  ENDPROC
+ENDMODULE
