@@ -13,7 +13,7 @@ from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST, Conditions
-from postproc.runtime.tables import RunTimeModel, curves_of
+from postproc.runtime.tables import CorrectedModel, curves_of
 
 MARKER = "postproc runtime 1"
 """First words of the comment after MODULE, by which a module of this kind is known."""
@@ -25,10 +25,12 @@ PASSES = 3
 LARGEST_TURN_DEG = 1.0
 """Correction of one joint beyond which the pose is next to a singular one: the target is returned as it came."""
 LINE = 100  # characters
+NOTHING = 1e-15
+"""Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
 def runtime_module(
-    found: RunTimeModel,
+    found: CorrectedModel,
     done: Conditions,
     errors: Sequence[str] = (),
     name: str = NAME,
@@ -76,7 +78,7 @@ def _frames(model: Model) -> Array:
     return np.array(upright)
 
 
-def _arm(found: RunTimeModel) -> dict[str, object]:
+def _arm(found: CorrectedModel) -> dict[str, object]:
     """Links, masses, springs and offsets of joints."""
     robot, tables, turned = found.model.robot, found.tables, _frames(found.model)
     mass = robot.mass + tables.mass
@@ -95,7 +97,7 @@ def _arm(found: RunTimeModel) -> dict[str, object]:
     }
 
 
-def _loads(found: RunTimeModel) -> dict[str, object]:
+def _loads(found: CorrectedModel) -> dict[str, object]:
     """What effects add to the stated load, and lines that pull bodies together."""
     tables, turned = found.tables, _frames(found.model)
     stated = {
@@ -116,7 +118,7 @@ def _loads(found: RunTimeModel) -> dict[str, object]:
     }
 
 
-def _bodies(found: RunTimeModel) -> dict[str, object]:
+def _bodies(found: CorrectedModel) -> dict[str, object]:
     """How ends of bodies give way, by force and by moment."""
     tables, turned = found.tables, _frames(found.model)
     both = np.zeros((7, 6, 6))
@@ -136,7 +138,7 @@ def _bodies(found: RunTimeModel) -> dict[str, object]:
     }
 
 
-def _curves(found: RunTimeModel, done: Conditions) -> dict[str, object]:
+def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
     """Functions of one number: a row for each, and the values of all."""
     curves = curves_of(found, done)
     every, at = curves.every, 1
@@ -154,7 +156,7 @@ def _curves(found: RunTimeModel, done: Conditions) -> dict[str, object]:
     }
 
 
-def header(found: RunTimeModel, done: Conditions) -> Iterator[str]:
+def header(found: CorrectedModel, done: Conditions) -> Iterator[str]:
     """Lines that say what the module is made for."""
     estimated = found.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
@@ -184,7 +186,7 @@ def number(value: float) -> str:
     >>> number(-3.0165913e-07), number(9.81), number(2.0)
     ('-3.0165913E-07', '9.81', '2')
     """
-    return str(np.float32(value)).upper().removesuffix(".0")
+    return str(np.float32(value if abs(value) > NOTHING else 0.0)).upper().removesuffix(".0")
 
 
 def aggregate(values: object) -> str:

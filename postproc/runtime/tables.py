@@ -38,7 +38,7 @@ COARSEST, FINEST = 8, 4096
 
 
 @dataclass(frozen=True)
-class RunTimeModel:
+class CorrectedModel:
     """What of a model is corrected at run time.
 
     Args:
@@ -59,7 +59,7 @@ class RunTimeModel:
         return tuple(effect.key for effect in self.model.effects)
 
 
-def run_time_model(model: Model, conditions: Conditions) -> RunTimeModel:
+def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
     """The part of a model that the tables of a function can hold.
 
     Raises:
@@ -76,7 +76,7 @@ def run_time_model(model: Model, conditions: Conditions) -> RunTimeModel:
     tables = RunTimeTables()
     for share in shares.values():
         tables = tables if share is None else tables.plus(share)
-    return RunTimeModel(kept, tables, untold, tuple(key for key, share in shares.items() if share is None), largest)
+    return CorrectedModel(kept, tables, untold, tuple(key for key, share in shares.items() if share is None), largest)
 
 
 def _largest_loads(model: Model, done: Conditions) -> Array:
@@ -255,7 +255,7 @@ class Curves:
         return [*self.torque, *self.by_torque, *self.by_angle]
 
 
-def curves_of(found: RunTimeModel, done: Conditions) -> Curves:
+def curves_of(found: CorrectedModel, done: Conditions) -> Curves:
     """Curves over the region, as fine as needed."""
     degree = np.pi / 180.0
     low, high = np.degrees(done.lower), np.degrees(done.upper)

@@ -11,7 +11,7 @@ from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import NAME, runtime_module
 from postproc.runtime.proof.check import TARGETS, Check, check_module, said
 from postproc.runtime.proof.chord import ChordError, chord_error
-from postproc.runtime.tables import RunTimeModel, run_time_model
+from postproc.runtime.tables import CorrectedModel, corrected_model
 
 COARSE_M = 2e-5
 """Error above which a module is said to be coarse."""
@@ -31,7 +31,7 @@ class RunTimeModule:
     """
 
     text: bytes
-    corrected: RunTimeModel
+    corrected: CorrectedModel
     checks: tuple[tuple[Conditions, Check], ...]
     chord: ChordError
     diagnostics: tuple[Diagnostic, ...]
@@ -50,7 +50,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
         PostprocError: RUN001 the name; REN001, REN002 the template; RUN003 the template's text cannot be run; RUN006
             the region; MOD010.
     """
-    corrected = run_time_model(model, conditions)
+    corrected = corrected_model(model, conditions)
     source = Source(f"{name}.sys", runtime_module(corrected, conditions, (), name, template))
     rated = model.robot.payload or conditions.mass
     every = [replace(conditions, mass=mass) for mass in dict.fromkeys((conditions.mass, 0.0, rated))]
@@ -65,7 +65,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     return replace(made, text=runtime_module(corrected, conditions, lines, name, template))
 
 
-def _findings(corrected: RunTimeModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
+def _findings(corrected: CorrectedModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
     found = []
     for keys, code, why, help_ in (
         (corrected.untold, "RUN004", "a target does not tell what it follows", "state it with --channel, if it can be"),

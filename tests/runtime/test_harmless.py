@@ -10,7 +10,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.runtime.module import runtime_module
-from postproc.runtime.tables import run_time_model
+from postproc.runtime.tables import corrected_model
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
@@ -186,7 +186,7 @@ def test_names_and_statements_are_what_a_controller_takes(real: Any) -> None:
 
 def test_the_name_of_a_module_is_one_of_rapid() -> None:
     real = springs()
-    corrected = run_time_model(real.model, real.conditions())
+    corrected = corrected_model(real.model, real.conditions())
     for name in ("", "9lives", "a" * 33, "pp Model"):
         with pytest.raises(PostprocError, match="RUN001"):
             runtime_module(corrected, real.conditions(), name=name)

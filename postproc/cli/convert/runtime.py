@@ -101,13 +101,13 @@ def check(
         json: print the postproc/runtime/1 document.
     """
     from postproc.runtime.proof.check import check_module, said
-    from postproc.runtime.tables import run_time_model
+    from postproc.runtime.tables import corrected_model
 
     settings, model = made_for.arm(Path(module))
     conditions = made_for.conditions(settings, model)
     source = read_source(module)
     with watching(f"running `{module}`"):
-        (found,) = check_module(source, run_time_model(model, conditions).model, [(conditions, targets)])
+        (found,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
     say(f"{module}: `{model.robot.name}`, {said(found, conditions)}")
     if found.raised:
         say(f"an error leaves the function at {found.raised} targets")

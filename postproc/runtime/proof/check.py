@@ -63,7 +63,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
     The force is that of the module (`ppForce`, `ppMoment`), with ``Weld`` given.
 
     Args:
-        model: the arm with the effects that are corrected (`RunTimeModel`).
+        model: the arm with the effects that are corrected (`CorrectedModel`).
         every: loads and regions, with how many targets.
 
     Raises:
