@@ -85,7 +85,7 @@ FLOORS = {
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
     "fit": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "words"),
     "identify": ("candidates", "state", "diagnosis", "interventions", "words"),
-    "runtime": ("conditions", "formulas", "module", "proof", "written", "programs"),
+    "runtime": ("conditions", "tables", "module", "proof", "written", "programs"),
 }
 
 

@@ -34,6 +34,7 @@ from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
 from postproc.effects.roles import FRAMES, Role
+from postproc.effects.run_time import RunTimeTables
 from postproc.robot.arm import Robot
 
 __all__ = [
@@ -173,6 +174,13 @@ class Effect:
 
     def basis(self, state: State) -> JointBasis | None:
         """Columns by parameter, for linear effects with many of them; then `displacement` need not be written."""
+        return None
+
+    def run_time_tables(self) -> RunTimeTables | None:
+        """What it puts into the tables of a controller's function; None: that is found by asking it.
+
+        Needed where loads depend on the stated payload or join two bodies; it says what `load` and `displacement` do.
+        """
         return None
 
     def roughness(self) -> Array | None:

@@ -70,13 +70,20 @@ class Conditions:
         q = np.random.default_rng(seed).uniform(self.lower, self.upper, (4 * count, 6))
         return q[np.abs(np.sin(q[:, 4])) > WRIST][:count]
 
+    def spread(self, count: int) -> Array:
+        """Joint angles of the region (count, 6) [rad] that fill it evenly (Halton), none with a straight wrist."""
+        from scipy.stats.qmc import Halton
+
+        q = self.lower + Halton(6, seed=5).random(4 * count) * (self.upper - self.lower)
+        return np.asarray(q[np.abs(np.sin(q[:, 4])) > WRIST][:count])
+
 
 WRIST = np.sin(np.radians(2.0))
 """Sine of the angle of axis 5 below which axes 4 and 6 are one, and a target is returned as it came."""
 
 
-def at_run_time(model: Model, channels: Mapping[str, float]) -> tuple[Model, tuple[str, ...]]:
-    """The effects that a controller can correct at a target, and the keys of those that are left out.
+def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, tuple[str, ...]]:
+    """The arm with the effects that follow what a controller knows at a target, and the keys of the others.
 
     An effect is left out that reads a channel which nobody states (side of approach, speeds, time, temperature), and
     the error of the measured tool: another tool is taken as calibrated. What speaks of the measurement alone is none.

@@ -1,4 +1,4 @@
-"""The RAPID module with the function that corrects targets on the controller."""
+"""The RAPID module with the function that corrects targets on the controller: a fixed text, its tables filled in."""
 
 from __future__ import annotations
 
@@ -6,26 +6,36 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
+from postproc.model.arm import Model
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.render.templates import environment, fill, load_template
-from postproc.runtime.conditions import WRIST
-from postproc.runtime.formulas.correction import LARGEST_TURN, PASSES, RunTimeCorrection
-from postproc.runtime.formulas.curves import Curve
-from postproc.runtime.formulas.tape import number, written
+from postproc.runtime.conditions import WRIST, Conditions
+from postproc.runtime.tables import CorrectedModel, curves_of
 
 MARKER = "postproc runtime 1"
 """First words of the comment after MODULE, by which a module of this kind is known."""
 MOST_LOAD = 2.0  # times what the arm carries
-PER_LINE = 10
 UNKNOWN_LOAD_KG = 1000.0
 NAME = "ppModel"
+PASSES = 3
+"""Times that functions of the command are put in: each shrinks what is left by their slope, 0.01 at most."""
+LARGEST_TURN_DEG = 1.0
+"""Correction of one joint beyond which the pose is next to a singular one: the target is returned as it came."""
+LINE = 100  # characters
+NOTHING = 1e-15
+"""Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
 def runtime_module(
-    correction: RunTimeCorrection, errors: Sequence[str] = (), name: str = NAME, template_dir: Path | None = None
+    found: CorrectedModel,
+    done: Conditions,
+    errors: Sequence[str] = (),
+    name: str = NAME,
+    template_dir: Path | None = None,
 ) -> bytes:
     """The text of the module.
 
@@ -39,54 +49,128 @@ def runtime_module(
     if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
         text = f"`{name}` is no name of a module"
         raise PostprocError.of("RUN001", text, help="a letter, then at most 31 letters, digits and underscores")
-    formula, done = correction.formula, correction.conditions
-    moved = tuple(-x for x in formula.moved or ())
-    first = written((formula.straight, *formula.joints, *moved))
-    # Names go on after those of the first part.
-    second = written(formula.commanded or (), len(first.variables))
-    most = MOST_LOAD * (correction.model.robot.payload or UNKNOWN_LOAD_KG)
     values = {
         "module": name,
         "marker": MARKER,
-        "header": [*header(correction), *errors],
+        "header": [*header(found, done), *errors],
         "bound": number(1e3 * done.bound_m),
-        "force": [number(x) for x in done.force] if done.forced else [],
-        "moment": [number(x) for x in done.moment],
+        "force": aggregate(done.force) if done.forced else "",
+        "moment": aggregate(done.moment),
         "force_on": done.force_on,
-        "tables": [_table(curve) for curve in correction.tables.every],
         "region": [(number(a), number(b)) for a, b in np.degrees([done.lower, done.upper]).T.tolist()],
-        "variables": [*first.variables, *second.variables],
-        "most_kg": number(most),
         "no_mass": number(NO_MASS),
-        "statements": first.statements,
-        "straight": first.results[0],
+        "most_kg": number(MOST_LOAD * (found.model.robot.payload or UNKNOWN_LOAD_KG)),
         "straightest": number(float(np.cos(np.arcsin(WRIST)))),
-        "joints": first.results[1:7],
-        "moved": first.results[7:],
-        "commanded": second.results,
-        "commanded_statements": second.statements,
         "passes": PASSES,
-        "largest_turn": number(float(np.degrees(LARGEST_TURN))),
+        "largest_turn": number(LARGEST_TURN_DEG),
+        **_arm(found),
+        **_loads(found),
+        **_bodies(found),
+        **_curves(found, done),
     }
     text = fill(load_template(environment(template_dir), "runtime_module.j2"), values)
     return (text.rstrip("\n") + "\n").encode("ascii", "replace")
 
 
-def header(correction: RunTimeCorrection) -> Iterator[str]:
+def _frames(model: Model) -> Array:
+    """(7, 3, 3) rotations by which axes of bodies are turned so that z is the axis of the joint that carries them."""
+    upright = [np.eye(3)]
+    for axis in model.robot.axis:
+        upright.append(Rotation.align_vectors(axis[None], np.array([[0.0, 0.0, 1.0]]))[0].as_matrix())
+    return np.array(upright)
+
+
+def _arm(found: CorrectedModel) -> dict[str, object]:
+    """Links, masses, springs and offsets of joints."""
+    robot, tables, turned = found.model.robot, found.tables, _frames(found.model)
+    mass = robot.mass + tables.mass
+    first = np.einsum("bji,bj->bi", turned, robot.mass[:, None] * robot.center + tables.first_moment)
+    links = []
+    for b in range(7):
+        R = turned[b].T @ robot.link[b][:3, :3] @ (turned[b + 1] if b < 6 else np.eye(3))
+        links.append([turned[b].T @ robot.link[b][:3, 3], quaternion(R)])
+    return {
+        "link": aggregate(links),
+        "mass": aggregate(mass),
+        "first": aggregate(first),
+        "gravity": aggregate(found.model.gravity),
+        "soft": aggregate(np.degrees(tables.compliance)),
+        "offset": aggregate(np.degrees(tables.offset)),
+    }
+
+
+def _loads(found: CorrectedModel) -> dict[str, object]:
+    """What effects add to the stated load, and lines that pull bodies together."""
+    tables, turned = found.tables, _frames(found.model)
+    stated = {
+        "share": number(tables.share),
+        "mass": number(tables.load_mass),
+        "shift": aggregate(tables.shift),
+        "first": aggregate(tables.load_moment),
+    }
+    pulls = tables.pulls
+    used = tables.share or tables.load_mass or np.any(tables.shift) or np.any(tables.load_moment)
+    return {
+        "load": stated if used else {},
+        "pulls": len(pulls),
+        "pull": aggregate([[*(b + 1 for b in pull.bodies), pull.stiffness, pull.slack] for pull in pulls]),
+        "pulled": aggregate(
+            [[turned[b].T @ point for b, point in zip(pull.bodies, pull.points, strict=True)] for pull in pulls]
+        ),
+    }
+
+
+def _bodies(found: CorrectedModel) -> dict[str, object]:
+    """How ends of bodies give way, by force and by moment."""
+    tables, turned = found.tables, _frames(found.model)
+    both = np.zeros((7, 6, 6))
+    both[:, :3, :3] = both[:, 3:, 3:] = np.swapaxes(turned, 1, 2)
+    unit = np.array([1.0] * 3 + [180.0 / np.pi] * 3)
+    offset = unit * np.einsum("bij,bj->bi", both, tables.body_offset)
+    soft = unit[:, None] * (both @ tables.body_compliance @ np.swapaxes(both, 1, 2))
+    gives = [bool(np.any(a) or np.any(b)) for a, b in zip(offset, soft, strict=True)]
+    return {
+        "bodies": any(gives),
+        "gives": aggregate(gives),
+        "shift": aggregate(offset[:, :3]),
+        "tilt": aggregate(offset[:, 3:]),
+        "by_force": aggregate(soft[:, :, :3]),
+        "by_moment": aggregate(soft[:, :, 3:]),
+        "radian": number(np.pi / 180.0),
+    }
+
+
+def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
+    """Functions of one number: a row for each, and the values of all."""
+    curves = curves_of(found, done)
+    every, at = curves.every, 1
+    rows: list[list[float]] = []
+    for curve in every:
+        rows.append([curve.joint + 1, curve.source + 1, at, len(curve.values) - 3, curve.low, curve.step])
+        at += len(curve.values)
+    return {
+        "rows": len(rows),
+        "torques": len(curves.torque),
+        "windings": len(curves.by_torque),
+        "row": aggregate(rows),
+        "values": at - 1,
+        "value": aggregate(np.concatenate([np.zeros(0), *(curve.values for curve in every)])),
+    }
+
+
+def header(found: CorrectedModel, done: Conditions) -> Iterator[str]:
     """Lines that say what the module is made for."""
-    done, laws = correction.conditions, correction.laws
-    estimated = correction.model.stiffness_source == "estimated"
+    estimated = found.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
-    yield f"model: {done.source or shipped}; arm: {correction.model.robot.name}"
-    yield f"in closed form or as tables: {_words(laws.exact)}"
-    if correction.fitted is not None:
-        terms = len(correction.fitted.terms)
-        yield f"fitted over the region with {terms} terms, for the load below: {_words(laws.fitted)}"
-    if correction.left_out:
-        yield f"left out, a target does not tell what they follow: {_words(correction.left_out)}"
+    yield f"model: {done.source or shipped}; arm: {found.model.robot.name}"
+    yield f"corrected: {_words(found.keys)}"
+    if found.untold:
+        yield f"left out, a target does not tell what they follow: {_words(found.untold)}"
+    if found.unfit:
+        yield f"left out, the tables below do not hold their law: {_words(found.unfit)}"
     for name, value in done.channels.items():
         yield f"constant: {name} = {value:g}"
-    yield f"gravity in axes of the base [m/s2]: {_numbers(correction.model.gravity)}"
+    yield f"gravity in axes of the base [m/s2]: {_numbers(found.model.gravity)}"
     if done.forced:
         when = "on every target" if done.force_on == "all" else "where Weld is given"
         yield f"process force {when} [N]: {_numbers(done.force)}, moment [N m]: {_numbers(done.moment)}"
@@ -96,47 +180,39 @@ def header(correction: RunTimeCorrection) -> Iterator[str]:
         f"errors are stated for TCP {_numbers(1e3 * done.T_flange_tcp[:3, 3])} mm, {done.mass:g} kg "
         f"at {_numbers(1e3 * done.center)} mm"
     )
-    yield f"one target costs {cost(correction)}"
 
 
-def cost(correction: RunTimeCorrection) -> str:
-    """Operations and calls that one target takes."""
-    formula = correction.formula
-    first = written((formula.straight, *formula.joints, *(formula.moved or ())))
-    again = written(formula.commanded or ())
-    curves = first.lookups + PASSES * again.lookups
-    operations = first.operations + PASSES * again.operations + CURVE_OPERATIONS * curves
-    solved = 3 if formula.moved else 2
-    functions = first.functions + PASSES * again.functions
-    calls = f"{operations} operations, {functions} sines and cosines, {solved} CalcJointT, 2 CalcRobT"
-    taken = steps(correction)
-    return f"{calls} in {taken} steps, about {taken / STEPS_PER_MS:.0f} ms"
+def number(value: float) -> str:
+    """A constant in single precision as RAPID reads it: the shortest text that gives the same number.
+
+    >>> number(-3.0165913e-07), number(9.81), number(2.0)
+    ('-3.0165913E-07', '9.81', '2')
+    """
+    return str(np.float32(value if abs(value) > NOTHING else 0.0)).upper().removesuffix(".0")
 
 
-def steps(correction: RunTimeCorrection) -> int:
-    """Statements of RAPID that one target takes that is corrected."""
-    formula = correction.formula
-    first = written((formula.straight, *formula.joints, *(formula.moved or ())))
-    again = written(formula.commanded or ())
-    beside = FORCE_STEPS * correction.conditions.forced + MOVED_STEPS * (formula.moved is not None)
-    looked_up = CURVE_STEPS * (first.lookups + PASSES * again.lookups)
-    passes = 1 + PASSES * (6 + len(again.statements)) if formula.commanded is not None else 0
-    return PLAIN_STEPS + beside + len(first.statements) + passes + looked_up
+def aggregate(values: object) -> str:
+    """Numbers and truth values, nested, as RAPID writes them, in lines that are not long."""
+    text = _nested(values.tolist() if isinstance(values, np.ndarray) else values)
+    lines = [""]
+    for part in text.split(","):
+        if len(lines[-1]) + len(part) > LINE:
+            lines.append("")
+        lines[-1] += part + ","
+    return "\n        ".join(lines).removesuffix(",")
 
 
-CURVE_OPERATIONS = 30
-PLAIN_STEPS, FORCE_STEPS, MOVED_STEPS, CURVE_STEPS = 74, 7, 3, 10
-"""Statements of the template: always, with a process force, with soft bodies, for a value of a table."""
-STEPS_PER_MS = 44.0
-"""Statements that a controller runs in a millisecond, RobotWare 6.12 and later, of a program that runs ahead of the
-motion (industrialmonitordirect.com); nobody has measured the function on a controller here."""
+def _nested(value: object) -> str:
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return "[" + ",".join(map(_nested, value)) + "]"
+    return number(float(value))  # type: ignore[arg-type]
 
 
-def _table(curve: Curve) -> dict[str, object]:
-    values = [number(float(x)) for x in curve.values]
-    rows = [values[i : i + PER_LINE] for i in range(0, len(values), PER_LINE)]
-    lines = [",".join(row) + ("," if i + 1 < len(rows) else "") for i, row in enumerate(rows)]
-    return {"name": curve.name, "size": len(values), "lines": lines}
+def quaternion(R: Array) -> Array:
+    """(.., 4) of rotations (.., 3, 3), scalar first and not negative, as RAPID writes it."""
+    return np.asarray(np.roll(Rotation.from_matrix(R).as_quat(canonical=True), 1, axis=-1))
 
 
 def _words(keys: Sequence[str]) -> str:

@@ -30,20 +30,20 @@ def test_the_header_says_what_the_module_is_made_for(module: Path) -> None:
     for words in (
         "MODULE ppModel(SYSMODULE)",
         "arm: irb4600_60_205",
-        "in closed form or as tables: joint_compliance",
+        "corrected: joint_compliance",
         "process force where Weld is given [N]: [200,-200,-200]",
         "region of axis 3 [deg]: -180 to 75",
         "with 60 kg, over",
-        "2 CalcJointT, 2 CalcRobT",
+        "one target takes 1",
     ):
         assert words in head
 
 
 def test_a_written_module_is_checked(module: Path, call: Call) -> None:
-    result = call("runtime", "check", module, "--json", "--targets", "200")
+    result = call("runtime", "check", module, "--json", "--targets", "50")
     assert result.code == 0
     (check,) = json.loads(result.out)["checks"]
-    assert check["corrected"] + sum(check["returned"].values()) == 200
+    assert check["corrected"] + sum(check["returned"].values()) == 50
     assert check["errors"] == 0
     assert check["max_error_mm"] < 0.001
 
@@ -51,9 +51,9 @@ def test_a_written_module_is_checked(module: Path, call: Call) -> None:
 def test_an_edited_module_is_found_out(module: Path, folder: Path, call: Call) -> None:
     text = module.read_text("ascii")
     edited = folder / "edited.sys"
-    edited.write_text(text.replace("*1.7257766E-05", "*1.9E-05"), "ascii")
+    edited.write_text(text.replace(",1.7257766E-05,", ",1.9E-05,"), "ascii")
     assert edited.read_text("ascii") != text
-    result = call("runtime", "check", edited, "--targets", "200")
+    result = call("runtime", "check", edited, "--targets", "20")
     assert result.code == 1
 
 
@@ -66,10 +66,10 @@ def test_an_error_that_leaves_the_function_is_found(module: Path, folder: Path, 
     )
     said = {}
     for path in (guarded, careless):
-        result = call("runtime", "check", path, "--targets", "50", "--json")
+        result = call("runtime", "check", path, "--targets", "10", "--json")
         assert result.code == 1
         said[path] = json.loads(result.out)["checks"][0]["errors"]
-    assert said == {guarded: 0, careless: 50}
+    assert said == {guarded: 0, careless: 10}
 
 
 @pytest.mark.parametrize(
@@ -124,9 +124,9 @@ def test_another_module_is_refused(call: Call, samples: Path) -> None:
     [
         ("WaitTime 1;", "`waittime` is not calculated here"),
         ("WHILE TRUE DO ENDWHILE", "this statement is not calculated here"),
-        ("ppReason:=nowhere;", "`nowhere` is not declared in this module"),
-        ("ppReason:=CRobT();", "`CRobT` is not calculated here"),
-        ("lm:=t+1;", "the types of this statement do not fit each other"),
+        ("ppReason:=nowhere;", "`nowhere` is not declared in these files"),
+        ("ppReason:=CRobT();", "`CRobT` is known only at run time"),
+        ("mass:=t+1;", "`+` has no value for these operands"),
     ],
 )
 def test_what_is_not_calculated_is_named_with_its_place(

@@ -10,6 +10,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.runtime.module import runtime_module
+from postproc.runtime.tables import corrected_model
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
@@ -164,7 +165,7 @@ def test_whatever_comes_no_error_leaves_and_nothing_moves_far(task: Controller, 
 
 @pytest.mark.parametrize("real", [springs, soft_bodies, mapped], ids=lambda f: f.__name__)
 def test_names_and_statements_are_what_a_controller_takes(real: Any) -> None:
-    text = runtime_module(real().written().correction).decode()
+    text = real().written().text.decode()
     (module,) = parse(text)
     names = [d.name for d in module.data] + [r.name for r in module.routines]
     assert len(names) == len(set(names))
@@ -184,10 +185,11 @@ def test_names_and_statements_are_what_a_controller_takes(real: Any) -> None:
 
 
 def test_the_name_of_a_module_is_one_of_rapid() -> None:
-    correction = springs().written().correction
+    real = springs()
+    corrected = corrected_model(real.model, real.conditions())
     for name in ("", "9lives", "a" * 33, "pp Model"):
         with pytest.raises(PostprocError, match="RUN001"):
-            runtime_module(correction, name=name)
+            runtime_module(corrected, real.conditions(), name=name)
 
 
 def test_a_tool_without_tcp_is_corrected_too(task: Controller) -> None:

@@ -49,7 +49,6 @@ def write(
     import numpy as np
 
     from postproc.diagnostics import has_errors
-    from postproc.runtime.module import cost
     from postproc.runtime.proof.check import said
     from postproc.runtime.written import write_module
 
@@ -65,14 +64,14 @@ def write(
     failed = has_errors(result.diagnostics)
     if not failed:
         write_file(output, result.text)
-    say(f"{output}: `{model.robot.name}`, {cost(result.correction)} for one target")
+    say(f"{output}: `{model.robot.name}`, {result.cost} for one target")
     for done, found in result.checks:
         say(said(found, done))
     say(str(result.chord))
     if json:
         checks = [_document(done, found) for done, found in result.checks]
-        laws = result.correction.laws
-        effects = {"exact": laws.exact, "fitted": laws.fitted, "left_out": result.correction.left_out}
+        corrected = result.corrected
+        effects = {"corrected": corrected.keys, "left_out": [*corrected.untold, *corrected.unfit]}
         found_ = [d.as_json() for d in result.diagnostics]
         chord = {
             "lines": result.chord.count,
@@ -89,7 +88,7 @@ def check(
     /,
     *,
     made_for: RunTimeOptions = RunTimeOptions(),
-    targets: int = 1000,
+    targets: int = 60,
     tolerance: Tolerance = 0.02,
     json: Flag = False,
 ) -> int:
@@ -102,12 +101,13 @@ def check(
         json: print the postproc/runtime/1 document.
     """
     from postproc.runtime.proof.check import check_module, said
+    from postproc.runtime.tables import corrected_model
 
     settings, model = made_for.arm(Path(module))
     conditions = made_for.conditions(settings, model)
     source = read_source(module)
     with watching(f"running `{module}`"):
-        found = check_module(source, model, conditions, targets)
+        (found,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
     say(f"{module}: `{model.robot.name}`, {said(found, conditions)}")
     if found.raised:
         say(f"an error leaves the function at {found.raised} targets")

@@ -202,7 +202,7 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
             case "/":
                 return Value(as_type(x / y, kind), kind)
             case "*":
-                return _product(replace(a, data=x), replace(b, data=y), kind)
+                return _product(x, y, (a.type, b.type, kind))
             case "+" if isinstance(x, str) or isinstance(y, str):
                 return Value(as_string(x + y), "string")
             case _:
@@ -214,18 +214,21 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
         raise Unknown(Kind.UNDEFINED_OPERATOR, operator) from error
 
 
-def _product(a: Value, b: Value, kind: str) -> Value:
-    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined)."""
-    x, y = a.data, b.data
+def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
+    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined).
+
+    Args:
+        kinds: types of both, and of their product where they are numbers.
+    """
     if isinstance(x, tuple) and isinstance(y, tuple):
         if len(x) == 4:
             return Value(quat_mult(x, y), "orient")
         return Value(cross(x, y), "pos")
     if isinstance(y, tuple):
-        return Value(tuple(x * item for item in y), b.type)
+        return Value(tuple(x * item for item in y), kinds[1])
     if isinstance(x, tuple):
-        return Value(tuple(item * y for item in x), a.type)
-    return Value(as_type(x * y, kind), kind)
+        return Value(tuple(item * y for item in x), kinds[0])
+    return Value(as_type(x * y, kinds[2]), kinds[2])
 
 
 def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:

@@ -28,7 +28,7 @@ from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
 from postproc.render.module import line_style
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import MARKER, NAME, cost
+from postproc.runtime.module import MARKER, NAME
 from postproc.runtime.programs.applied import Applied, apply_module
 from postproc.runtime.programs.from_the_arm import CORRECTING
 from postproc.runtime.programs.reach import Reach
@@ -88,7 +88,7 @@ class OnTheController:
             "max_chord_error_mm": MM_PER_M * self.module.chord.largest_m,
             "chord_length_mm": MM_PER_M * LINE_M,
             "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.per_square_metre,
-            "cost": cost(self.module.correction),
+            "cost": self.module.cost,
         }
 
 

@@ -1,5 +1,5 @@
-"""The written module, run in single precision and compared with the model.
+"""The written module, run by the package's interpreter and compared with the model.
 
-`lanes` values of many targets at once; `execution` runs the module on them; `check` compares its corrections with the
-exact ones; `chord` says what is left between targets.
+`calculation` runs functions for numbers; `calls` asks the function as a controller does; `check` compares its
+corrections with the exact ones; `chord` says what is left between targets.
 """

@@ -9,8 +9,8 @@ import numpy as np
 from postproc.compensate.correction.inverse import command
 from postproc.model.arm import Model
 from postproc.robot.kinematics import forward
-from postproc.runtime.conditions import Conditions, at_run_time
-from postproc.runtime.formulas.correction import SOLVED_M
+from postproc.runtime.conditions import Conditions
+from postproc.runtime.proof.check import SOLVED_M
 
 LINE_M = 0.5
 LINES = 400
@@ -43,8 +43,10 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
     """How far the exact correction in the middle of lines is from the mean of those at their ends.
 
     The lines have any direction and one orientation; only those count that the arm can follow from end to end.
+
+    Args:
+        model: with the effects that are corrected.
     """
-    kept, _ = at_run_time(model, done.channels)
     rigid, q = model.with_effects(), done.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))
     way *= 0.5 * LINE_M / np.linalg.norm(way, axis=1, keepdims=True)
@@ -54,7 +56,7 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
         desired = middle.copy()
         desired[:, :3, 3] += side * way
         nominal = command(rigid, done.states(q), desired)
-        exact = command(kept, done.states(nominal.q), desired)
+        exact = command(model, done.states(nominal.q), desired)
         inside = ((nominal.q >= done.lower) & (nominal.q <= done.upper)).all(axis=1)
         follows &= inside & (np.maximum(nominal.residual_m, exact.residual_m) < SOLVED_M)
         follows &= np.abs(nominal.q - q).max(axis=1) < FOLLOWED

@@ -11,6 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
 from postproc.effects.geometry import distal_point, force_at, joint_axis, point_in_base
+from postproc.effects.run_time import Pull, RunTimeTables
 from postproc.robot.arm import Robot
 
 
@@ -49,6 +50,11 @@ class DressPack(
         pull = force_at(there, (taut / np.maximum(distance, 1e-9))[:, None] * (here - there))
         # Both ends are on the line of the force, so that its moment about the base is the same at either.
         return Load(body={self.body_to: pull, self.body_from: -pull})
+
+    def run_time_tables(self) -> RunTimeTables:
+        bodies, points = (self.body_from, self.body_to), (self.from_m, self.to_m)
+        pull = Pull(bodies, points, self.stiffness_N_per_m, self.slack_m)
+        return RunTimeTables(pulls=(pull,) if self.body_from != self.body_to else ())
 
     def _ends(self, state: State) -> tuple[Array, Array, Array]:
         T = np.asarray(state.T_base_body)

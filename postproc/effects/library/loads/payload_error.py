@@ -9,6 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, variant
 from postproc.effects.geometry import Mass, weight
+from postproc.effects.run_time import RunTimeTables
 
 
 class PayloadError(
@@ -48,6 +49,11 @@ class PayloadError(
                 # The stated mass is taken from where it is said to be and put where it is.
                 masses += [(stated, first + stated[:, None] * self.centre_m), (-stated, -first)]
         return Load(body={6: weight(state, 6, masses, T_body_flange)})
+
+    def run_time_tables(self) -> RunTimeTables:
+        return RunTimeTables(
+            share=self.fraction, shift=self.centre_m, load_mass=self.mass_kg, load_moment=self.moment_kgm
+        )
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

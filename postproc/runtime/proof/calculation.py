@@ -1,0 +1,180 @@
+"""A module of functions run for numbers by the package's interpreter: nothing is open, and errors are handled.
+
+What has no value is an error of RAPID: the ERROR handler of the routine takes it, or of the routine that called it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.rapid.data.arm import Arm
+from postproc.rapid.data.values import Data, Value
+from postproc.rapid.evaluation.accessor import Accessor
+from postproc.rapid.evaluation.call_binding import unbound_frame
+from postproc.rapid.evaluation.evaluate import evaluate, pick
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.state import AT_START
+from postproc.rapid.execution.flow import Flow
+from postproc.rapid.program.program import read_program
+from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
+from postproc.rapid.syntax.trees import Name
+from postproc.rapid.unknown import Kind, Unknown, without_causes
+
+SILENT = frozenset({"errwrite", "tpwrite", "tperase"})
+"""Procedures that tell an operator something."""
+ERRORS = frozenset({
+    Kind.UNDEFINED, Kind.UNDEFINED_OPERATOR, Kind.CONTROLLER_FUNCTION, Kind.NO_SUCH_ELEMENT, Kind.NO_ELEMENT,
+    Kind.NUMBER_EXPECTED, Kind.NEVER_TAUGHT, Kind.NO_FRAME, Kind.NOT_UNIT, Kind.CONFIGURATION,
+})  # fmt: skip
+"""Why something has no value on a controller either; all else this interpreter cannot work out."""
+
+
+class RapidError(Exception):
+    """An error that no handler has taken so far."""
+
+
+class Calculation(Flow):
+    """The functions of modules, called again and again; module data keeps its values from call to call.
+
+    Args:
+        sources: the files; data and routines have names of their own in all of them. arm: see `rapid.data.arm`.
+
+    Raises:
+        PostprocError: a file cannot be read, or holds what is not calculated here (RUN003).
+    """
+
+    def __init__(self, sources: Sequence[Source], arm: Arm) -> None:
+        program = read_program(sources, arm=arm)
+        found = [d for d in program.diagnostics if d.severity == "error"]
+        if found:
+            raise PostprocError(found)
+        super().__init__(program)
+        self.data = self.values = _Values()
+        self.recorder.emitting = False
+        routine = next(program.all_routines())
+        self.outside = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
+        self.outside.changed = dict(AT_START)
+        self.taken = 0
+
+    def declaration(self, name: str) -> Declaration | None:
+        """The data of a module that has a name."""
+        return next((d for d in self.program.declarations if not d.routine and d.name.lower() == name.lower()), None)
+
+    def set(self, name: str, data: Data) -> None:
+        """Give data of a module a value, where it has data of that name."""
+        declaration = self.declaration(name)
+        if declaration is not None:
+            self.outside.changed[declaration.key] = data
+
+    def get(self, name: str) -> Data:
+        """The value of data of a module, None where there is none of that name."""
+        declaration = self.declaration(name)
+        return None if declaration is None else self.outside.value(declaration).data
+
+    def run(self, name: str) -> int:
+        """Run a procedure without parameters; the number of statements that it takes.
+
+        Raises:
+            RapidError: an error leaves it.
+        """
+        routine = self.program.routine(name)
+        assert routine is not None
+        self.taken = self.steps = self.depth = 0
+        self.stack.clear()
+        self.call_routine(routine, (), self.outside)
+        return self.taken
+
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
+        (outer, self.returned), depth = (self.returned, None), self.depth
+        self.stack.append(routine.key)
+        self.conditions[routine.key] = 0
+        try:
+            self.body(routine.body, memory)
+        except RapidError:
+            if not routine.handlers:
+                raise
+            self.depth = depth
+            self.body(routine.handlers[0], memory)
+        finally:
+            del self.stack[self.stack.index(routine.key) :]
+            result, self.returned = self.returned, outer
+        return result
+
+    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
+        return all(self.statement(statement, memory) for statement in statements)
+
+    def statement(self, statement: Statement, memory: Memory) -> bool:
+        self.taken += 1
+        self.values.place = statement.span
+        if statement.kind not in ("assign", "if", "for", "return", "call"):
+            raise _cannot(memory, statement.span, "this statement is not calculated here")
+        return super().statement(statement, memory)
+
+    def call(self, statement: Statement, memory: Memory) -> None:
+        if statement.word in SILENT:
+            return
+        if self.program.routine(statement.word, memory.frame.routine.module) is None:
+            raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")
+        super().call(statement, memory)
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        for branch in statement.branches:
+            if not branch.conditions or self.truth(branch.conditions[0], memory):
+                return self.body(branch.body, memory)
+        return True
+
+    def leave_with(self, span: Span, memory: Memory) -> None:
+        self.returned = None
+        if span[0] < span[1]:
+            self.returned = self.values.known(span, memory)
+
+    def forget_written(self, statement: Statement, memory: Memory) -> None:
+        """Nothing: functions run where they are called."""
+
+
+class _Values(Accessor):
+    """Values of expressions, each of which there is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.place: Span = (0, 0)
+
+    def value_or_not(self, span: Span, memory: Memory) -> Data:
+        return self.known(span, memory).data
+
+    def known(self, span: Span, memory: Memory) -> Value:
+        """The value of an expression.
+
+        Raises:
+            RapidError: it has none on a controller. PostprocError: none here (RUN003).
+        """
+        place = self.place
+        try:
+            return evaluate(self.tree(span, memory), memory)
+        except Unknown as why:
+            if why.root.kind not in ERRORS or isinstance(why.__cause__, TypeError):
+                raise _cannot(memory, place, why.reason) from None
+            raise RapidError(why.reason) from None
+
+
+class _Data(Memory):
+    """Data with the value of its declaration until something is assigned to it."""
+
+    def value(self, declaration: Declaration) -> Value:
+        data = without_causes(self.changed.get(declaration.key))[0]
+        if data is None:
+            return self.declared(declaration)
+        if isinstance(data, Unknown):
+            raise data.kept()
+        return Value(data, declaration.type, len(declaration.dims))
+
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        return pick(self.lookup(name), indices)
+
+
+def _cannot(memory: Memory, span: Span, text: str) -> PostprocError:
+    help_ = "check modules that `postproc runtime write` wrote"
+    return PostprocError([Diagnostic("RUN003", "error", text, memory.frame.routine.source, span, help_)])

@@ -1,0 +1,171 @@
+"""The function of a module called for one target after another, as a controller with the nominal arm runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array, invert
+from postproc.compensate.correction.inverse import command, rigid
+from postproc.diagnostics import PostprocError, Source
+from postproc.model.arm import Model
+from postproc.rapid.data.arm import Situation
+from postproc.rapid.data.records import NO_AXES, JointTarget, LoadData, RobTarget, ToolData
+from postproc.rapid.data.values import Data, rounded, to_robtarget
+from postproc.rapid.motions.units import matrix_pose, pose_matrix, tool_matrix
+from postproc.rapid.unknown import Kind, Unknown
+from postproc.robot.configuration import confdata
+from postproc.robot.inverse import nearest_solution
+from postproc.robot.kinematics import forward
+from postproc.runtime.proof.calculation import Calculation, RapidError
+
+OPTIONS = {
+    (weld, load): ("\\Weld" if weld else "") + ("\\TLoad:=ppLoad" if load else "")
+    for weld in (False, True)
+    for load in (False, True)
+}
+"""What stands behind the tool in a call, by whether `Weld` and `TLoad` are given."""
+
+
+def _caller() -> Source:
+    """A module that calls the functions with all options, one procedure each."""
+    lines = ["MODULE ppCaller", *(f"  VAR robtarget {name};" for name in ("ppPoint", "ppEnd", "ppAnswer"))]
+    load = "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
+    lines += [f"  PERS tooldata ppTool:=[TRUE,[[0,0,0],[1,0,0,0]],{load}];", f"  PERS loaddata ppLoad:={load};"]
+    for given, options in OPTIONS.items():
+        for circle, function in ((False, "ppCorrected(ppPoint"), (True, "ppCorrectedCirc(ppPoint,ppEnd")):
+            call = f"    ppAnswer:={function},ppTool{options});"
+            lines += [f"  PROC {_procedure(*given, circle)}()", call, "  ENDPROC"]
+    return Source("ppCaller.mod", "\n".join([*lines, "ENDMODULE", ""]).encode())
+
+
+def _procedure(weld: bool, load: bool, circle: bool) -> str:
+    return f"pp{'Weld' * weld}{'Load' * load}{'Circle' if circle else 'Target'}"
+
+
+REACHED_M = 1e-6
+NOT_HANDLED = -1
+"""In place of `ppReason` where an error leaves the function."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """What the function is asked for; work objects stand in the base.
+
+    Args:
+        q: (6,) nominal joint angles at the target [rad], at the circle point with ``end``: those at the end of the arc.
+        tool: with its load. payload: what is gripped. weld: whether `Weld` is given. load: `TLoad`, None for none.
+    """
+
+    q: Array
+    tool: ToolData
+    payload: LoadData = LoadData()
+    weld: bool = False
+    end: Array | None = None
+    load: LoadData | None = None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What it gives: a target and its pose T_base_tcp (4, 4) [m], `ppReason`, and the statements that it took."""
+
+    target: RobTarget
+    pose: Array
+    reason: int
+    steps: int
+
+
+class Caller:
+    """A module on a controller that can be called.
+
+    Raises:
+        PostprocError: RUN003, the module holds what is not calculated here.
+    """
+
+    def __init__(self, module: Source, model: Model) -> None:
+        self.arm = _Arm(model)
+        self.run = Calculation([module, _caller()], self.arm)
+        if self.run.declaration("ppReason") is None:
+            text, help_ = (
+                "there is no data `ppReason` in the module",
+                "check modules that `postproc runtime write` wrote",
+            )
+            raise PostprocError.of("RUN003", text, module, help=help_)
+
+    def stated(self, name: str) -> Array:
+        """(3,) numbers of the module's own data; zero where it has none of that name."""
+        return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
+
+    def call(self, asked: Call) -> Answer:
+        """Ask the function."""
+        run, tool = self.run, asked.tool
+        run.set("ppTool", rounded_tool(tool))
+        run.set("ppPayload", _load(asked.payload))
+        if asked.load is not None:
+            run.set("ppLoad", _load(asked.load))
+        run.set("ppPoint", point := self.arm.data(asked.q, tool))
+        if asked.end is not None:
+            run.set("ppEnd", self.arm.data(asked.end, tool))
+        run.set("ppAnswer", point)
+        self.arm.near = asked.q
+        try:
+            steps = run.run(_procedure(asked.weld, asked.load is not None, asked.end is not None))
+            reason = round(run.get("ppReason"))
+        except RapidError:
+            steps, reason = 0, NOT_HANDLED
+        target = to_robtarget(run.get("ppAnswer"))
+        return Answer(target, pose_matrix(target.trans, target.rot), reason, steps)
+
+    def calls(self, every: Sequence[Call]) -> list[Answer]:
+        """Ask it for one after the other."""
+        return [self.call(asked) for asked in every]
+
+
+def rounded_tool(tool: ToolData) -> Data:
+    """A tool as data in single precision."""
+    frame = rounded((tool.tframe.trans, tool.tframe.rot))
+    return (tool.robhold, frame, _load(tool.tload))
+
+
+def _load(load: LoadData) -> Data:
+    return rounded((load.mass, load.cog, (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0))
+
+
+class _Arm:
+    """CalcJointT and CalcRobT of the nominal arm; targets are solved near joint angles (6,) [rad]."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = rigid(model)
+        self.near = np.zeros(6)
+
+    def data(self, q: Array, tool: ToolData) -> Data:
+        """The robtarget in single precision at joint angles."""
+        place = self._place(q, tool)
+        return rounded((place.trans, place.rot, tuple(map(float, place.robconf)), place.extax))
+
+    def _place(self, q: Array, tool: ToolData) -> RobTarget:
+        robot = self.model.robot
+        pose = matrix_pose(forward(robot, q[None])[0] @ tool_matrix(tool))
+        a, b, c, d = confdata(robot, q[None])[0].tolist() if robot.opw is not None else (0, 0, 0, 0)
+        return RobTarget(pose.trans, pose.rot, (a, b, c, d), NO_AXES)
+
+    def _solved(self, T_base_tcp: Array, T_flange_tcp: Array) -> Array:
+        """Joint angles (6,) [rad] of a pose, NaN where there are none; by steps where the arm has no closed form."""
+        if self.model.robot.opw is not None:
+            return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
+        found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
+        return np.asarray(np.where(found.residual_m[0] <= REACHED_M, found.q[0], np.nan))
+
+    def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
+        """See `rapid.data.arm.Arm`."""
+        return self._place(np.radians(joints.robax), situation.tool)
+
+    def joints(self, target: RobTarget, situation: Situation) -> JointTarget:
+        """See `rapid.data.arm.Arm`."""
+        q = self._solved(pose_matrix(target.trans, target.rot), tool_matrix(situation.tool))
+        if not ((q >= self.model.robot.lower) & (q <= self.model.robot.upper)).all():
+            raise Unknown(Kind.UNDEFINED, "CalcJointT")
+        a, b, c, d, e, f = np.degrees(q).tolist()
+        return JointTarget((a, b, c, d, e, f), target.extax)

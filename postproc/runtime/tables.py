@@ -1,0 +1,309 @@
+"""The tables of the function from a model: what its effects do, asked over the region, and curves of one number.
+
+No effect is known by its name. One that says what goes into the tables is believed; every other is asked at chosen
+states. Where its answers are a sum of what the tables hold, the terms of that sum are its entries; else it is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.effects.run_time import Law, Laws, RunTimeTables
+from postproc.model.arm import Model
+from postproc.model.equilibrium import equilibrium
+from postproc.robot.kinematics import body_poses
+from postproc.runtime.conditions import Conditions, known_effects
+
+SAME = 1e-9
+"""Difference [rad, m] below which two displacements are one; loads: relative to the largest."""
+PROBES = 96
+LOADS = 48
+"""Numbers of a load: torques on six joints, force and moment at the ends of seven bodies."""
+FINE, FINE_NM = 2e-8, 0.01
+"""What a curve may be off [rad, N m]."""
+TORQUE_SPAN = 1.5
+"""How far beyond the largest torque of the region functions of a torque are tabulated."""
+COARSEST, FINEST = 8, 4096
+"""Numbers of intervals of a curve that are tried, each twice the one before."""
+
+
+@dataclass(frozen=True)
+class CorrectedModel:
+    """What of a model is corrected at run time.
+
+    Args:
+        model: the arm with the effects that are corrected. tables: their shares.
+        untold: keys of effects that follow what a target does not tell; unfit: of those whose law no table holds.
+        largest: (48,) largest loads on joints and ends of bodies over the region [N m, N]; none is zero.
+    """
+
+    model: Model
+    tables: RunTimeTables
+    untold: tuple[str, ...]
+    unfit: tuple[str, ...]
+    largest: Array
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The effects that are corrected."""
+        return tuple(effect.key for effect in self.model.effects)
+
+
+def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
+    """The part of a model that the tables of a function can hold.
+
+    Raises:
+        PostprocError: RUN006, the region holds nothing but singular poses; MOD010, the loads of the arm do not settle.
+    """
+    if np.any(conditions.lower > conditions.upper) or len(conditions.drawn(PROBES, 1)) < PROBES:
+        text = "the region holds nothing but singular poses, or lies beyond the limits of the arm"
+        raise PostprocError.of("RUN006", text, help="give a region in which axis 5 is bent", exit_code=1)
+    told, untold = known_effects(model, conditions.channels)
+    states = conditions.states(conditions.drawn(PROBES, 1))
+    largest = _largest_loads(told, conditions)
+    shares = {e.key: _shares(told, e, states, largest) for e in told.effects}
+    kept = told.with_effects(*(e for e in told.effects if shares[e.key] is not None))
+    tables = RunTimeTables()
+    for share in shares.values():
+        tables = tables if share is None else tables.plus(share)
+    return CorrectedModel(kept, tables, untold, tuple(key for key, share in shares.items() if share is None), largest)
+
+
+def _largest_loads(model: Model, done: Conditions) -> Array:
+    rest = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
+    if rest.joint_load is None or rest.body_load is None:
+        return np.ones(LOADS)
+    loads = np.abs(np.hstack([rest.joint_load, rest.body_load.reshape(-1, LOADS - 6)])).max(axis=0)
+    return np.asarray(TORQUE_SPAN * np.maximum(loads, 1.0))
+
+
+def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunTimeTables | None:
+    """What an effect puts into the tables; None where they do not hold its law."""
+    stated = effect.run_time_tables()
+    if stated is not None:
+        return stated
+    moved = _Asked(model, effect, states).displacement(largest)
+    loaded = _Asked(model, effect, states).load()
+    return None if moved is None or loaded is None else moved.plus(loaded)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """An effect that is asked what it does at states of the region."""
+
+    model: Model
+    effect: Effect
+    states: State
+
+    def displacement(self, largest: Array) -> RunTimeTables | None:
+        """Its displacements as entries of the tables, None where they are more than that."""
+        q = self.states.q[:PROBES]
+        w = largest * np.random.default_rng(0).uniform(-1.0, 1.0, (len(q), LOADS))
+        still, nothing = q[:1], np.zeros((1, LOADS))
+        joint, body = (part[0] for part in self.moves(still, nothing)[:2])
+        turned = [self.moves(_only(q, j, still), nothing)[0] - joint for j in range(6)]
+        twisted = [self.moves(still, _only(w, j, nothing))[0] - joint for j in range(6)]
+        unit = [part / largest[:, None] for part in self.moves(still, np.diag(largest))[:2]]
+        unit = [unit[0] - joint / largest[:, None], unit[1] - body / largest[:, None]]
+        compliance = np.array([unit[1][6 + 6 * b :, 6 * b : 6 * b + 6][:6].T for b in range(7)])
+        own = np.stack([twisted[j][:, j] for j in range(6)], axis=1)
+        bent = np.einsum("bik,nbk->nbi", compliance, w[:, 6:].reshape(-1, 7, 6)).reshape(len(q), -1)
+        expected = joint + sum(turned) + own, body + bent, np.zeros(6)
+        if any(np.abs(a - b).max() > SAME for a, b in zip(self.moves(q, w), expected, strict=True)):
+            return None
+        linear = np.abs(own - w[:, :6] * np.diag(unit[0])).max(axis=0) <= SAME
+        return RunTimeTables(
+            joint,
+            np.where(linear, np.diag(unit[0]), 0.0),
+            body.reshape(7, 6),
+            compliance,
+            by_angle={
+                (int(p), j): (self._of_angle(int(p), j),)
+                for j in range(6)
+                for p in np.flatnonzero(np.abs(turned[j]).max(axis=0) > 1e-3 * SAME)
+            },
+            by_torque={(int(j), int(j)): (self._of_torque(int(j)),) for j in np.flatnonzero(~linear)},
+        )
+
+    def _of_angle(self, joint: int, source: int) -> Law:
+        """Displacement of a joint that follows the angle of another."""
+        still, nothing = self.states.q[:1], np.zeros((1, LOADS))
+        level = self.moves(still, nothing)[0][0, joint]
+        return lambda x: self.moves(_alone(x, source, still), nothing)[0][:, joint] - level
+
+    def _of_torque(self, joint: int) -> Law:
+        """Displacement of a joint that follows its own torque."""
+        still, nothing = self.states.q[:1], np.zeros((1, LOADS))
+        level = self.moves(still, nothing)[0][0, joint]
+        return lambda x: self.moves(still, _alone(x, joint, nothing))[0][:, joint] - level
+
+    def _torque(self, joint: int, source: int, less: float) -> Law:
+        """Torque on a joint, less a constant, that follows the angle of another."""
+        still = self.states.q[:1]
+        return lambda x: self.pushes(_alone(x, source, still))[0][:, joint] - less
+
+    def load(self) -> RunTimeTables | None:
+        """Its loads as compact masses and torques of single angles, None where they are more than that."""
+        q, still = self.states.q[:PROBES], self.states.q[:1]
+        torque, wrenches = self.pushes(q)
+        first = self.pushes(still)[0][0]
+        turned = np.array([self.pushes(_only(q, j, still))[0] - first for j in range(6)])
+        if np.abs(torque - first - turned.sum(axis=0)).max() > SAME * max(1.0, np.abs(torque).max()):
+            return None
+        laws: dict[tuple[int, int], tuple[Law, ...]] = {}
+        for k in range(6):
+            moved = [j for j in range(6) if np.abs(turned[j, :, k]).max() > 0.0]
+            # A constant torque goes with the first angle that it has, or with that of its own joint.
+            for j in moved or ([k] if first[k] else []):
+                extra = 0.0 if j == (moved or [k])[0] else first[k]
+                laws[k, j] = (self._torque(k, j, extra),)
+        mass, moment, poses = np.zeros(7), np.zeros((7, 3)), body_poses(self.model.robot, q)
+        for b, wrench in wrenches.items():
+            found = _compact_mass(poses[:, b], wrench, self.model.gravity)
+            if found is None:
+                return None
+            mass[b], moment[b] = found
+        return RunTimeTables(torque=laws, mass=mass, first_moment=moment)
+
+    def moves(self, q: Array, load: Array) -> tuple[Array, Array, Array]:
+        """Displacements of joints (n, 6), of bodies (n, 42) and of the tool (n, 6) at angles and loads of n or 1."""
+        n = max(len(q), len(load))
+        q, load = np.broadcast_to(q, (n, 6)), np.broadcast_to(load, (n, LOADS))
+        share = displacement_of(
+            self.effect, self._at(q, joint_load=load[:, :6], body_load=load[:, 6:].reshape(n, 7, 6))
+        )
+        body = np.zeros((n, 7, 6))
+        for b, xi in share.body.items():
+            body[:, b] = xi
+        joint, tool = (np.zeros(6) if part is None else part for part in (share.joint, share.tool))
+        return np.broadcast_to(joint, (n, 6)), body.reshape(n, -1), np.broadcast_to(tool, (n, 6))
+
+    def pushes(self, q: Array) -> tuple[Array, dict[int, Array]]:
+        """Torques (n, 6) on joints and wrenches (n, 6) on bodies at angles (n, 6)."""
+        share = load_of(self.effect, self._at(q))
+        return np.zeros((len(q), 6)) if share.joint is None else share.joint, dict(share.body)
+
+    def _at(self, q: Array, **loads: Array) -> State:
+        rows, robot = self.states.rows(np.zeros(len(q), dtype=int)), self.model.robot
+        return rows.with_(q=q, robot=robot, gravity=self.model.gravity, T_base_body=body_poses(robot, q), **loads)
+
+
+def _only(values: Array, column: int, rest: Array) -> Array:
+    """Rows that differ from the row ``rest`` (1, m) in one column, which they take from ``values`` (n, m)."""
+    rows = np.repeat(rest, len(values), axis=0)
+    rows[:, column] = values[:, column]
+    return rows
+
+
+def _alone(x: Array, column: int, rest: Array) -> Array:
+    """Rows that differ from the row ``rest`` (1, m) in one column, which is x (n,)."""
+    rows = np.repeat(rest, len(x), axis=0)
+    rows[:, column] = x
+    return rows
+
+
+def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array] | None:
+    """Mass [kg] and first moment (3,) [kg m] whose weight on a body (n, 4, 4) is the wrench (n, 6), if any."""
+    n, (gx, gy, gz) = len(T), gravity
+    across = -np.array([[0.0, -gz, gy], [gz, 0.0, -gx], [-gy, gx, 0.0]])
+    force = np.hstack([np.tile(gravity, n)[:, None], np.zeros((3 * n, 3))])
+    # (o + R c) x g is linear in m and m c.
+    about = np.hstack([np.cross(T[:, :3, 3], gravity).reshape(-1, 1), (across @ T[:, :3, :3]).reshape(-1, 3)])
+    columns, wanted = np.vstack([force, about]), np.concatenate([wrench[:, :3].ravel(), wrench[:, 3:].ravel()])
+    x = np.linalg.lstsq(columns, wanted, rcond=None)[0]
+    same = np.abs(columns @ x - wanted).max() <= SAME * max(1.0, np.abs(wanted).max())
+    return (float(x[0]), x[1:]) if same else None
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A function as equally spaced values, read with a cubic through the four nearest.
+
+    Args:
+        joint: that it acts on, source: that it follows, from 0. low: argument of the second value; step: between
+            values; values: (m,) single precision, from one step below the range to one step above.
+    """
+
+    joint: int
+    source: int
+    low: float
+    step: float
+    values: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """The functions of one number as tables, of degrees and N m: torques by angle [N m], others [deg]."""
+
+    torque: Sequence[Curve]
+    by_torque: Sequence[Curve]
+    by_angle: Sequence[Curve]
+
+    @property
+    def every(self) -> list[Curve]:
+        """In the order of the module."""
+        return [*self.torque, *self.by_torque, *self.by_angle]
+
+
+def curves_of(found: CorrectedModel, done: Conditions) -> Curves:
+    """Curves over the region, as fine as needed."""
+    degree = np.pi / 180.0
+    low, high = np.degrees(done.lower), np.degrees(done.upper)
+
+    def every(laws: Laws, begin: Array, end: Array, units: tuple[float, float], fine: float) -> list[Curve]:
+        """Of functions whose argument and value are in other units."""
+        found = []
+        for key, some in laws.items():
+            law: Law = partial(_total, some, units)
+            found.append(tabulated(key, law, float(begin[key[1]]), float(end[key[1]]), fine))
+        return found
+
+    tables, span = found.tables, found.largest
+    return Curves(
+        every(tables.torque, low, high, (degree, 1.0), FINE_NM),
+        every(tables.by_torque, -span, span, (1.0, degree), FINE / degree),
+        every(tables.by_angle, low, high, (degree, degree), FINE / degree),
+    )
+
+
+def _total(laws: Sequence[Law], units: tuple[float, float], x: Array) -> Array:
+    return np.asarray(sum(law(x * units[0]) for law in laws) / units[1])
+
+
+def tabulated(key: tuple[int, int], function: Law, low: float, high: float, tolerance: float) -> Curve:
+    """The coarsest curve whose cubic is nowhere farther from the function than the tolerance, as far as that goes.
+
+    Args:
+        key: joint that it acts on, joint that it follows. low, high: the range in which it is read.
+        tolerance: in the unit of the values.
+    """
+    count = COARSEST
+    between = np.linspace(low, high, 4 * FINEST + 1)
+    wanted = function(between)
+    while True:
+        step = (high - low) / count
+        values = np.asarray(function(low + step * np.arange(-1.0, count + 2.0)), dtype=np.float32)
+        curve = Curve(*key, low, step, values)
+        if np.abs(_at(curve, between) - wanted).max() <= tolerance or count >= FINEST:
+            return curve
+        count *= 2
+
+
+def _at(curve: Curve, x: Array) -> Array:
+    """Values at x (n,) by Lagrange's cubic through four neighbours, level outside."""
+    f = curve.values.astype(float)
+    u = np.clip((x - curve.low) / curve.step, 0.0, len(f) - 3.0)
+    k = np.minimum(np.trunc(u), len(f) - 4.0).astype(int)
+    u = u - k
+    second, third = f[k] - 2.0 * f[k + 1] + f[k + 2], f[k + 3] - 3.0 * f[k + 2] + 3.0 * f[k + 1] - f[k]
+    return np.asarray(f[k + 1] + u * (f[k + 2] - f[k + 1]) + u * (u - 1.0) * (second + third * (u + 1.0) / 3.0) / 2.0)
