@@ -21,7 +21,7 @@ from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.text.arcs import UNLIKE, ArcRun, all_numbers, arc_run, follow_arc, function_name
 from postproc.compensate.text.bends import fit_bend, is_steep, squares_of
 from postproc.compensate.text.expressions import Position, position_of
-from postproc.compensate.text.insertions import insertion_of, neighbouring_element, small_zone
+from postproc.compensate.text.insertions import insertion_of, small_zone
 from postproc.compensate.text.laws import (
     Allowed,
     OffsetLaw,
@@ -141,8 +141,8 @@ class TargetAdder:
             return UNLIKE
         goals = np.array([self.samples.u[list(part.goals)] for part in parts])
         shares = np.round(np.median(goals, axis=0), SHARE_DECIMALS).tolist()
-        names = set.intersection(*(self._start_names(part.move) for part in parts))
-        runs = [self._run(part, shares, min(names, default=None)) for part in parts]
+        names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
+        runs = [self._run(part, shares, names.pop() if len(names) == 1 else None) for part in parts]
         known = [run for run in runs if isinstance(run, _Run)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))
@@ -215,13 +215,6 @@ class TargetAdder:
             return None
         origin = event.target_origin
         return self.corrected(origin, event.target if origin.root is None else origin.root.target)
-
-    def _start_names(self, i: int) -> set[str]:
-        """What the program may call the target where a move begins."""
-        before, event = self.moves[i - 1].event, self.moves[i].event
-        argument = event.statement.argument("to")
-        beside = neighbouring_element(argument.text, before, event) if argument is not None else None
-        return {name for name in (event.start, beside) if name is not None}
 
     def _start(self, before: MotionEvent, event: MotionEvent, text: str | None) -> Position | None:
         """What the target before is made of, as far as the program can say it here; numbers that stand in it alone."""
