@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.correction.fewest_targets import Pieces
-from postproc.compensate.text.insertions import insertion_of, neighbouring_element, small_zone
+from postproc.compensate.text.insertions import insertion_of, small_zone
 from postproc.compensate.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensate.text.path_points import UNLIKE, PathRun, argument_text, free_name, hidden_name, on_arc, on_line
 from postproc.compensate.text.requests import Requester, conf_of
@@ -110,8 +110,8 @@ class TargetAdder:
         hidden = hidden_name(self.program, *place, arc=event.via is not None)
         if hidden is not None:
             return hidden
-        names = set.intersection(*(self._start_names(part.move) for part in parts))
-        runs = [self._run(part, min(names, default=None)) for part in parts]
+        names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
+        runs = [self._run(part, next(iter(names)) if len(names) == 1 else None) for part in parts]
         known = [run for run in runs if isinstance(run, PathRun)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))
@@ -152,7 +152,8 @@ class TargetAdder:
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
         if event.touched:
             return MAY_HAVE_CHANGED
-        return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
+        same = frames[0] == frames[1] and _frame_texts(before) == _frame_texts(event)
+        return None if isinstance(before.target, RobTarget) and same else OTHER_FRAME
 
     def _run(self, part: Pieces, name: str | None) -> PathRun | str:
         """One execution between ends that the text names.
@@ -195,13 +196,6 @@ class TargetAdder:
         w, a, b, c = (turn * Rotation.from_quat(target.rot, scalar_first=True)).as_quat(scalar_first=True).tolist()
         return replace(target, trans=(x, y, z), rot=(w, a, b, c), robconf=now.robconf)
 
-    def _start_names(self, i: int) -> set[str]:
-        """What the program may call the target where a move begins."""
-        before, event = self.moves[i - 1].event, self.moves[i].event
-        argument = event.statement.argument("to")
-        beside = neighbouring_element(argument.text, before, event) if argument is not None else None
-        return {name for name in (event.start, beside) if name is not None}
-
     def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
         """The statements to add before one move, their targets as numbers.
 
@@ -242,6 +236,12 @@ def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
     """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers."""
     origins = (before.target_origin, event.target_origin, *([event.via_origin] if event.via is not None else []))
     return all(origin is not None and _is_number(origin) for origin in origins)
+
+
+def _frame_texts(event: MotionEvent) -> list[str]:
+    """What a statement calls its tool and its work object: two of equal values may be calibrated apart."""
+    arguments = [event.statement.argument(role) for role in ("tool", "\\wobj")]
+    return ["wobj0" if argument is None else "".join(argument.text.split()).lower() for argument in arguments]
 
 
 def _is_number(origin: Origin) -> bool:

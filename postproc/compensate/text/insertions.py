@@ -27,7 +27,6 @@ RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle 
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
-_COMMA = re.compile(rb"(?:\s|![^\n]*+)*+,(?:\s|![^\n]*+)*+")
 _OPENS = re.compile(
     rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
 )
@@ -101,18 +100,6 @@ def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
 def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
     """Why an execution is left alone, without words."""
     return [(unknown.root.kind, unknown.root.subject) for unknown in event.unknowns]
-
-
-def neighbouring_element(text: str, before: MotionEvent, event: MotionEvent) -> str | None:
-    """What the target before is called if it is the next element of the same array, where an index runs over it."""
-    there, here = before.target_origin, event.target_origin
-    if not text.endswith("}") or here.kind != "element" or here.declaration != there.declaration:
-        return None
-    if here.spans is None or there.spans is None:
-        return None
-    (_, first), (second, _) = sorted([there.spans.whole, here.spans.whole])
-    step = "-1" if second == here.spans.whole[0] else "+1"
-    return f"{text[:-1]}{step}}}" if _COMMA.fullmatch(here.spans.source.data, first, second) else None
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:

@@ -89,6 +89,8 @@ class Arrivals:
         when the arm came to where the statement begins, by whichever way.
         """
         since = NOTHING.union(*self.before(statement.key).values())
+        if not since and not self.changes.volatile and not self.changes.unseen_any_time:
+            return True  # as for nearly all
         routine = self.program.routine(statement.routine, statement.module)
         if routine is None or since >= ANYTHING or not since.isdisjoint(("@pdisp", "@eoffs")):
             return False
