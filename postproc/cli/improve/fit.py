@@ -63,22 +63,20 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
-    effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
-    words, classes = _effects(effects)
+    words, classes = _effects(effects if effects is not None else ",".join(stated.effects or ()) or BASE)
     station = _station(cell, mounting)
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
-    plain = [c.null() for c in classes if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = _nominal(arm, robot, station, turned)
     with watching("fitting") as watch:
+        plain = [c.null() for c in classes if not c.structures()]
         fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
-    for cls in classes:
-        if cls.structures():
-            fit = grown(fit, cls, table.sigma)
+    for cls in (c for c in classes if c.structures()):
+        fit = grown(fit, cls, table.sigma)
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
