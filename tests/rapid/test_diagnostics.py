@@ -27,7 +27,8 @@ def test_unknown_tool() -> None:
         "  |\n"
         "4 |   MoveL p,v5,z0,tTorch\\WObj:=wobj0;\n"
         "  |                 ^^^^^^\n"
-        "  = help: give the file that declares `tTorch` too (`--with FILE`), often user.sys, CalibData.mod or another task's"
+        "  = help: give the file that declares `tTorch` too (`--with FILE`), often user.sys, CalibData.mod or another task's; "
+        "or write a file that declares it, as the pendant shows it: `PERS tooldata tTorch:=..;`"
     )
 
 

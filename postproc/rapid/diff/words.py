@@ -49,11 +49,22 @@ def _number(text: bytes) -> str:
 def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks, Ranks]]) -> Iterator[Difference]:
     """Statements that do not move the arm: by their words, and by the motion statements that they stand between.
 
+    A routine that one of the programs does not have is one difference.
+
     Args:
         paired: for both programs, by routine, how many of the first motion statements have a partner in the other.
     """
     ours, theirs = _rows(a), _rows(b)
+    lonely = {routine.key: (kind, routine) for kind, routine in _lonely_routines(a, b)}
+    for kind, routine in lonely.values():
+        line = routine.source.row(routine.span[0])
+        lines = (line, None) if kind == "removed" else (None, line)
+        yield Difference(
+            kind, "statement", f"{routine.module}.{routine.name}", f"{routine.kind} {routine.name}", *lines
+        )
     for place in dict.fromkeys([*ours, *theirs]):
+        if place in lonely:
+            continue
         rows_a, rows_b = ours.get(place, []), theirs.get(place, [])
         ranks_a, ranks_b = paired.get(place, ((0,), (0,)))
         for x, y in aligned(rows_a, rows_b, lambda p, q: p.words == q.words):
@@ -70,6 +81,13 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
                 yield Difference("removed", "statement", place, " ".join(x.words), x.line, None)
             elif y is not None:
                 yield Difference("added", "statement", place, " ".join(y.words), None, y.line)
+
+
+def _lonely_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added", "removed"], Routine]]:
+    """Routines that one of two programs does not have."""
+    ours, theirs = ({r.key: r for r in p.all_routines()} for p in (a, b))
+    yield from (("removed", ours[key]) for key in sorted(ours.keys() - theirs.keys()))
+    yield from (("added", theirs[key]) for key in sorted(theirs.keys() - ours.keys()))
 
 
 def _rows(program: Program) -> dict[str, list[_Row]]:
@@ -107,8 +125,16 @@ def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], bef
 
 
 def compare_declarations(a: Program, b: Program) -> Iterator[Difference]:
-    """Data other than targets, by key and words."""
-    ours, theirs = ({d.key: d for d in p.declarations if d.type not in ("robtarget", "jointtarget")} for p in (a, b))
+    """Data other than targets, by key and words; that of a routine which one program does not have is part of it."""
+    lonely = {(r.module.lower(), r.name.lower()) for _, r in _lonely_routines(a, b)}
+    ours, theirs = (
+        {
+            d.key: d
+            for d in p.declarations
+            if d.type not in ("robtarget", "jointtarget") and (d.module.lower(), d.routine.lower()) not in lonely
+        }
+        for p in (a, b)
+    )
     for key in dict.fromkeys([*ours, *theirs]):
         x, y = ours.get(key), theirs.get(key)
         texts = [d.source.data[slice(*d.init)].decode("latin-1") if d and d.init else "" for d in (x, y)]
