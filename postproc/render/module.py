@@ -201,7 +201,8 @@ def function_edits(
         for name, on_arc in sorted({(point.function, point.on_arc) for point in own}):
             axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
             bent = any(point.length for point in own if point.function == name)
-            values = {"name": name, "axes": axes, "bent": bent}
+            keeps = any(point.keeps for point in own if point.function == name)
+            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps}
             text += fill(load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), values)
             text += "" if text.endswith("\n") else "\n"
         yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))

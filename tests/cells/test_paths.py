@@ -281,4 +281,4 @@ def test_synchronised_motion_keeps_its_statements() -> None:
     assert result.output is not None and result.report["added_targets"] == 0
     assert result.output.decode().count("\\ID:=10") == 3
     assert "CMP006" in [d.code for d in result.diagnostics]
-    assert any("`\\ID` coordinates it with another task" in f"{d.message} {d.help}" for d in result.diagnostics)
+    assert any("`\\ID` would act on each of its parts" in f"{d.message} {d.help}" for d in result.diagnostics)

@@ -22,7 +22,7 @@ from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next, show, unmeasured
 from postproc.cli.run import run
 from postproc.cli.words import parse_channel, parse_vector
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.excerpt import columns
 
 from .conftest import ARM, Call
@@ -236,7 +236,7 @@ def test_channels_are_names_with_numbers() -> None:
     assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
     assert parse_channel("shift=night=1") == ("shift=night", 1.0)
     assert unmeasured().startswith("the model was not fitted")
-    left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`")
+    left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`", matter=Matter.NOT_WHOLE)
     assert unmeasured([left_out]).startswith("not all of the model holds here")
     for wrong in ("temperature", "=3", "t=warm", "t=nan"):
         with pytest.raises(PostprocError, match="CLI006"):

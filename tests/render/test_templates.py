@@ -12,8 +12,8 @@ from postproc.render.templates import environment
 from tests.compensate.build import body_of, convert, module, target, written
 
 TEXT = module(
-    f"CONST robtarget p1:={target(1350, -500)};",
-    f"MoveJ p1,v200,fine,tT;\nMoveL {target(1350, -20)},v50,fine,tT;",
+    "",
+    f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -20)},v50,fine,tT;",
 )
 
 

@@ -64,7 +64,8 @@ class TargetAdder:
     ) -> None:
         self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
-        self.line_functions = free_name(program, "ppLinePoint"), free_name(program, "ppLineBend")
+        names = ("ppLinePoint", "ppLineBend", "ppLineKeep")
+        self.line_functions = free_name(program, names[0]), free_name(program, names[1]), free_name(program, names[2])
         self.arc_function = free_name(program, "ppArcPoint")
 
     def add(self, pieces: Sequence[Pieces], path_mm: Array) -> Added:

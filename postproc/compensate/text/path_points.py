@@ -94,29 +94,45 @@ def argument_text(text: str, program: Program, module: str) -> str | None:
 
 
 def on_line(
-    functions: tuple[str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
+    functions: tuple[str, str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
 ) -> list[Insertion] | str:
     """The same statements for all runs of a line, or why there are none.
 
     Args:
-        functions: names of that which displaces all lines alike, and of that which does with the square of the length.
+        functions: names of that which displaces all lines alike, of that which does with the square of the length, and
+            of that which keeps the configuration of its first end.
         added: what each run would add as numbers.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
         values = [insertion.to for insertion in insertions]
-        share = _share(runs, k)
+        share, kept = _share(runs, k), True
         for run, value in zip(runs, values, strict=True):
-            nearer = run.targets[0 if share < 0.5 else -1]
-            if not (any_configuration(run.event) or compliant(value.robconf, nearer.robconf)):
-                return OTHER_POSTURE
+            near = run.targets[0 if share < 0.5 else -1]
+            far = run.targets[-1 if share < 0.5 else 0]
+            if not any_configuration(run.event) and value.robconf != near.robconf:
+                kept &= value.robconf == far.robconf
+                if not kept and not compliant(value.robconf, near.robconf):
+                    return OTHER_POSTURE
+            else:
+                kept = False
             if not _same_axes(run.targets, value, share):
                 return OTHER_AXES
-        to = _on_path(functions, runs, values, [share] * len(runs), allowed)
-        if to is None:
+        to = _on_path(functions[:2], runs, values, [share] * len(runs), allowed)
+        if to is None or to.point is None:
             return UNLIKE
+        if kept and not to.point.length:
+            to = replace(to, point=_from_farther(to.point, functions[2]))
         found.append(replace(insertions[0], to=to))
     return found
+
+
+def _from_farther(point: PathPoint, function: str) -> PathPoint:
+    """The same place, counted from the end that is farther away: with the configuration of that."""
+    if point.share < 0.5:
+        share = round(1.0 - point.share, SHARE_DECIMALS)
+        return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
+    return replace(point, function=function, keeps=True)
 
 
 def on_arc(

@@ -39,6 +39,7 @@ class PathPoint:
         axes: letters of the external axes that the ends state.
         length: of the line [mm] for which its displacement is stated, where that goes with the square of the length: a
             correction that bends evenly; 0 where it is the same for all lines.
+        keeps: it has the configuration of the first end, wherever it is; else that of the nearer one.
     """
 
     function: str
@@ -46,6 +47,7 @@ class PathPoint:
     share: float
     axes: str = ""
     length: int = 0
+    keeps: bool = False
 
     @property
     def on_arc(self) -> bool:
