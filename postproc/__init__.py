@@ -1,3 +1,228 @@
-"""Offline post-processor that corrects ABB RAPID programs with a model of the real robot."""
+"""Offline post-processor that corrects ABB RAPID programs with a model of the real robot.
+
+From Python it is about ten functions, each named after a command that does the same:
+
+    import postproc
+
+    model = postproc.read_model("irb4600_60_205")
+    result = postproc.compensate(postproc.read_program("seam.mod"), model)
+
+They take file names or what other functions here return; nothing is written unless `write_model` is called.  What they
+need is imported where they are called: ``import postproc`` alone loads no library.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from postproc.arrays import Array
+    from postproc.compensation.options import Options
+    from postproc.convert import Conversion
+    from postproc.diagnostics import PostprocError
+    from postproc.estimation.fitted import Fit
+    from postproc.identification.add import Addition
+    from postproc.identification.compare import Comparison
+    from postproc.identification.diagnosis import Diagnosis
+    from postproc.measure.measurements import Measurements
+    from postproc.model.arm import Model
+    from postproc.rapid.diff.difference import ProgramDiff
+    from postproc.rapid.program.program import Program
 
 __version__ = "0.1.0"
+__all__ = [
+    "BASE",
+    "Model",
+    "Options",
+    "PostprocError",
+    "add",
+    "compare",
+    "compensate",
+    "diagnose",
+    "diff",
+    "fit",
+    "predict",
+    "read_measurements",
+    "read_model",
+    "read_program",
+    "text",
+    "write_model",
+]
+BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+"""Effects that are fitted where none are named."""
+_TYPES = {
+    "Model": "postproc.model.arm",
+    "Options": "postproc.compensation.options",
+    "PostprocError": "postproc.diagnostics",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """The types of the API, loaded where they are first asked for."""
+    if name in _TYPES:
+        return getattr(import_module(_TYPES[name]), name)
+    raise AttributeError(f"module `postproc` has no attribute `{name}`")
+
+
+def read_program(*files: str | Path) -> Program:
+    """The program in one file, or in all files of a task."""
+    from postproc.files import read_source
+    from postproc.rapid.program.program import read_program as read_modules
+
+    return read_modules([read_source(file) for file in files])
+
+
+def read_model(name: str | Path, effects: Iterable[str | Path] = ()) -> Model:
+    """The model in a TOML file, or the shipped model of an arm of the library.
+
+    Args:
+        effects: Python files with effects that the model may use; their code is run.
+
+    Raises:
+        PostprocError: what is wrong with a file, or KIN006 for an arm that is not known.
+    """
+    from postproc.effects.registry import effect_library
+    from postproc.model import file
+
+    library = effect_library(effects)
+    is_file = Path(name).suffix == ".toml"
+    return file.read_model(name, library) if is_file else file.default_model(str(name))
+
+
+def write_model(file: str | Path, model: Model | Fit) -> None:
+    """Write a model, or a fit with its covariance, as a TOML file; comments of the file that it replaces survive."""
+    from postproc.estimation.fitted import Fit
+    from postproc.estimation.recorded import recorded_model
+    from postproc.files import read_source, write_whole
+    from postproc.model.rewrite import render_model
+
+    path = Path(file)
+    model = recorded_model(model) if isinstance(model, Fit) else model
+    before = read_source(path).data.decode("utf-8-sig") if path.is_file() else ""
+    write_whole(path, render_model(model, before).encode())
+
+
+def read_measurements(file: str | Path, robot: str | Model, column_map: str | Path | None = None) -> Measurements:
+    """A table of measured poses.
+
+    Args:
+        robot: the arm that was measured, by its name or file; or its model, whose external axes count then.
+        column_map: TOML file that says what columns are called.
+
+    Raises:
+        PostprocError: DAT001 to DAT009, where the table cannot be what it says.
+    """
+    from postproc.files import read_source
+    from postproc.measure.read.table import read_measurements as read_table
+    from postproc.measure.read.terms import Reading
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+
+    layout = None if column_map is None else read_source(column_map)
+    if isinstance(robot, Model):
+        return read_table(read_source(file), robot.robot, column_map=layout, terms=Reading(station=robot.station))
+    return read_table(read_source(file), load_robot(robot), column_map=layout)
+
+
+def compensate(program: Program | str | Path, model: Model, options: Options | None = None) -> Conversion:
+    """Correct a program so that the real arm follows its programmed paths.
+
+    The result has ``output`` (bytes, None where the program is not safe to compensate), ``report`` (what ``--json``
+    prints) and ``diagnostics``.
+    """
+    from postproc.compensation.options import Options
+    from postproc.convert import compensate_program
+    from postproc.files import read_source
+
+    sources = [read_source(program)] if isinstance(program, str | Path) else program.sources
+    return compensate_program(sources, model, options or Options())
+
+
+def diff(a: Program, b: Program, tolerance_mm: float = 0.001) -> ProgramDiff:
+    """Compare two programs by meaning, statement by statement."""
+    from postproc.rapid.diff.compare import compare_programs
+
+    return compare_programs(a, b, tolerance_mm)
+
+
+def predict(model: Model, q: Array) -> Array:
+    """Poses of the real TCP as the instrument sees them, (n, 4, 4) [m], of joint angles q (n, 6) [rad]."""
+    import numpy as np
+
+    from postproc.model import equilibrium
+
+    return equilibrium.predict(model, model.state(np.asarray(q)))
+
+
+def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
+    """The model of an arm from measured poses: ``.model``, ``.rms`` and ``.held_out_rms`` [m].
+
+    Args:
+        robot: the arm, by its name or file. effects: keys of the effects to fit.
+
+    Raises:
+        PostprocError: EFF020 an unknown key, DAT020 fewer measured numbers than parameters, DAT039 a model that is
+            farther off than the nominal arm.
+    """
+    from postproc.effects.registry import effect_library, find_effect
+    from postproc.estimation.least_squares import fit_model
+    from postproc.estimation.nominal import no_farther_than_nominal
+    from postproc.identification.add import grown
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+
+    library = effect_library()
+    classes = [find_effect(key, library) for key in effects]
+    nominal = Model(load_robot(robot), robot_name=robot)
+    found = fit_model(nominal, data, [c.null() for c in classes if not c.structures()])
+    for cls in classes:
+        if cls.structures():
+            found = grown(found, cls)
+    no_farther_than_nominal(found)
+    return found
+
+
+def compare(model: Model, data: Measurements) -> Comparison:
+    """Where a model fails on measurements: ``.as_json()``, ``.text()``."""
+    from postproc.identification import compare as comparison
+
+    return comparison.compare(model, data)
+
+
+def diagnose(model: Model, data: Measurements, effects: Iterable[str | Path] = ()) -> Diagnosis:
+    """Which effects a model lacks: ``.verdict`` ("complete", "missing" or "unknown"), ``.missing``, ``.suspects``.
+
+    Args:
+        effects: Python files with effects of your own to look for, too; their code is run.
+    """
+    from postproc.effects.loading import load_effect_file
+    from postproc.identification import diagnose as search
+
+    return search.diagnose(model, data, [cls for file in effects for cls in load_effect_file(file)])
+
+
+def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
+    """Add effects of the library by key and fit everything again: ``.model``, ``.fit``, ``.before``, ``.text()``.
+
+    Raises:
+        PostprocError: EFF020 an unknown key, DAT021 the data lacks a channel that an effect reads.
+    """
+    from postproc.identification.add import add_effects
+
+    return add_effects(model, data, effects)
+
+
+def text(found: Fit | Diagnosis | Comparison | Addition) -> str:
+    """What the command prints that finds the same."""
+    from postproc.estimation.fitted import Fit
+    from postproc.estimation.words.text import fit_text
+    from postproc.identification.diagnosis import Diagnosis
+    from postproc.identification.words.text import diagnosis_text
+
+    if isinstance(found, Fit):
+        return fit_text(found)
+    return diagnosis_text(found) if isinstance(found, Diagnosis) else found.text()

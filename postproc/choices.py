@@ -23,7 +23,7 @@ Vec3 = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 
 
-class Choices(FileTable):
+class StatedSettings(FileTable):
     """What one layer states; None is left to the layers around it. Paths start at the file that states them.
 
     Args:
@@ -94,7 +94,7 @@ class BatchChoices(FileTable):
     workers: Annotated[int, Field(ge=1)] | None = None
 
 
-class SettingsFile(Choices):
+class SettingsFile(StatedSettings):
     """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands.
 
     Args:
@@ -106,7 +106,7 @@ class SettingsFile(Choices):
     batch: BatchChoices = BatchChoices()
 
 
-def with_choices(settings: Settings, choices: Choices, root: Path, origin: str = "") -> Settings:
+def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin: str = "") -> Settings:
     """Settings with what an inner layer states.
 
     A layer that names an arm, by its name or with a model, says it alone: what outer layers say of the arm is gone.
@@ -141,7 +141,9 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
-    stated = {field.alias or key for key, field in Choices.model_fields.items() if getattr(choices, key) is not None}
+    stated = {
+        field.alias or key for key, field in StatedSettings.model_fields.items() if getattr(choices, key) is not None
+    }
     stated |= {"model", "robot"} if stated & {"model", "robot"} else set()
     chosen = replace(chosen, inherited=tuple((key, text) for key, text in settings.inherited if key not in stated))
     if choices.cell is not None:
@@ -201,6 +203,6 @@ def settings_at(place: Path) -> Settings:
         return Settings()
     path, choices = found
     stated = choices.model_dump(mode="json", exclude={"fit", "batch"}, exclude_none=True)
-    keys = {key: field.alias or key for key, field in Choices.model_fields.items()}
+    keys = {key: field.alias or key for key, field in StatedSettings.model_fields.items()}
     inherited = tuple((keys[key], json.dumps(value, ensure_ascii=False)) for key, value in stated.items())
     return replace(with_choices(Settings(stated_in=(path,)), choices, path.parent, str(path)), inherited=inherited)

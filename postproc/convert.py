@@ -14,22 +14,22 @@ from typing import Any, NoReturn
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.correction.applicable import applicable_model
-from postproc.compensate.correction.deviation import Deviation, Driven, measure_deviation
-from postproc.compensate.options import Options
-from postproc.compensate.path.motion import Motion
-from postproc.compensate.plan import FRUITLESS, OnController, Plan, plan_changes
-from postproc.compensate.readback import drive, run_again
-from postproc.compensate.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
-from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
-from postproc.compensate.results.belief import doubt_corrections, doubt_weights
-from postproc.compensate.results.document import Judged, document, refused, summary, unmeasured_document
-from postproc.compensate.results.dynamics import check_corrected
-from postproc.compensate.results.figures import figures_of, fruitless, worsened
-from postproc.compensate.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
-from postproc.compensate.results.seams import find_seams, partial_seams, unfinished_seams
-from postproc.compensate.text.values import Outcome
-from postproc.compensate.worlds import Bounds, Spared, Worlds, check_written, depends_on_run_time
+from postproc.compensation.correction.applicable import applicable_model
+from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
+from postproc.compensation.options import Options
+from postproc.compensation.path.motion import Motion
+from postproc.compensation.plan import FRUITLESS, CorrectionPlan, OnController, plan_changes
+from postproc.compensation.readback import drive, run_again
+from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
+from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
+from postproc.compensation.results.belief import doubt_corrections, doubt_weights
+from postproc.compensation.results.document import JudgedProgram, document, refused, summary, unmeasured_document
+from postproc.compensation.results.dynamics import check_corrected
+from postproc.compensation.results.figures import figures_of, fruitless, worsened
+from postproc.compensation.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
+from postproc.compensation.results.seams import find_seams, partial_seams, unfinished_seams
+from postproc.compensation.text.values import StatementOutcome
+from postproc.compensation.worlds import Bounds, Spared, Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -72,9 +72,9 @@ class Conversion:
     report: dict[str, Any]
     diagnostics: tuple[Diagnostic, ...]
     exit_code: int = 0
-    outcomes: tuple[Outcome, ...] = ()
+    outcomes: tuple[StatementOutcome, ...] = ()
     module: bytes | None = None
-    plan: Plan | None = None
+    plan: CorrectionPlan | None = None
     before: Deviation | None = None
     after: Deviation | None = None
     model: Model | None = None
@@ -136,17 +136,17 @@ def compensate_program(
         findings: list[Diagnostic] = []
         try:
             with seldom_collecting():
-                return _converted(_Asked(sources, model, options, spared), findings, watch)
+                return _converted(_Request(sources, model, options, spared), findings, watch)
         except _Again:
             continue
         except _Unsafe as stop:
             if not spared.learn(findings):
-                kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
+                kept = {s.path: s.data for s in sources if not s.read_only} if stop.exit_code == 0 else {}
                 return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Request:
     """What is to be converted, and the statements that earlier tries have found to need care."""
 
     sources: tuple[Source, ...]
@@ -155,7 +155,7 @@ class _Asked:
     spared: Spared
 
 
-def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conversion:
+def _converted(asked: _Request, findings: list[Diagnostic], watch: Watch) -> Conversion:
     """The conversion; what is found on the way is added to ``findings``.
 
     Raises:
@@ -206,7 +206,7 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    judged = Judged(outcomes, seams, figures, accuracy, limits)
+    judged = JudgedProgram(outcomes, seams, figures, accuracy, limits)
     report = document(model.robot.name, plan, events, judged, findings)
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
@@ -217,7 +217,7 @@ def _converted(asked: _Asked, findings: list[Diagnostic], watch: Watch) -> Conve
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after, model)
 
 
-def _edits_of(env: SandboxedEnvironment, program: Program, plan: Plan) -> dict[str, list[Edit]]:
+def _edits_of(env: SandboxedEnvironment, program: Program, plan: CorrectionPlan) -> dict[str, list[Edit]]:
     """What is planned, as edits by path."""
     edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
     written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
@@ -281,7 +281,7 @@ def _followed(
     findings += say_resting(events, station)
     measured = say_measured(program, events, options.entry)
     findings += [*shown_to_users(walked.diagnostics, events), *measured.values()]
-    if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
+    if not any(e.statement.interpolation != "none" and not e.statement.source.read_only for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], None, help_, Matter.STILL))
         _stop_at_errors(findings)
@@ -312,14 +312,14 @@ def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | No
         more += said
     findings += more if options.allow_partial else with_way_out(events, more)
     _stop_at_errors(findings)
-    reasons = any(e.reason is not None and not e.statement.source.lent for e in events)
+    reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
     return replace(task, events=events, reach=Reach(task.program, events, options.scope)), None if lost else motion
 
 
 def _proved(
     task: _Task,
-    plan: Plan,
+    plan: CorrectionPlan,
     drafts: Mapping[str, bytes],
     function: OnTheController | None,
     findings: list[Diagnostic],
@@ -344,7 +344,7 @@ def _proved(
 
 
 def _same_in_worlds(
-    task: _Task, plan: Plan, drafts: Mapping[str, bytes], bounds: Bounds, findings: list[Diagnostic]
+    task: _Task, plan: CorrectionPlan, drafts: Mapping[str, bytes], bounds: Bounds, findings: list[Diagnostic]
 ) -> Worlds:
     """The check in several worlds, but for programs that have but one way and one value of each place."""
     if not depends_on_run_time(task.events) and not plan.arrivals.open:
@@ -385,7 +385,7 @@ def _outputs(
     Raises:
         _Unsafe: CMP004, the function does not stand in the text as it should.
     """
-    own = [s for s in program.sources if not s.lent]
+    own = [s for s in program.sources if not s.read_only]
     outputs = {s.path: render_text(env, s.data, edits[s.path]) for s in own}
     if function is None:
         return outputs

@@ -55,7 +55,7 @@ class Source:
 
     path: str
     data: bytes = field(repr=False)
-    lent: bool = False
+    read_only: bool = False
 
     @cached_property
     def line_starts(self) -> list[int]:

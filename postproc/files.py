@@ -48,7 +48,7 @@ def read_file(name: str | Path) -> bytes:
     return data
 
 
-def read_source(name: str | Path, code: str = "", lent: bool = False) -> Source:
+def read_source(name: str | Path, code: str = "", read_only: bool = False) -> Source:
     """A file with its name.
 
     Args:
@@ -58,7 +58,7 @@ def read_source(name: str | Path, code: str = "", lent: bool = False) -> Source:
         PostprocError: it cannot be read.
     """
     try:
-        return Source(str(name), read_file(name), lent)
+        return Source(str(name), read_file(name), read_only)
     except OSError as error:
         reason = error.strerror or str(error)
         found, text, help_ = code, f"cannot read `{name}`: {reason}", "check the name and its rights"

@@ -32,12 +32,12 @@ def schema_of(kind: str) -> dict[str, Any]:
         KeyError: there is no such kind.
     """
     declared, title, refine = KINDS[kind]
-    schema = declared.model_json_schema(by_alias=True, schema_generator=_Described)
+    schema = declared.model_json_schema(by_alias=True, schema_generator=_DescribedSchema)
     refine(schema)
     return {"$schema": DRAFT, **schema, "title": title}
 
 
-class _Described(GenerateJsonSchema):
+class _DescribedSchema(GenerateJsonSchema):
     """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
 
     def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:

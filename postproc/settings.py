@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import real
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model

@@ -14,7 +14,7 @@ import sys
 from postproc import arrays
 whole = arrays.blocks
 arrays.blocks = lambda n, size: whole(n, size // 10)  # so that a short program has many of them
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model

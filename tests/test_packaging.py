@@ -265,12 +265,12 @@ def toml(content: dict[str, Any]) -> str:
 
 
 def test_a_fitted_model_fits_its_schema(tmp_path: Path) -> None:
-    from postproc import api
+    import postproc
 
-    data = api.read_measurements(ROOT / "samples" / "measurements" / "simulated_backlash.csv", "irb4600_60_205")
-    found = api.fit(data, "irb4600_60_205", (*api.BASE, "backlash", "transmission_error"))
-    api.write_model(tmp_path / "cell.toml", found)
-    assert api.text(found).startswith("The model misses")
+    data = postproc.read_measurements(ROOT / "samples" / "measurements" / "simulated_backlash.csv", "irb4600_60_205")
+    found = postproc.fit(data, "irb4600_60_205", (*postproc.BASE, "backlash", "transmission_error"))
+    postproc.write_model(tmp_path / "cell.toml", found)
+    assert postproc.text(found).startswith("The model misses")
     assert accepted("model", tomllib.loads((tmp_path / "cell.toml").read_text("utf-8")))
     assert {effect.key for effect in read_model(tmp_path / "cell.toml").effects} >= {"backlash", "transmission_error"}
 

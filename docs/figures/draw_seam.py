@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model

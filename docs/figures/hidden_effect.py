@@ -10,9 +10,9 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from postproc import api
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import evaluate
+import postproc
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import evaluate
 from postproc.robot.kinematics import jacobian
 
 ARM, JOINT = "irb4600_60_205", 1
@@ -32,8 +32,8 @@ def joint_error(fit: Fit) -> np.ndarray:
 def draw(work: Path, folder: Path) -> None:
     """Residuals of joint 2 before and after, and the fall of the error."""
     plt.rcParams.update(STYLE)
-    data = api.read_measurements(work / "samples" / "measurements" / "simulated_backlash.csv", ARM)
-    fits = [evaluate(api.read_model(work / "out" / name), data) for name in ("cell.toml", "better.toml")]
+    data = postproc.read_measurements(work / "samples" / "measurements" / "simulated_backlash.csv", ARM)
+    fits = [evaluate(postproc.read_model(work / "out" / name), data) for name in ("cell.toml", "better.toml")]
     draw_residuals(fits, folder / "hidden-effect.svg")
     draw_fall(data, folder / "error.svg")
 
@@ -54,9 +54,9 @@ def draw_residuals(fits: list[Fit], path: Path) -> None:
     plt.close(figure)
 
 
-def draw_fall(data: api.Measurements, path: Path) -> None:
+def draw_fall(data: postproc.Measurements, path: Path) -> None:
     """The error on rows that the fit has not seen, effect by effect, beside the noise."""
-    added = api.add(api.fit(data, ARM).model, ["backlash"], data).as_json()
+    added = postproc.add(postproc.fit(data, ARM).model, ["backlash"], data).as_json()
     names = ["frames, zeros, springs", "+ backlash"]
     values = [added["before"]["held_out_rms_mm"], added["held_out_rms_mm"]]
     figure, axis = plt.subplots(figsize=(8.4, 1.6), layout="constrained")

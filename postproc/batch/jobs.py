@@ -52,7 +52,7 @@ def read_converter(settings: Settings, model: Model) -> Converter:
     folder = settings.options.template_dir
     environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
-    sides = tuple(Source(str(path), _read(path), lent=True) for path in settings.side_files)
+    sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
     stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
     return Converter(pickle.dumps(model), model.robot.name, settings, _digest(stated), sides)
 
@@ -83,7 +83,7 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
         PostprocError: BAT002, one of them cannot be read.
     """
     own = [Source(name, _read(root / name)) for name in task.files]
-    shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
+    shared = [Source(name, _read(root / name), read_only=True) for name in task.shared]
     given = {real(root / name) for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
     others = [tuple(Source(name, read_quietly(root / name)) for name in names) for names in task.beside]

@@ -12,8 +12,8 @@ from typing import Annotated
 from pydantic import Field
 
 from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
-from postproc.batch.values import Inventory, Plan, Task
-from postproc.choices import Choices, with_choices
+from postproc.batch.values import BatchPlan, Inventory, Task
+from postproc.choices import StatedSettings, with_choices
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source, real, stays_inside
 from postproc.rapid.program.program import ENDINGS
@@ -25,7 +25,7 @@ SettingsAt = Callable[[Path], Settings]
 """What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
 
-class _Choices(Choices):
+class _Choices(StatedSettings):
     """What holds for one job, or for all of them.
 
     Args:
@@ -63,7 +63,7 @@ class JobsFile(_Choices):
     job: Annotated[list[_Job], Field(min_length=1)]
 
 
-def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Plan:
+def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> BatchPlan:
     """What a batch does with a folder, a list of modules (.pgf) or a jobs file, whose choices win over the settings.
 
     Raises:
@@ -72,12 +72,14 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Pl
     settings_at = cache(settings_at)
     if folder_or_jobs.is_dir():
         found = discover(folder_or_jobs, output)
-        plan = Plan(found.root, tuple((t, _settled(t, found.root, settings_at)) for t in found.tasks), found.copies)
+        plan = BatchPlan(
+            found.root, tuple((t, _settled(t, found.root, settings_at)) for t in found.tasks), found.copies
+        )
     elif folder_or_jobs.suffix.lower() == ".pgf" and folder_or_jobs.is_file():
         found = discover(folder_or_jobs.parent, output)
         listed = [task for task in found.tasks if task.name == folder_or_jobs.name]
         tasks = tuple((task, _settled(task, found.root, settings_at)) for task in listed)
-        plan = Plan(found.root, tasks, (folder_or_jobs.name,))
+        plan = BatchPlan(found.root, tasks, (folder_or_jobs.name,))
     elif folder_or_jobs.suffix.lower() in ENDINGS:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
         raise PostprocError.of("BAT001", text, help=help_)
@@ -96,7 +98,7 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Pl
     return plan
 
 
-def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
+def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan:
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
@@ -120,7 +122,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
             tasks[task.name] = (task, _settled(task, root, settings_at, *((source, c) for c in (file, job))))
             owner.update(dict.fromkeys(task.files, task.name))
         copies.update(found.copies)
-    return Plan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
+    return BatchPlan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
 
 
 def _named(source: Source, index: int, job: _Job, found: Inventory) -> None:

@@ -19,12 +19,12 @@ from postproc.batch.lines import COPY, STATE
 from postproc.batch.nearby import arm_nearby, help_nearby
 from postproc.batch.values import (
     Batch,
+    BatchPlan,
     Job,
-    Outcome,
-    Plan,
     Result,
     Shard,
     Task,
+    TaskOutcome,
     failed,
     module_place,
     page_of,
@@ -49,7 +49,7 @@ class Ready:
         said: about the settings of each task, by name.
     """
 
-    plan: Plan
+    plan: BatchPlan
     shard: Shard
     out: Path
     tasks: tuple[Task, ...]
@@ -58,7 +58,7 @@ class Ready:
     said: Mapping[str, Sequence[Diagnostic]] = field(default_factory=dict)
 
 
-def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
+def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
     """Read models, effects and side files, and check what will be written.
 
     Args:
@@ -95,7 +95,7 @@ def get_ready(plan: Plan, shard: Shard, out: Path, report: Path | None = None) -
     return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters, report is not None, said)
 
 
-def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> None:
+def _check_paths(plan: BatchPlan, shard: Shard, out: Path, report: Path | None) -> None:
     """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
@@ -112,14 +112,14 @@ def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> No
         taken.add(name.casefold())
     mirrored += modules
     pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
-    lent = [f for task, _ in plan.tasks for f in (*task.shared, *chain.from_iterable(task.beside))]
+    read_only = [f for task, _ in plan.tasks for f in (*task.shared, *chain.from_iterable(task.beside))]
     stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
     state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]
-    reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])
+    reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *read_only)), *stated])
     check_tree(out, [*mirrored, *pages], state, reads, report)
 
 
-def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batch:
+def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> Batch:
     """Convert the tasks of a plan into a mirrored tree.
 
     Args:
@@ -136,7 +136,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
         lists = {path for path in copies if is_backinfo(path)}
         findings = [d.as_json() for path in copies if path not in lists for d in _copy(plan.root, path, journal)]
         findings += [d.as_json() for d in journal.findings]
-        outcomes: list[Outcome] = []
+        outcomes: list[TaskOutcome] = []
         tasks = {task.name: task for task in ready.tasks}
 
         def note(line: Mapping[str, Any], cached: bool) -> None:
@@ -146,7 +146,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batc
             told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line["outputs"] else None
-            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told, arm, page))
+            outcomes.append(TaskOutcome(task, line["status"], cached, line["figures"], told, arm, page))
             tell(outcomes[-1])
 
         def todo() -> Iterator[Job]:

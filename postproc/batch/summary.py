@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from postproc.batch.values import Batch, Outcome
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.batch.work import MEASURED
 from postproc.diagnostics import one_line
 
@@ -13,7 +13,7 @@ HEAD = ("task", "result", "before mm", "after mm", "added", "controller", "left"
 MOST_ROWS = 40
 
 
-def result_line(outcome: Outcome) -> str:
+def result_line(outcome: TaskOutcome) -> str:
     """What became of a task."""
     text: str = outcome.status
     if f := outcome.figures:
@@ -47,7 +47,7 @@ def table_lines(batch: Batch) -> Iterator[str]:
         yield f"and {len(batch.outcomes) - len(shown)} more; --json lists all"
 
 
-def _rank(outcome: Outcome) -> tuple[bool, float]:
+def _rank(outcome: TaskOutcome) -> tuple[bool, float]:
     return outcome.status != "failed", -outcome.figures.get("max_error_after_mm", 0.0)
 
 
@@ -56,7 +56,7 @@ def _lengths(figures: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(f"{figures[name]:.3f}" if name in figures else "" for name in MEASURED)
 
 
-def _row(outcome: Outcome) -> tuple[str, ...]:
+def _row(outcome: TaskOutcome) -> tuple[str, ...]:
     figures: tuple[str, ...] = ("",) * 6
     if f := outcome.figures:
         status = f["statements"]

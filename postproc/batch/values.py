@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Literal
 
 from postproc import __version__
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.settings import Settings
 
@@ -67,7 +67,7 @@ class Inventory:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class BatchPlan:
     """What a batch does: tasks with their settings, and files that are copied, all relative to ``root``."""
 
     root: Path
@@ -154,7 +154,7 @@ class Shard:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TaskOutcome:
     """What became of a task: done now, or taken over from an earlier run (``cached``).
 
     Args:
@@ -187,7 +187,7 @@ class Outcome:
 class Batch:
     """All outcomes by name, how many files were copied, and what was found about copies and the output folder."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[TaskOutcome, ...]
     copied: int
     findings: tuple[Mapping[str, Any], ...]
 

@@ -55,9 +55,9 @@ class ProgramOptions:
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
         """What holds for the programs of a folder: its ``postproc.toml``, what is given here, where it begins."""
-        from postproc.choices import Choices, settings_at, with_choices
+        from postproc.choices import StatedSettings, settings_at, with_choices
 
-        chosen = with_choices(settings_at(place), Choices.model_construct(None, **self._stated()), Path())
+        chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())
         options = replace(chosen.options, entry=entry)
         return replace(chosen, effects=self.effects, another_arm=self.model_of_another_arm, options=options)
 

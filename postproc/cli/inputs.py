@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 
-def read_source(name: str, lent: bool = False) -> Source:
+def read_source(name: str, read_only: bool = False) -> Source:
     """The bytes of a file; ``-`` on the command line is stdin.
 
     Args:
@@ -25,7 +25,7 @@ def read_source(name: str, lent: bool = False) -> Source:
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
     """
-    source = _stdin(lent) if name == STDIN else files.read_source(name, lent=lent)
+    source = _stdin(read_only) if name == STDIN else files.read_source(name, read_only=read_only)
     if not source.data.strip():
         raise PostprocError.of("CLI005", f"`{source.path}` is empty", help="name the file that was meant")
     return source
@@ -106,9 +106,9 @@ def cell_words(cell: Path | None) -> list[str]:
     return [] if cell is None else ["--cell", str(cell)]
 
 
-def _stdin(lent: bool) -> Source:
+def _stdin(read_only: bool) -> Source:
     data = sys.stdin.buffer.read(files.LARGEST + 1)
     if len(data) > files.LARGEST:
         text = f"stdin holds more than {files.LARGEST // 1_000_000} MB, the most that is read"
         raise PostprocError.of("CLI004", text, help="give less")
-    return Source(STDIN, data, lent)
+    return Source(STDIN, data, read_only)

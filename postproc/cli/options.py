@@ -136,7 +136,7 @@ class TableOptions:
             raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
         joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
         terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
-        beside = [read_source(str(path), lent=True) for path in self.side_files]
+        beside = [read_source(str(path), read_only=True) for path in self.side_files]
         run = [read_source(self.program), *beside] if self.program else None
         table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
         show(table.diagnostics)

@@ -36,7 +36,7 @@ def read_program_file(name: str) -> Source:
 
 def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
     """Modules that are read along with a program and never changed; the program itself is none of them."""
-    return [read_source(str(path), lent=True) for path in files if real(path) != real(Path(program))]
+    return [read_source(str(path), read_only=True) for path in files if real(path) != real(Path(program))]
 
 
 def still_there(source: Source) -> None:

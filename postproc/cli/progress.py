@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines, warning_lines
-from postproc.batch.values import Batch, Outcome
+from postproc.batch.values import Batch, TaskOutcome
 from postproc.cli.report import MOST, say, width_of
 from postproc.diagnostics import PostprocError, visible
 
@@ -35,7 +35,7 @@ class Reporter:
     started: float = field(default_factory=time.monotonic)
     done: int = 0
 
-    def outcome(self, outcome: Outcome) -> None:
+    def outcome(self, outcome: TaskOutcome) -> None:
         self.done += 1
         failed = outcome.status == "failed"
         if self.bar is None:

@@ -14,7 +14,7 @@ from postproc.effects.modules import load_module
 from postproc.effects.parameters import Parameter, Structure, broadcast
 
 
-class Declared(Protocol):
+class DeclaredEffect(Protocol):
     """An effect, as far as its table is concerned."""
 
     key: ClassVar[str]
@@ -46,7 +46,7 @@ class FieldProblem:
         return Diagnostic(self.code, "error", self.message, source, span, self.help)
 
 
-def check_table(cls: type[Declared], table: Mapping[str, Any]) -> list[FieldProblem]:
+def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[FieldProblem]:
     """Everything wrong with a table, all at once."""
     allowed = [*cls.structures(), *cls.parameters()]
     found: list[FieldProblem] = []
@@ -83,7 +83,7 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
     return found(**fields)
 
 
-def _check_structure(cls: type[Declared], name: str, value: Any) -> list[FieldProblem]:
+def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[FieldProblem]:
     meta = cls.structures()[name]
     default = getattr(cls, name)
     if meta.choices:
@@ -113,7 +113,7 @@ def _check_structure(cls: type[Declared], name: str, value: Any) -> list[FieldPr
     ]
 
 
-def _check_parameter(like: Declared, name: str, value: Any) -> list[FieldProblem]:
+def _check_parameter(like: DeclaredEffect, name: str, value: Any) -> list[FieldProblem]:
     meta, shape = like.parameters()[name], like.shape(name)
     wanted = f"a list of {' x '.join(map(str, shape))} numbers" if shape else "one number"
     wanted += f" [{meta.unit}]"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.measure.alignment import Alignment, align, linear_design, spread_of
-from postproc.measure.checks.readings import SUSPICIOUS_M, Arm, fits, near
+from postproc.measure.checks.readings import SUSPICIOUS_M, PlacedArm, fits, near
 from postproc.measure.measurements import Measurements
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian, skew
@@ -66,7 +66,7 @@ class Agreement:
 def agreement(data: Measurements, robot: Robot) -> Agreement:
     """Which rows agree on where the arm is; sessions are placed each by itself, with the tool of the largest one."""
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
-    arm, q = Arm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
+    arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
     if data.tool_known:
         T = T @ data.state.T_flange_tcp[rows]
@@ -102,7 +102,7 @@ def _sessions(data: Measurements) -> NDArray[np.str_]:
     return np.full(len(data), "") if data.state.session is None else data.state.session_of_rows
 
 
-def _wrong(found: Alignment, T: Array, arm: Arm, q: Array, few: bool) -> NDArray[np.bool_]:
+def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
     """(n,) rows that cannot be right: of a few rows one at most, and none where the arm is elsewhere altogether."""
     off = np.linalg.norm(found.residual, axis=1)
     if found.typical > SUSPICIOUS_M:
@@ -133,7 +133,7 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
     return min(_settled(T, position, tool, near(position)), others, key=lambda found: found.typical)
 
 
-def _beside_zeros(found: Alignment, T: Array, arm: Arm, q: Array) -> Array:
+def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:
     """(n,) distances [m] that zeros of joints, place and tool leave: least trimmed squares, linear in these.
 
     Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.

@@ -30,7 +30,7 @@ def _no_axes() -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class WorkFrame:
     """What the work (or a stationary tool) of moves stands in: the world (no unit), or the end of a mechanical unit."""
 
     station: Station
@@ -87,8 +87,8 @@ class Move:
     zone_angle: float = 0.0
     welding: bool = False
     first: bool = False
-    again: int | None = None
-    frame: Frame | None = None
+    resumes_from: int | None = None
+    frame: WorkFrame | None = None
     axes: Array = field(default_factory=_no_axes)
 
 
@@ -113,7 +113,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     return Mounts(T_mount_tcp, stationary, frames_at(frames, which, at), which)
 
 
-def frames_at(frames: Sequence[Frame | None], which: Index, axes: Array) -> Array:
+def frames_at(frames: Sequence[WorkFrame | None], which: Index, axes: Array) -> Array:
     """T_base_frame (n, 4, 4) of frames by their number (n,) at axis positions (n, 6)."""
     T = np.tile(np.eye(4), (len(which), 1, 1))
     for k, frame in enumerate(frames):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import finest
-from postproc.fit.channels import shown
-from postproc.patterns.formula import Block, Curve, Group, Pattern, acting, block, switching, turns
+from postproc.estimation.channels import shown
+from postproc.patterns.formula import Block, Group, Pattern, SignalCurve, acting, block, switching, turns
 from postproc.patterns.signals import Signal
 
 STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
@@ -43,9 +43,9 @@ def _cycle(x: Any, order: Any, start: Any) -> Any:
     return (order / (2 * np.pi) * x - start) % 1.0
 
 
-def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> Curve:
+def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> SignalCurve:
     """A curve that no number forms."""
-    return Curve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
+    return SignalCurve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
 
 
 LINE = fixed(lambda x: x, "proportional", "line", "{label}")
@@ -56,21 +56,23 @@ ROOT = fixed(lambda x: np.sqrt(np.abs(x)), "growing with the root of {label}", "
 SIDED_ROOT = fixed(lambda x: np.sign(x) * np.sqrt(np.abs(x)), "growing with the root of {label}, to its side", "curve")
 SIDED_SQUARE = fixed(lambda x: x * np.abs(x), "growing with the square of {label}, to its side", "curve")
 SQUARE = fixed(lambda x: x * x, "growing with the square of {label}", "curve")
-STEP = Curve(lambda x, e: x > e, "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
-RISE = Curve(lambda x, c, w: np.tanh((x - c) / w), "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
-KINK = Curve(lambda x, k: np.abs(x - k), "kink near {n0}{of}", "kink", ("knot",))
-ABOVE = Curve(
+STEP = SignalCurve(lambda x, e: x > e, "step near {n0}{of}", "step", ("edge",), gate=("above {n0}", "below {n0}"))
+RISE = SignalCurve(lambda x, c, w: np.tanh((x - c) / w), "rising about {n0}, over {n1}{of}", "step", ("knot", "width"))
+KINK = SignalCurve(lambda x, k: np.abs(x - k), "kink near {n0}{of}", "kink", ("knot",))
+ABOVE = SignalCurve(
     lambda x, k: np.maximum(x - k, 0.0), "growing above {n0}{of}", "ramp", ("knot",), gate=("above {n0}, growing",)
 )
-BELOW = Curve(
+BELOW = SignalCurve(
     lambda x, k: np.maximum(k - x, 0.0), "growing below {n0}{of}", "ramp", ("knot",), gate=("below {n0}, growing",)
 )
 SQUARED = {
-    c: Curve(lambda x, k, law=c.law: law(x, k) ** 2, c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",))
+    c: SignalCurve(
+        lambda x, k, law=c.law: law(x, k) ** 2, c.said.replace("{of}", ", with the square{of}"), "ramp", ("knot",)
+    )
     for c in (ABOVE, BELOW)
 }
 SIDED = {
-    c: Curve(
+    c: SignalCurve(
         lambda x, k, law=c.law: law(np.abs(x), k) * np.sign(x),
         c.said.replace("{of}", " of |{label}|, to the side of {label}"),
         "ramp",
@@ -79,23 +81,23 @@ SIDED = {
     )
     for c in (ABOVE, BELOW)
 }
-BOW = Curve(lambda x, k: (x - k) ** 2, "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
-WINDOW = Curve(
+BOW = SignalCurve(lambda x, k: (x - k) ** 2, "growing to either side of {n0}, with the square{of}", "curve", ("knot",))
+WINDOW = SignalCurve(
     lambda x, a, b: (x > a) & (x < b),
     "only between {n0} and {n1}{of}",
     "window",
     ("edge", "edge"),
     gate=("between {n0} and {n1}", "not between {n0} and {n1}"),
 )
-BUMP = Curve(
+BUMP = SignalCurve(
     lambda x, c, w: np.exp(-0.5 * ((x - c) / w) ** 2),
     "bump near {n0}, {n1} wide{of}",
     "window",
     ("knot", "width"),
     gate=("near {n0}, {n1} wide",),
 )
-LEVELLING = Curve(lambda x, w: np.tanh(x / w), "levelling off over {n0}{of}", "rise", ("reach",))
-WAVE = Curve(
+LEVELLING = SignalCurve(lambda x, w: np.tanh(x / w), "levelling off over {n0}{of}", "rise", ("reach",))
+WAVE = SignalCurve(
     cosine,
     "{verb} {each}{of}, with a crest near {at}",
     "wave",
@@ -104,7 +106,7 @@ WAVE = Curve(
 )
 _CYCLIC = ("order", "start")
 FOLDS = tuple(
-    Curve(law, f"{word} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
+    SignalCurve(law, f"{word} wave {{each}}{{of}}, highest near {{at}}", "wave", _CYCLIC)
     for word, law in (
         ("folded", lambda x, k, s: np.abs(np.cos(0.5 * (k * x - 2 * np.pi * s)))),
         ("halved", lambda x, k, s: np.maximum(np.cos(k * x - 2 * np.pi * s), 0.0)),
@@ -112,9 +114,11 @@ FOLDS = tuple(
     )
 )
 """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
-TOOTH = Curve(lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC)
+TOOTH = SignalCurve(
+    lambda x, k, s: 2 * _cycle(x, k, s) - 1, "saw tooth {each}{of}, with a jump near {at}", "wave", _CYCLIC
+)
 """What an encoder does that repeats on each of its marks."""
-PULSE = Curve(
+PULSE = SignalCurve(
     lambda x, k, s, d: _cycle(x, k, s) < d, "pulses {each}{of}, one from {at} to {end}", "wave", (*_CYCLIC, "duty")
 )
 
@@ -190,7 +194,7 @@ def levels(signal: Signal) -> Iterator[Block]:
             yield block(level(signal, some.tolist(), near), signal)
 
 
-def level(signal: Signal, some: Sequence[float], near: float) -> Curve:
+def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
     """At one of a few values, or at two of them."""
 
     def law(x: Any) -> Any:
@@ -203,14 +207,14 @@ def level(signal: Signal, some: Sequence[float], near: float) -> Curve:
     return fixed(law, f"at {said}{{of}}", "level", gate=f"at {said}")
 
 
-def settling(signal: Signal) -> tuple[Curve, Curve]:
+def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
     """What settles, and what goes on ever more slowly, from the first value on; the width of either is a time."""
     start, kind, reach = float(signal.values.min()), "settling", ("reach",)
     said = ("settling within {n0}{of}", "growing with the logarithm, bent at {n0}{of}")
     # A draft is asked for states before the first that was measured, too.
     return (
-        Curve(lambda x, t: np.exp(-(x - start) / t), said[0], kind, reach),
-        Curve(lambda x, t: np.log1p(np.maximum((x - start) / t, 0.0)), said[1], kind, reach),
+        SignalCurve(lambda x, t: np.exp(-(x - start) / t), said[0], kind, reach),
+        SignalCurve(lambda x, t: np.log1p(np.maximum((x - start) / t, 0.0)), said[1], kind, reach),
     )
 
 
@@ -298,8 +302,8 @@ def _closer(pattern: Pattern) -> Iterator[Block]:
 
 
 def _instead(
-    curve: Curve, signal: Signal, numbers: Sequence[float], level: int
-) -> Iterator[tuple[Curve, Iterable[Sequence[float]]]]:
+    curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int
+) -> Iterator[tuple[SignalCurve, Iterable[Sequence[float]]]]:
     """Curves that one may turn out to be, all over the signal; of waves, at its order once that is known."""
     if curve.switch is not None:
         plain, side = curve.switch
@@ -345,7 +349,7 @@ def _instead(
         yield curve, [(numbers[0] * k,) for k in np.geomspace(0.3, 3.0, 41)]
 
 
-def _nearby(curve: Curve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
+def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
     """Values close to each number of a curve."""
     x, closer, found = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])

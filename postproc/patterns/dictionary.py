@@ -12,8 +12,8 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
-from postproc.fit.channels import shown
-from postproc.fit.words.wording import joined
+from postproc.estimation.channels import shown
+from postproc.estimation.words.wording import joined
 from postproc.patterns.curves import (
     GEAR,
     LINE,
@@ -37,9 +37,9 @@ from postproc.patterns.curves import (
 )
 from postproc.patterns.formula import (
     Block,
-    Curve,
     Group,
     Pattern,
+    SignalCurve,
     Single,
     acting,
     block,
@@ -318,7 +318,7 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
         yield block(_word(signal), replace(signal, label=signal.name))
 
 
-def _word(signal: Signal) -> Curve:
+def _word(signal: Signal) -> SignalCurve:
     said = f"where {signal.name} is {signal.label}"
     return fixed(lambda x: x, said, "level", said, signal.label)
 

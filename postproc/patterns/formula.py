@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.fit.channels import shown, within
+from postproc.estimation.channels import shown, within
 from postproc.patterns.signals import Draft, Movable, Signal, text_of, unit, written
 
 Law = Callable[..., Any]
@@ -25,7 +25,7 @@ MOVED = {"knot": "knot", "edge": "edge", "width": "width", "reach": "width", "or
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SignalCurve:
     """A function of one signal that a few numbers form.
 
     Args:
@@ -42,7 +42,7 @@ class Curve:
     numbers: tuple[str, ...] = ()
     noun: str = ""
     gate: tuple[str, ...] = ()
-    switch: tuple[Curve, int] | None = None
+    switch: tuple[SignalCurve, int] | None = None
 
     def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
         """A template filled: numbers by their place, ``of`` and ``label`` of the signal, and what comes again."""
@@ -92,7 +92,7 @@ class Pattern:
             form: what these are called.
     """
 
-    factors: tuple[tuple[Curve, Signal], ...]
+    factors: tuple[tuple[SignalCurve, Signal], ...]
     numbers: tuple[float, ...] = ()
     kind: str = ""
     where: str | None = None
@@ -111,7 +111,7 @@ class Pattern:
         return tuple(own) if self.parts else tuple(s for _, s in self.factors)
 
     @cached_property
-    def each(self) -> list[tuple[Curve, Signal, tuple[float, ...]]]:
+    def each(self) -> list[tuple[SignalCurve, Signal, tuple[float, ...]]]:
         """Its factors with the numbers of each."""
         left, found = list(self.numbers), []
         for curve, signal in self.factors:
@@ -180,7 +180,7 @@ class Pattern:
         return said
 
 
-def _movable(curve: Curve, signal: Signal, numbers: Sequence[float]) -> list[float]:
+def _movable(curve: SignalCurve, signal: Signal, numbers: Sequence[float]) -> list[float]:
     """Numbers as a fit may move them; what turns a whole number of times does so."""
 
     def still(kind: str, x: float) -> bool:
@@ -194,7 +194,7 @@ SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda 
 """What a switch g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
 
 
-def switching(curve: Curve, side: int) -> Curve:
+def switching(curve: SignalCurve, side: int) -> SignalCurve:
     """The switch that a curve is: 1 where a pattern acts."""
     only, other = "only where {label} is ", "the other way where {label} is "
     said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
@@ -234,7 +234,11 @@ class Block:
 
 
 def block(
-    curve: Curve, signal: Signal, numbers: Iterable[Sequence[float]] = ((),), kind: str = "", where: str | None = None
+    curve: SignalCurve,
+    signal: Signal,
+    numbers: Iterable[Sequence[float]] = ((),),
+    kind: str = "",
+    where: str | None = None,
 ) -> Block:
     """Patterns of one curve of one signal."""
     every = [tuple(some) for some in numbers]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.fit.channels import varies
+from postproc.estimation.channels import varies
 from postproc.model.equilibrium import Equilibrium
 from postproc.patterns.curves import GEAR, LOW, fixed, line, of_signal, sways, waves
 from postproc.patterns.formula import Block, block, product_of

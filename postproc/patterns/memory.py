@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.patterns.curves import LOW, fixed, of_signal, waves
-from postproc.patterns.formula import Block, Curve, block
+from postproc.patterns.formula import Block, SignalCurve, block
 from postproc.patterns.signals import Signal
 
 REACHES = np.geomspace(0.03, 0.6, 7)
@@ -49,7 +49,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
                 yield replace(one, like=replace(one.like, kind="before"))
         if name[0] == "q" or name.startswith("load"):
             said = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
-            curve = Curve(dragged, said, "dragged", ("reach",))
+            curve = SignalCurve(dragged, said, "dragged", ("reach",))
             yield block(curve, replace(signal, code=""), [(share * np.ptp(signal.values),) for share in REACHES])
 
 
@@ -58,7 +58,7 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
     warm = [s for s in signals.values() if s.name == "temperature" or s.of_table]
     for signal in warm if "time" in signals else ():
         time, said = signals["time"].values, f"following {signal.name} with a lag of {{n0}}"
-        curve = Curve(lambda x, lag, time=time: late(x, time, lag), said, "late", ("reach",))
+        curve = SignalCurve(lambda x, lag, time=time: late(x, time, lag), said, "late", ("reach",))
         after = replace(signal, code="", unit="time")
         yield block(curve, after, [(share * np.ptp(time),) for share in LAGS])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.fit.linear import Linear
+from postproc.estimation.linear import Linear
 from postproc.patterns.formula import Single
 
 CHUNK = 2048

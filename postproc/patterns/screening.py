@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.fit.linear import Linear
-from postproc.fit.problem import Problem
+from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem
 from postproc.patterns.curves import sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Group, Pattern, spread

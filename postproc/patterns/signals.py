@@ -199,32 +199,32 @@ def text_of(draft: Draft, names: Mapping[Way, str] | None = None) -> str:
     return "".join(x if isinstance(x, str) else names[x] if names else x.value for x in draft)
 
 
-class Text(np.lib.mixins.NDArrayOperatorsMixin):
+class TracedExpression(np.lib.mixins.NDArrayOperatorsMixin):
     """An expression: what is calculated with it is written down."""
 
     def __init__(self, draft: Draft, bare: bool = False) -> None:
         """bare: whether it needs brackets inside another one."""
         self.draft, self.bare = draft, bare
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> Text:
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> TracedExpression:
         sign = SIGNS.get(ufunc.__name__)
         if sign is None:
-            return Text((f"np.{ufunc.__name__}(", *_joined(", ", map(_said, inputs)), ")"))
-        closed = (("(", *_said(x), ")") if isinstance(x, Text) and x.bare else _said(x) for x in inputs)
-        return Text(_joined(f" {sign} ", closed), True)
+            return TracedExpression((f"np.{ufunc.__name__}(", *_joined(", ", map(_said, inputs)), ")"))
+        closed = (("(", *_said(x), ")") if isinstance(x, TracedExpression) and x.bare else _said(x) for x in inputs)
+        return TracedExpression(_joined(f" {sign} ", closed), True)
 
 
 def _said(x: Any) -> Draft:
-    return x.draft if isinstance(x, Text) else (x.way,) if isinstance(x, Movable) else (f"{x:.7g}",)
+    return x.draft if isinstance(x, TracedExpression) else (x.way,) if isinstance(x, Movable) else (f"{x:.7g}",)
 
 
 def _joined(between: str, parts: Iterable[Draft]) -> Draft:
     return reduce(lambda first, second: (*first, between, *second), parts)
 
 
-def written(law: Callable[..., Any], signal: Signal, numbers: Sequence[float] = ()) -> Text | None:
+def written(law: Callable[..., Any], signal: Signal, numbers: Sequence[float] = ()) -> TracedExpression | None:
     """The expression of a state that a law of a signal is; None where no state tells that."""
-    return law(Text((signal.code,), signal.bare), *numbers) if signal.code else None
+    return law(TracedExpression((signal.code,), signal.bare), *numbers) if signal.code else None
 
 
 def unit(values: Array) -> Array:

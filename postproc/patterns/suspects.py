@@ -11,8 +11,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import Role
-from postproc.fit.linear import Linear
-from postproc.fit.problem import Problem
+from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import spread

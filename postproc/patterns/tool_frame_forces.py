@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
-from postproc.fit.channels import varies
+from postproc.estimation.channels import varies
 from postproc.patterns.curves import LEVELLING, ROOT, SQUARE, breaks, fixed, line, of_signal
 from postproc.patterns.formula import Block, Pattern, block, product_of, side_by_side
 from postproc.patterns.signals import TOOL, Signal, tool_poses

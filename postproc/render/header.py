@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from postproc.compensate.options import Options
-from postproc.compensate.results.document import estimated_stiffness
+from postproc.compensation.options import Options
+from postproc.compensation.results.document import estimated_stiffness
 from postproc.model.arm import Model
 
 

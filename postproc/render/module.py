@@ -9,10 +9,10 @@ from dataclasses import replace
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.text.expressions import amounts_of, components_of
-from postproc.compensate.text.insertions import CARRIED
-from postproc.compensate.text.laws import OffsetLaw
-from postproc.compensate.text.values import Change, Insertion, TargetValue
+from postproc.compensation.text.expressions import amounts_of, components_of
+from postproc.compensation.text.insertions import CARRIED
+from postproc.compensation.text.laws import OffsetLaw
+from postproc.compensation.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionStatement

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.text.values import TargetValue
+from postproc.compensation.text.values import TargetValue
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXIS, Pose
@@ -48,7 +48,7 @@ class SeamOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class _Data:
+class _SeamData:
     storage: str
     type: str
     name: str
@@ -108,7 +108,7 @@ def seam_module(
     return text(conf.tolist()), tuple(notes)
 
 
-def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], list[str]]:
+def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamData], list[str]]:
     """Every data the module needs, and a note on each default."""
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
@@ -135,11 +135,11 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], 
         if not NAME.fullmatch(name) or (assigned and not value.startswith("[")):
             text, help_ = f"`{given}` is not a {type_}", f"write it as in RAPID: {default}"
             raise PostprocError.of("SEA007", text, help=help_)
-        data[role] = _Data(storage, type_, name, value or None)
+        data[role] = _SeamData(storage, type_, name, value or None)
     return data, notes
 
 
-def _welds(weld: _Data, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_Data], list[int]]:
+def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_SeamData], list[int]]:
     """Weld data for each speed of the table, and which of them each point takes."""
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
@@ -155,7 +155,7 @@ def _welds(weld: _Data, points: SeamPoints, side_files: Sequence[Source]) -> tup
     alone = len(speeds) == 1 and weld.value is not None
     names = [weld.name] if alone else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
     values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", value, count=1) for speed in speeds]
-    return [_Data(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
+    return [_SeamData(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
 
 
 def _declared(name: str, side_files: Sequence[Source]) -> str | None:

@@ -70,7 +70,7 @@ class SeamPoints:
 
 
 @dataclass(frozen=True)
-class _Table:
+class _SeamTable:
     cells: Cells
     header: Sequence[str]
     findings: list[Diagnostic]
@@ -137,7 +137,7 @@ def read_seam_points(source: Source) -> SeamPoints:
     return SeamPoints(source, tuple(map(table.cells.span, range(len(place)))), place, rotation, speed)
 
 
-def _by_quaternion(table: _Table) -> Array:
+def _by_quaternion(table: _SeamTable) -> Array:
     q = table.numbers(QUATERNION)
     length = np.linalg.norm(q, axis=1)
     for i in np.flatnonzero(np.abs(length - 1.0) > UNIT):
@@ -148,7 +148,7 @@ def _by_quaternion(table: _Table) -> Array:
     return np.asarray(Rotation.from_quat(q, scalar_first=True).as_matrix(), dtype=float)
 
 
-def _by_tangent(table: _Table) -> Array:
+def _by_tangent(table: _SeamTable) -> Array:
     t, n = table.numbers(TANGENT), table.numbers(NORMAL)
     lengths = np.linalg.norm(t, axis=1), np.linalg.norm(n, axis=1)
     for name, length in zip(("tx", "nx"), lengths, strict=True):
@@ -167,7 +167,7 @@ def _by_tangent(table: _Table) -> Array:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def _speeds(table: _Table) -> Array:
+def _speeds(table: _SeamTable) -> Array:
     speed = table.numbers((SPEED,))[:, 0]
     for i in np.flatnonzero(speed <= 0):
         at = table.header.index(SPEED)
@@ -175,7 +175,7 @@ def _speeds(table: _Table) -> Array:
     return speed
 
 
-def _split(source: Source) -> _Table:
+def _split(source: Source) -> _SeamTable:
     """Header and rows as measurement tables have them; here a row that has not all its cells is an error."""
     found: list[Diagnostic] = []
     try:
@@ -191,4 +191,4 @@ def _split(source: Source) -> _Table:
         if name in (*PLACE, *QUATERNION, *TANGENT, *NORMAL, SPEED) and name in header[:i]:
             text = f"column `{name}` stands twice in the header"
             findings.append(Diagnostic("SEA001", "error", text, source, help="take one of them out"))
-    return _Table(cells, header, findings)
+    return _SeamTable(cells, header, findings)

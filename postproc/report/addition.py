@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import evaluate
-from postproc.identify.add import Addition
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import evaluate
+from postproc.identification.add import Addition
 from postproc.report.comparison import SCRIPTS, workspace_section
 from postproc.report.document import plain
 from postproc.report.drawing.charts import bars

@@ -8,9 +8,9 @@ from hashlib import sha256
 from typing import Any
 
 from postproc import __version__
-from postproc.compensate.results.document import estimated_stiffness, shown_on_the_arm
+from postproc.compensation.results.document import estimated_stiffness, shown_on_the_arm
 from postproc.convert import Conversion
-from postproc.identify.compare import Comparison
+from postproc.identification.compare import Comparison
 from postproc.report.comparison import iso_figures
 from postproc.report.document import plain
 from postproc.report.page import asset, render

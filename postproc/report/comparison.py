@@ -6,8 +6,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from postproc.fit.words.wording import FREE
-from postproc.identify.compare import Comparison
+from postproc.estimation.words.wording import FREE
+from postproc.identification.compare import Comparison
 from postproc.measure.observations import Observation
 from postproc.report.document import plain
 from postproc.report.drawing.charts import bars

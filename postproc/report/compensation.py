@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from postproc.compensate.results.document import elsewhere, estimated_stiffness
+from postproc.compensation.results.document import elsewhere, estimated_stiffness
 from postproc.convert import Conversion
 from postproc.report.document import plain
 from postproc.report.drawing.path import path_data

@@ -6,10 +6,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from postproc.fit.words.wording import FREE, p_text, place
-from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.words.sentences import NAMED, doubts, headline
-from postproc.identify.words.text import UNNAMED, diagnosis_json
+from postproc.estimation.words.wording import FREE, p_text, place
+from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.words.sentences import NAMED, doubts, headline
+from postproc.identification.words.text import UNNAMED, diagnosis_json
 from postproc.measure.observations import Observation
 from postproc.report.addition import BAR, BASE
 from postproc.report.comparison import SCRIPTS, workspace_section

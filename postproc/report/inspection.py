@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.compensate.options import Options
-from postproc.compensate.text.values import Outcome, Place
+from postproc.compensation.options import Options
+from postproc.compensation.text.values import Place, StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.motion.path.moves import read_moves
 from postproc.motion.path.nominal_arm import NominalArm
@@ -76,7 +76,7 @@ class Inspection:
     start: Row | None = None
     nearest: tuple[Nearest, ...] = ()
 
-    def decided(self, outcomes: Sequence[Outcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
+    def decided(self, outcomes: Sequence[StatementOutcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
         """With what a compensation decides for each statement, and what only the controller could correct (RUN007).
 
         Where the others are corrected, a few ways that the arm cannot follow are left with a warning.
@@ -127,7 +127,7 @@ def inspect_program(
     rows = [
         _row(statement, events, executions, seen[[at[i] for i in executions if i in at]], robot)
         for statement in program.statements
-        if not statement.source.lent
+        if not statement.source.read_only
         for executions in [runs.get(statement.key, [])]
     ]
     measured = say_measured(program, followed.events)
@@ -137,7 +137,7 @@ def inspect_program(
     return Inspection(tuple(rows), findings, start, nearest_to(robot, path))
 
 
-def _decided(row: Row, outcome: Outcome | None) -> Row:
+def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
     if outcome is None:
         return row
     left = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from postproc.fit.fitted import Fit
-from postproc.fit.words.wording import FEW, fitted_values, with_sigma
+from postproc.estimation.fitted import Fit
+from postproc.estimation.words.wording import FEW, fitted_values, with_sigma
 from postproc.report.page import table
 
 

@@ -27,7 +27,7 @@ moved: home positions of public production programs stand up to 0.4 degrees outs
 
 
 @dataclass(frozen=True, slots=True)
-class Failure:
+class UnreachedPose:
     """Why a pose has no joint angles.
 
     Args:
@@ -51,7 +51,7 @@ class JointSolution:
     """Joint angles (n, 6) [rad], NaN where a failure says why."""
 
     q: Array
-    failures: tuple[Failure, ...]
+    failures: tuple[UnreachedPose, ...]
 
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
@@ -72,7 +72,7 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     return JointSolution(q, tuple(failures))
 
 
-def beyond_limits(robot: Robot, q: Array) -> list[Failure]:
+def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
     """Postures (n, 6) [rad] outside the limits, each with the joint that is farthest out; NaN is none."""
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
@@ -81,7 +81,7 @@ def beyond_limits(robot: Robot, q: Array) -> list[Failure]:
         j = int(np.argmax(excess[i]))
         limit = np.degrees(robot.lower[j] if q[i, j] < robot.lower[j] else robot.upper[j])
         text = f"joint {j + 1} reaches {np.degrees(q[i, j]):.1f} deg, limit {round(limit, 1):g} deg"
-        found.append(Failure(int(i), "limit", text, help_))
+        found.append(UnreachedPose(int(i), "limit", text, help_))
     return found
 
 
@@ -104,7 +104,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     return turned[best] if np.isfinite(travel[best]) else np.full(6, np.nan)
 
 
-def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure]]:
+def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[UnreachedPose]]:
     """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why."""
     opw = closed_form(robot)
     solutions = inverse(robot, poses)
@@ -124,7 +124,9 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     failures = [
         _missing(robot, int(i), solutions[i], wanted[i])
         if exists[i].any()
-        else Failure(int(i), "unreachable", _out_of_reach(robot, poses[i]), "move the target into the working range")
+        else UnreachedPose(
+            int(i), "unreachable", _out_of_reach(robot, poses[i]), "move the target into the working range"
+        )
         for i in np.flatnonzero(~found)
     ]
     failures += beyond_limits(robot, result)
@@ -181,7 +183,7 @@ def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
     return f"`{robot.name}` cannot reach the target, the flange at {place} mm in base axes" + (how and f": {how}")
 
 
-def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> Failure:
+def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> UnreachedPose:
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
     q = np.concatenate([turned[0], solutions])  # a turn towards what is wanted may lead beyond a limit
@@ -196,7 +198,7 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
     help_ = f"write one that exists: {nearest} (nearest)" + "".join(f", {other}" for other in others)
     what = "" if inside.any() else ", all beyond a limit"
     text = f"no joint solution of the target has the configuration {wanted.tolist()}"
-    return Failure(index, "configuration", text, help_ + what)
+    return UnreachedPose(index, "configuration", text, help_ + what)
 
 
 def _rounded(degrees: Array) -> str:

@@ -242,7 +242,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Curves:
+class CurveTables:
     """The functions of one number as tables, of degrees and N m: torques by angle [N m], others [deg]."""
 
     torque: Sequence[Curve]
@@ -255,7 +255,7 @@ class Curves:
         return [*self.torque, *self.by_torque, *self.by_angle]
 
 
-def curves_of(found: CorrectedModel, done: Conditions) -> Curves:
+def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
     """Curves over the region, as fine as needed."""
     degree = np.pi / 180.0
     low, high = np.degrees(done.lower), np.degrees(done.upper)
@@ -269,7 +269,7 @@ def curves_of(found: CorrectedModel, done: Conditions) -> Curves:
         return found
 
     tables, span = found.tables, found.largest
-    return Curves(
+    return CurveTables(
         every(tables.torque, low, high, (degree, 1.0), FINE_NM),
         every(tables.by_torque, -span, span, (1.0, degree), FINE / degree),
         every(tables.by_angle, low, high, (degree, degree), FINE / degree),

@@ -11,8 +11,8 @@ from pathlib import Path
 from postproc.batch.executors import Pool
 from postproc.batch.jobsfile import read_plan
 from postproc.batch.run import Ready, get_ready, run_batch
-from postproc.batch.values import Batch, Outcome, Plan, Shard
-from postproc.compensate.options import Options
+from postproc.batch.values import Batch, BatchPlan, Shard, TaskOutcome
+from postproc.compensation.options import Options
 from postproc.settings import Settings
 
 HERE = Pool(lambda count: ThreadPoolExecutor(1), 1)  # no processes: quick
@@ -70,13 +70,13 @@ def programs(root: Path, count: int) -> Path:
 
 def convert(
     folder: Path, out: Path, settings: Settings = ROUGH, pool: Pool = HERE, shard: Shard = Shard()
-) -> tuple[Batch, list[Outcome]]:
+) -> tuple[Batch, list[TaskOutcome]]:
     """Run a batch; its result, and the outcomes in the order in which they were told."""
-    told: list[Outcome] = []
+    told: list[TaskOutcome] = []
     return run_batch(ready(folder, out, settings, shard), pool, told.append), told
 
 
-def planned(folder: Path, out: Path, settings: Settings = ROUGH) -> Plan:
+def planned(folder: Path, out: Path, settings: Settings = ROUGH) -> BatchPlan:
     return read_plan(folder, lambda place: settings, out)
 
 

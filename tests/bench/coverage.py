@@ -13,14 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.fit.fitted import Fit
-from postproc.fit.recorded import recorded_model
-from postproc.identify.add import add_effects
-from postproc.identify.diagnose import diagnose
+from postproc.estimation.fitted import Fit
+from postproc.estimation.recorded import recorded_model
+from postproc.identification.add import add_effects
+from postproc.identification.diagnose import diagnose
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
-from tests.identify.cells import base_fit, cell, true_compliance
+from tests.identification.cells import base_fit, cell, true_compliance
 from tests.independent import library_effects as kinds
 
 ARMS = ("irb4600_60_205", "ur10", "ur5")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import invert
-from postproc.compensate.correction.inverse import command
+from postproc.compensation.correction.inverse import command
 from postproc.model.derivatives.stiffness import stiffness
 from postproc.model.derivatives.tangent import tangent
 from postproc.model.equilibrium import equilibrium

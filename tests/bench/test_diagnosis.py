@@ -88,7 +88,7 @@ def test_of_equal_lines_the_last_counts_and_every_part_of_the_page_is_filled(tmp
 
 
 def test_a_rule_is_off_within_and_on_again_after() -> None:
-    from postproc.identify import forward
+    from postproc.identification import forward
 
     own = forward.reaches_further
     with rules.without("further+row"):

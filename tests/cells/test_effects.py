@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.batch.discover import discover, task_around, with_arm
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from postproc.batch.summary import sum_line, table_lines
-from postproc.batch.values import Batch, Outcome, Task
+from postproc.batch.values import Batch, Task, TaskOutcome
 from postproc.cli.progress import reporting
 from tests.batch.folders import program, write
 
@@ -85,10 +85,10 @@ def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.Mo
     found = {"code": "RAP001", "severity": "error", "message": "the file [bold] is empty", "help": None}
     found |= {"path": "a[0].mod", "line": 3, "column": 7}
     with reporting(2) as shown:
-        shown.outcome(Outcome(Task("a[0].mod", ()), "failed", False, {}, (found,)))
-        shown.outcome(Outcome(Task("b.mod", ()), "unchanged", False, {}, ()))
+        shown.outcome(TaskOutcome(Task("a[0].mod", ()), "failed", False, {}, (found,)))
+        shown.outcome(TaskOutcome(Task("b.mod", ()), "unchanged", False, {}, ()))
         edited = found | {"code": "BAT016", "severity": "warning", "message": "put aside", "path": "c.mod"}
-        shown.outcome(Outcome(Task("c.mod", ()), "compensated", False, {}, (edited, edited | {"code": "CMP006"})))
+        shown.outcome(TaskOutcome(Task("c.mod", ()), "compensated", False, {}, (edited, edited | {"code": "CMP006"})))
     text = screen.getvalue()
     assert "3/2" in text and "/min" in text and "0:00:0" in text
     assert "a[0].mod:3:7: error[RAP001]: the file [bold] is empty" in text
@@ -99,13 +99,13 @@ def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.Mo
 def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     figures = {"added_targets": 1, "statements": {"skipped": 2}, "max_error_before_mm": 1.0}
     good = [
-        Outcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
+        TaskOutcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
         for i in range(100)
     ]
     why = ({"code": "CMP009", "severity": "warning"}, {"code": "KIN001", "severity": "error"})
-    bad = Outcome(Task("zzz.mod", ()), "failed", False, {}, why)
+    bad = TaskOutcome(Task("zzz.mod", ()), "failed", False, {}, why)
     astray = {**good[99].figures, "unproved_statements": 71}
-    good[99] = Outcome(good[99].task, "compensated", False, astray, ())
+    good[99] = TaskOutcome(good[99].task, "compensated", False, astray, ())
     lines = list(table_lines(Batch((*good, bad), 3, ())))
     assert len(lines) == 42 and lines[-1] == "and 61 more; --json lists all"
     assert lines[1].split() == ["zzz.mod", "failed:", "KIN001", "1"]
@@ -116,7 +116,9 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
         "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"
     )
-    off = Batch((Outcome(Task("a", ()), "compensated", False, {}, ({"code": "CMP006"}, {"code": "CMP006"})),), 0, ())
+    off = Batch(
+        (TaskOutcome(Task("a", ()), "compensated", False, {}, ({"code": "CMP006"}, {"code": "CMP006"})),), 0, ()
+    )
     assert sum_line(off, 1.0).endswith("1 compensated, 1 of them beyond the tolerance somewhere (CMP006)")
 
 

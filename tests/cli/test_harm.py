@@ -13,7 +13,7 @@ import pytest
 
 from postproc.cli.output import write
 from postproc.cli.progress import _Work, watching
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import check_writes, place, write_whole

@@ -216,9 +216,11 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
         untold=False,
         verdict="missing",
     )
-    monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
-    monkeypatch.setattr("postproc.identify.words.text.diagnosis_text", lambda _: "The model lacks ..")
-    monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr(
+        "postproc.identification.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"}
+    )
+    monkeypatch.setattr("postproc.identification.words.text.diagnosis_text", lambda _: "The model lacks ..")
+    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
     assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
@@ -243,10 +245,12 @@ def test_what_follows_can_be_copied_into_a_shell(
         untold=False,
         verdict="complete",
     )
-    monkeypatch.setattr("postproc.identify.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
-    monkeypatch.setattr("postproc.identify.words.text.diagnosis_text", lambda _: "..")
-    monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
-    monkeypatch.setattr("postproc.identify.words.sentences.too_few", lambda *_: False)
+    monkeypatch.setattr(
+        "postproc.identification.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"}
+    )
+    monkeypatch.setattr("postproc.identification.words.text.diagnosis_text", lambda _: "..")
+    monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr("postproc.identification.words.sentences.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")

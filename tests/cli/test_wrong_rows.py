@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from tests.fit.test_wrong_rows import N, table
+from tests.estimation.test_wrong_rows import N, table
 
 
 def test_rows_that_are_left_out_stand_in_the_document(call, tmp_path):

@@ -13,7 +13,7 @@ from types import FrameType
 
 from postproc.cli.app import build
 from postproc.cli.run import run
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.read.table import read_measurements

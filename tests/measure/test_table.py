@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.identify.compare import compare
+from postproc.identification.compare import compare
 from postproc.measure.alignment import align
 from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.iso9283 import iso9283
@@ -213,7 +213,7 @@ def test_a_tool_that_no_file_declares_is_no_tool0():
     assert "`tProbe`" in str(caught.value) and "--with" in caught.value.diagnostics[0].help
     tool = "PERS tooldata tProbe:=[TRUE,[[0,0,200],[1,0,0,0]],[2,[0,0,90],[1,0,0,0],0,0,0]];"
     frame = 'PERS wobjdata wJig:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
-    beside = Source("user.sys", f"MODULE user\n {tool}\n {frame}\nENDMODULE\n".encode(), lent=True)
+    beside = Source("user.sys", f"MODULE user\n {tool}\n {frame}\nENDMODULE\n".encode(), read_only=True)
     rows = source(["target,x_mm,y_mm,z_mm", "p,1,2,3"])
     found = read_measurements(rows, ARM, program=[Source("M.mod", module.encode()), beside], measured=False)
     np.testing.assert_allclose(found.state.T_flange_tcp[0, :3, 3], [0, 0, 0.2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.correction.inverse import DAMPING, _newton, command
+from postproc.compensation.correction.inverse import DAMPING, _newton, command
 from postproc.effects.base import Effect
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from postproc.choices import Choices, with_choices
+from postproc.choices import StatedSettings, with_choices
 from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.diagnostics import PostprocError
@@ -95,10 +95,10 @@ def test_without_such_data_there_is_no_such_model() -> None:
 
 
 def test_the_layers_of_settings_name_it_like_a_model() -> None:
-    outer = with_choices(Settings(), Choices(robot="irb1200_5_09"), Path(), "postproc.toml")
-    inner = with_choices(outer, Choices(model="controller"), Path())
+    outer = with_choices(Settings(), StatedSettings(robot="irb1200_5_09"), Path(), "postproc.toml")
+    inner = with_choices(outer, StatedSettings(model="controller"), Path())
     assert (inner.robot, inner.model, inner.from_controller) == ("irb1200_5_09", None, True)
-    assert with_choices(inner, Choices(model="m.toml"), Path()).from_controller is False
+    assert with_choices(inner, StatedSettings(model="m.toml"), Path()).from_controller is False
 
 
 def test_from_a_backup(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

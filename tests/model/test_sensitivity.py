@@ -9,7 +9,7 @@ from postproc.effects.registry import effect_library
 from postproc.model.derivatives import sensitivity as module
 from postproc.model.derivatives.sensitivity import sensitivity
 from postproc.model.equilibrium import equilibrium
-from tests.identify.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 
 BENDING = ("bearing_tilt", "link_compliance", "base_compliance", "nonlinear_compliance", "arm_load", "dress_pack")

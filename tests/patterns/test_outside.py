@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.fit.channels import channels
-from postproc.identify.diagnose import diagnose
+from postproc.estimation.channels import channels
+from postproc.identification.diagnose import diagnose
 from postproc.patterns.curves import of_channel, sharper
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.formula import Group
 from postproc.patterns.signals import channel_signal
 from postproc.patterns.suspects import Suspect, by_channel, look
-from tests.identify.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
 

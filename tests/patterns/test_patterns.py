@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
-from postproc.identify.diagnose import diagnose
+from postproc.identification.diagnose import diagnose
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
 from postproc.patterns.dictionary import Patterns, patterns, swelling
@@ -17,7 +17,7 @@ from postproc.patterns.pattern_prior import FRAMES, PLACES, odds
 from postproc.patterns.screening import Tried
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, look, places
-from tests.identify.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.fit.linear import Linear
+from postproc.estimation.linear import Linear
 from postproc.patterns.pattern_prior import ROOMS, sort
 from postproc.patterns.place import Place
 from postproc.patterns.suspects import places
-from tests.identify.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell
 
 POSES = 40
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from postproc.patterns.instrument_model import SEEN, WAYS, Sight
-from tests.identify.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
 

@@ -207,7 +207,10 @@ def test_what_a_num_holds_compares_with_the_literal() -> None:
 def test_not_takes_the_whole_logical_term(condition: str, holds: bool) -> None:
     """A5."""
     (event,) = events(f"IF {condition} THEN MoveL p,v5,z0,tool0; ENDIF", P)
-    assert (not event.loose, event.conditional) == (holds, not holds)  # what is never reached is followed on its own
+    assert (not event.unreachable, event.conditional) == (
+        holds,
+        not holds,
+    )  # what is never reached is followed on its own
 
 
 def test_not_that_may_mean_two_things_is_not_decided() -> None:

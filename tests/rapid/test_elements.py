@@ -13,7 +13,7 @@ DATA = f"{PLACES} CONST robtarget home:={target(0, 0, 500)}; VAR num n; VAR num 
 
 
 def events(body: str, data: str = DATA) -> list[MotionEvent]:
-    return [e for e in walk(program(module(body, data))) if e.again is None]
+    return [e for e in walk(program(module(body, data))) if e.resumes_from is None]
 
 
 def places(body: str, data: str = DATA) -> list[float | None]:

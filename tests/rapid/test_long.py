@@ -121,7 +121,7 @@ def arms_taken(body: str, condition: str) -> list[float]:
     """Which of two arms are followed after a body: 1 where the condition may hold, 2 where it may not."""
     test = f"IF {condition} THEN\n{MOVE.format(1)}\nELSE\n{MOVE.format(2)}\nENDIF"
     events = walk_program(read_program(Source("text.mod", module(f's:="x";\n{body}\n{test}').encode()))).events
-    return sorted({event.target.trans[0] - 600 for event in events if event.target and not event.loose} - {0.0})
+    return sorted({event.target.trans[0] - 600 for event in events if event.target and not event.unreachable} - {0.0})
 
 
 @pytest.mark.parametrize(

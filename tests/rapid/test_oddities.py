@@ -284,7 +284,7 @@ STEP = "MoveL Offs(p,n,0,0),v5,z0,tool0; n:=n+1;"
 def test_jumps_are_followed_as_the_loops_and_branches_that_they_are(jumps: str, loops: str) -> None:
     found, wanted = (events(f"n:=0; {body} MoveL p,v5,z0,tool0;", P + "VAR num n;") for body in (jumps, loops))
     assert places(found) == places(wanted)
-    told = [[(e.conditional, e.detached, e.first, e.again, e.way) for e in each] for each in (found, wanted)]
+    told = [[(e.conditional, e.detached, e.first, e.resumes_from, e.way) for e in each] for each in (found, wanted)]
     assert told[0] == told[1]
 
 

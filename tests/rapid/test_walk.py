@@ -12,7 +12,7 @@ from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.data.values import Data
 from postproc.rapid.execution import calls as execution
-from postproc.rapid.execution.path_splitting import Choices
+from postproc.rapid.execution.path_splitting import SplitBranches
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.unknown import Kind, Unknown
 from tests.rapid.build import UNUSED, events, module, places, program, target
@@ -185,7 +185,7 @@ def test_both_ways_of_an_unknown_condition() -> None:
     found = events(body, P)
     assert shown(found) == ["1 from nowhere", "7 from nowhere", "1", "at 1", "1"]
     assert [e.conditional for e in found] == [True, True, False, True, False]
-    assert [e.detached for e in found if e.again is None] == [True, True, True, True]
+    assert [e.detached for e in found if e.resumes_from is None] == [True, True, True, True]
     body = f"VAR num n:=0; IF di1=1 THEN n:=1; ENDIF {move('n')}"
     assert x(body) == [1, 0]
     assert events(body.replace("n:=1", "n:=AInput(ai1)"), P)[0].reason == "`n` depends on a condition that is not known"
@@ -197,7 +197,7 @@ def test_a_way_that_returns_does_not_count_afterwards() -> None:
 
 def test_only_the_first_event_after_a_gap_is_detached() -> None:
     found = events(move("1") + move("2") + f"IF di1=1 THEN {move('3')} ENDIF {move('4')} {move('5')}", P)
-    assert [(e.detached, e.first) for e in found if e.again is None] == [
+    assert [(e.detached, e.first) for e in found if e.resumes_from is None] == [
         (True, True), (False, False), (False, False), (True, False), (True, False), (False, False),
     ]  # fmt: skip
     found = events(move("1") + "IF di1=1 THEN SetDO do1,1; ENDIF " + move("2"), P)
@@ -208,7 +208,7 @@ def shown(found: list[MotionEvent]) -> list[str]:
     """Where every event goes, or stands again before another way goes on."""
     x = [f"{e.target.trans[0]:g}" for e in found if isinstance(e.target, RobTarget)]
     return [
-        f"at {name}" if e.again is not None else f"{name} from nowhere" if e.first else name
+        f"at {name}" if e.resumes_from is not None else f"{name} from nowhere" if e.first else name
         for e, name in zip(found, x, strict=True)
     ]
 
@@ -237,8 +237,8 @@ def test_every_way_goes_on_from_where_it_has_brought_the_arm(body: str, data: st
     names = shown([e for e in found if e.target is not None])
     assert [name.replace("at ", "@").replace(" from nowhere", "") for name in names] == ways.split()
     for event in found:
-        if event.again is not None:
-            assert found[event.again].target == event.target and found[event.again].again is None
+        if event.resumes_from is not None:
+            assert found[event.resumes_from].target == event.target and found[event.resumes_from].resumes_from is None
 
 
 def test_many_ways_are_not_all_followed() -> None:
@@ -288,7 +288,7 @@ def test_the_start_of_a_line_has_the_name_that_means_it_where_the_line_is_driven
     data = P + f"CONST robtarget s{{2}}:={ends}; CONST robtarget e{{2}}:={ends}; VAR num k; VAR robtarget w;"
     data += "CONST bool on:=TRUE; VAR string text; PROC go(num k) MoveL s{k},v5,z0,tool0; ENDPROC "
     found = events(f"k:=1; WHILE k<3 DO {loop} k:=k+1; ENDWHILE", data)
-    lines = [e for e in found if e.target_origin.declaration == "m..e" and e.again is None]
+    lines = [e for e in found if e.target_origin.declaration == "m..e" and e.resumes_from is None]
     assert len(lines) >= 2 and {e.start for e in lines} == {start}
 
 
@@ -394,7 +394,7 @@ def test_a_choice_that_moves_nothing_is_followed_both_ways_to_the_end(choice: st
 
 def test_a_branch_of_which_an_arm_once_ended_the_routine_is_not_followed_apart() -> None:
     """Met again where that arm is not possible: what follows it is still left out on one way."""
-    choices, place, written = Choices(), ("weld.mod", 5), [{"wact"}, {"wact"}]
+    choices, place, written = SplitBranches(), ("weld.mod", 5), [{"wact"}, {"wact"}]
     ends: dict[int, dict[str, Data] | None] = {0: {"wact": 1.0}, 1: {"wact": 2.0}}
     choices.met(place, ends, {"wact", "count"}, written, left=True)
     assert choices.found[place].left and choices.found[place].certain == {"wact"}
@@ -407,10 +407,10 @@ def test_a_branch_that_was_followed_apart_is_not_asked_for_again() -> None:
     text = program(module("", "VAR num n;"))
     (n,) = {d.key for d in text.names.values()}
     lacks = [SimpleNamespace(unknowns=[Unknown(Kind.UNDECIDED, n, key=n)])]
-    choices, place = Choices(), ("weld.mod", 5)
+    choices, place = SplitBranches(), ("weld.mod", 5)
     choices.met(place, {0: {n: 1.0}, 1: {n: 2.0}}, {n}, [{n}, {n}], left=False)
     assert choices.lacking(lacks) == {place: (0, 1)}
-    assert Choices({place: 0}, choices.found).lacking(lacks) == {}
+    assert SplitBranches({place: 0}, choices.found).lacking(lacks) == {}
 
 
 def test_choices_that_no_motion_needs_or_that_are_too_many_are_not_followed_apart() -> None:
@@ -691,7 +691,7 @@ GO = f"PROC go(num n) IF n<3 THEN {move('n')} ELSE {move('5')} ENDIF ENDPROC"
 def test_a_branch_that_no_call_takes_makes_no_other_run_of_the_rest() -> None:
     found = events("go 1; go 2;", P + GO)
     assert [e.target.trans[0] if e.target else None for e in found] == [1, 2, 5]
-    assert not any(e.elsewhere for e in found)
+    assert not any(e.has_unresolved_runs for e in found)
 
 
 @pytest.mark.parametrize(
@@ -704,19 +704,19 @@ def test_a_branch_that_no_call_takes_makes_no_other_run_of_the_rest() -> None:
 def test_handlers_and_traps_call_with_what_they_know(more: str) -> None:
     data = P + f"VAR num n; PROC go(num n) {move('n')} ENDPROC PROC work() go 1; {more} ENDPROC"
     found = [e for e in events("work;", data) if e.statement.routine == "go"]
-    assert [(e.target.trans[0], e.loose, e.first, e.elsewhere) for e in found if e.target] == [
+    assert [(e.target.trans[0], e.unreachable, e.first, e.has_unresolved_runs) for e in found if e.target] == [
         (1, False, True, False),
         (2, True, True, False),
     ]
     found = events("work;", data.replace("go 2", "go CPos().x"))
-    assert [e.elsewhere for e in found if e.statement.routine == "go"] == [True]
+    assert [e.has_unresolved_runs for e in found if e.statement.routine == "go"] == [True]
 
 
 def test_the_motions_of_a_handler_are_one_way() -> None:
     found = events(
         f"{move('1')} ERROR {move('2')} {move('3')} IF ERRNO=ERR_A THEN {move('4')} ENDIF {move('5')} RETRY;", P
     )
-    assert [(e.target.trans[0], e.first, e.again) for e in found if e.target] == [
+    assert [(e.target.trans[0], e.first, e.resumes_from) for e in found if e.target] == [
         (1, True, None), (2, True, None), (3, False, None), (4, False, None), (5, False, None), (3, False, 2),
         (5, False, None),
     ]  # fmt: skip
@@ -725,25 +725,25 @@ def test_the_motions_of_a_handler_are_one_way() -> None:
 def test_a_routine_that_nobody_calls_hands_its_own_targets_on() -> None:
     data = P + f"PROC go(num n) {move('n')} MoveL p,v5,z0,tool0; ENDPROC PROC other() go 2; ENDPROC"
     found = [e for e in events("go 1;", data) if e.statement.routine == "go"]
-    assert [(e.target.trans[0], e.loose, e.elsewhere) for e in found] == [
+    assert [(e.target.trans[0], e.unreachable, e.has_unresolved_runs) for e in found] == [
         (1, False, False),
         (0, False, False),
         (2, True, False),
     ]
     alone = walk(program(module("go 1;", data)), "main")
-    assert [(e.target.trans[0], e.elsewhere) for e in alone] == [(1, True), (0, False)]
+    assert [(e.target.trans[0], e.has_unresolved_runs) for e in alone] == [(1, True), (0, False)]
 
 
 def test_a_routine_that_calls_itself_runs_elsewhere_too() -> None:
     data = P + f"PROC go(num n) {move('n')} IF DInput(d)=1 go n+1; ENDPROC"
-    assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [(1, True)]
+    assert [(e.target.trans[0], e.has_unresolved_runs) for e in events("go 1;", data) if e.target] == [(1, True)]
     data = P + f"PROC go(num n) {move('n')} go n+1; ENDPROC"  # the controller stops some day
-    assert {e.elsewhere for e in events("go 1;", data)} == {True}
+    assert {e.has_unresolved_runs for e in events("go 1;", data)} == {True}
 
 
 def test_a_routine_that_calls_itself_is_followed_while_its_conditions_are_known() -> None:
     data = P + f"PROC go(num n) VAR num k:=0; k:=k+n; IF n<3 go n+1; {move('n+10*k')} ENDPROC"
-    assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [
+    assert [(e.target.trans[0], e.has_unresolved_runs) for e in events("go 1;", data) if e.target] == [
         (33, False), (22, False), (11, False),
     ]  # fmt: skip
     data = P + "FUNC num fac(num n) IF n<2 RETURN 1; RETURN n*fac(n-1); ENDFUNC"

@@ -14,15 +14,15 @@ from scipy.spatial.transform import Rotation
 from postproc.effects.conformance.kit import check_effect
 from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
-from postproc.identify.add import add_effects
-from postproc.identify.diagnose import diagnose
+from postproc.identification.add import add_effects
+from postproc.identification.diagnose import diagnose
 from postproc.patterns.curves import BOW, BUMP, KINK, LINE, RISE, STEP, WAVE, settling, sharper
 from postproc.patterns.dictionary import each_word, patterns, words
 from postproc.patterns.formula import Group, Pattern, block
 from postproc.patterns.signals import Movable, Way, channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
-from tests.identify.cells import base_fit, cell, hidden_found, true_error
+from tests.identification.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import arm as A
 from tests.independent import unknown_effects as unknown
 from tests.independent.cells import Hidden

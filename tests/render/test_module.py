@@ -6,11 +6,11 @@ import re
 
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
-from tests.compensate.build import DATA, arm, codes, convert, module, target, written
+from tests.compensation.build import DATA, arm, codes, convert, module, target, written
 
 PLAIN = module(
     f"CONST robtarget p1:={target(1350, -500)};",

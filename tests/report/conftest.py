@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from postproc.arrays import Array
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
-from postproc.identify.add import add_effects
-from postproc.identify.compare import compare
+from postproc.identification.add import add_effects
+from postproc.identification.compare import compare
 from postproc.model.file import default_model
 from postproc.report.addition import addition_page
 from postproc.report.batch import batch_page

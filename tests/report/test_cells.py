@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model

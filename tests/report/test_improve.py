@@ -14,11 +14,11 @@ from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_offset import JointOffset
-from postproc.identify.add import add_effects
-from postproc.identify.compare import compare
-from postproc.identify.diagnose import diagnose
-from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.words.text import diagnosis_json
+from postproc.identification.add import add_effects
+from postproc.identification.compare import compare
+from postproc.identification.diagnose import diagnose
+from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.words.text import diagnosis_json
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
@@ -29,7 +29,7 @@ from postproc.report.comparison import comparison_page
 from postproc.report.diagnosis import diagnosis_page
 from postproc.report.drawing.residuals import suspect_chart
 from postproc.resources import resource
-from tests.identify.cells import hidden_found
+from tests.identification.cells import hidden_found
 from tests.render.test_effect_file import square_of_warmth
 from tests.report.conftest import carried, numbers, points, tables
 
@@ -136,7 +136,7 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     model, measured = sample("simulated_step.csv")
     whole = diagnosis_json(diagnosed("simulated_step.csv"))
-    monkeypatch.setattr("postproc.identify.refits.ENOUGH", 3 * len(measured) // 2)
+    monkeypatch.setattr("postproc.identification.refits.ENOUGH", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)
     assert found.suspects[0].where == "joint 4"

@@ -10,8 +10,8 @@ import pytest
 from postproc.effects.base import Effect, Load, param
 from postproc.effects.contract import State
 from postproc.effects.library.joints.backlash import Backlash
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import fit_model
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
 from postproc.report.drawing.laws import Law, law_charts, laws_of
 from tests.report.test_improve import sample
 

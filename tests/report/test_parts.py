@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.report.drawing.charts import Bins, Curve, bars, histogram, scatter, shares
+from postproc.report.drawing.charts import Bins, DrawnCurve, bars, histogram, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.svg import ticks
 from postproc.report.page import Page, Section, grid, render_page, table
@@ -65,7 +65,7 @@ def test_bars_end_at_the_floor() -> None:
 
 def test_a_law_is_drawn_in_its_band() -> None:
     x = np.linspace(0.0, 1.0, 11)
-    svg = scatter(x, x, "q1 [deg]", "mrad", curve=Curve(x, x, np.full(11, 0.1)))
+    svg = scatter(x, x, "q1 [deg]", "mrad", curve=DrawnCurve(x, x, np.full(11, 0.1)))
     law = np.array(
         re.findall(r"[ML]([\d.]+) ([\d.]+)", re.findall(r'<path d="([^"]*)" class="line law"', svg)[0]), float
     )
@@ -79,7 +79,7 @@ def test_a_law_is_drawn_in_its_band() -> None:
         np.zeros(40),
         "dir2",
         "mrad",
-        curve=Curve(np.array([-1.0, 1.0]), np.zeros(2), np.zeros(2)),
+        curve=DrawnCurve(np.array([-1.0, 1.0]), np.zeros(2), np.zeros(2)),
     )
     assert steps.count('class="line law"') == 2  # a bar at each of two values, no line between them
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from postproc.compensate.options import Options
+from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
@@ -46,9 +46,9 @@ def weld(goal: str, word: str) -> str:
 
 
 @cache
-def converted(text: str, run_time: str = "where-needed", lent: str = "", **options: object) -> Conversion:
+def converted(text: str, run_time: str = "where-needed", read_only: str = "", **options: object) -> Conversion:
     sources = [Source("line.mod", text.encode("latin-1"))]
-    sources += [Source("lent.sys", lent.encode("latin-1"), lent=True)] if lent else []
+    sources += [Source("lent.sys", read_only.encode("latin-1"), read_only=True)] if read_only else []
     chosen = Options(force=FORCE, inertia=False, run_time=run_time, **options)  # type: ignore[arg-type]
     return compensate_program(sources, default_model(ARM), chosen)
 
@@ -216,7 +216,7 @@ def test_what_was_corrected_before_is_refused(mode: str) -> None:
     assert "ppCorrected" in program(move("p1") + "    ! ppCorrected(pSeen,tTorch)\n")
     assert "CMP001" not in codes(converted(program(move("p1", "MoveJ") + "    ! ppCorrected(pSeen,tTorch)\n"), mode))
     module = (first.module or b"").decode()
-    assert codes(converted(program(move("p1", "MoveJ") + move("pSeen")), mode, lent=module)) == ["CMP001"]
+    assert codes(converted(program(move("p1", "MoveJ") + move("pSeen")), mode, read_only=module)) == ["CMP001"]
 
 
 def test_grip_load_tells_the_function_what_is_held() -> None:
@@ -254,8 +254,8 @@ def test_the_module_is_proved_with_the_load_that_the_call_hands_over(load: str, 
 
 
 def test_grip_load_in_a_file_that_stays_as_it_is_is_said() -> None:
-    lent = "MODULE Hand\n  PROC take()\n    GripLoad lPart;\n  ENDPROC\nENDMODULE\n"
-    found = converted(program(move("p1", "MoveJ") + "    take;\n" + move("pSeen")), lent=lent)
+    read_only = "MODULE Hand\n  PROC take()\n    GripLoad lPart;\n  ENDPROC\nENDMODULE\n"
+    found = converted(program(move("p1", "MoveJ") + "    take;\n" + move("pSeen")), read_only=read_only)
     (said,) = [d for d in found.diagnostics if d.code == "RUN010"]
     assert said.help == "write `ppPayload:=lPart;` behind it"
 
@@ -287,12 +287,12 @@ def test_a_value_in_the_file_that_no_arm_reaches_is_none() -> None:
 def test_data_that_another_task_gives_its_value_is_not_known() -> None:
     text = program(move("p1", "MoveJ") + move("pCam") + move("p2"), "  PERS robtarget pCam;\n")
     other = f"MODULE Eye\n  PERS robtarget pCam:={target(200, 200)};\nENDMODULE\n"
-    found = converted(text, lent=other)
+    found = converted(text, read_only=other)
     assert statuses(found) == ["compensated", "run_time", "compensated"]
     assert (
         why(found)[1] == "the target is data that other tasks share: its value in the files is the one of the last run"
     )
-    assert statuses(converted(text, "off", lent=other))[1] == "compensated"
+    assert statuses(converted(text, "off", read_only=other))[1] == "compensated"
 
 
 def test_the_scope_holds_for_the_function_too() -> None:

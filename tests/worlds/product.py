@@ -26,7 +26,7 @@ class Converted:
 
 def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01, run_time: RunTime = "off") -> Converted:
     """Corrects the files of one task for the IRB 4600-60/2.05 under a constant force, inertia off."""
-    from postproc.compensate.options import Options
+    from postproc.compensation.options import Options
     from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import default_model

@@ -12,7 +12,7 @@ from postproc.cli.report import say, unmeasured
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
-    from postproc.compensate.options import Options
+    from postproc.compensation.options import Options
     from postproc.convert import Conversion
     from postproc.settings import Settings
 
@@ -75,7 +75,7 @@ def finish(
 
 def tell(result: Conversion) -> None:
     """Say in a line what came out, and how sure that is."""
-    from postproc.compensate.results.document import estimated_stiffness
+    from postproc.compensation.results.document import estimated_stiffness
 
     say(result.summary)
     if estimated := estimated_stiffness(result.report):

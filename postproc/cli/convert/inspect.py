@@ -15,7 +15,7 @@ from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors
 
 if TYPE_CHECKING:
-    from postproc.compensate.text.values import Place
+    from postproc.compensation.text.values import Place
     from postproc.report.inspection import Row
 
 EDITED: Mapping[Place | None, str] = {

@@ -34,7 +34,7 @@ def run(
         json: print the postproc/fit/1 document.
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
-    from postproc.identify.add import add_effects
+    from postproc.identification.add import add_effects
     from postproc.report.addition import addition_page
 
     keys = [key for word in effect for key in word.split(",") if key]

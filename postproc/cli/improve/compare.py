@@ -38,7 +38,7 @@ def run(
         json: print the postproc/compare/1 document.
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
-    from postproc.identify.compare import compare
+    from postproc.identification.compare import compare
     from postproc.report.certificate import arm_certificate
     from postproc.report.comparison import comparison_page
 

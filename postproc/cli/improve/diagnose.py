@@ -14,7 +14,7 @@ from postproc.cli.progress import watching
 from postproc.cli.report import print_result, say_next, show
 
 if TYPE_CHECKING:
-    from postproc.identify.diagnosis import Diagnosis
+    from postproc.identification.diagnosis import Diagnosis
 
 
 def run(
@@ -40,9 +40,9 @@ def run(
         json: print the postproc/diagnose/1 document.
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
-    from postproc.identify.diagnose import diagnose
-    from postproc.identify.interventions import hold_out_levels
-    from postproc.identify.words.text import diagnosis_json, diagnosis_text
+    from postproc.identification.diagnose import diagnose
+    from postproc.identification.interventions import hold_out_levels
+    from postproc.identification.words.text import diagnosis_json, diagnosis_text
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
@@ -64,12 +64,12 @@ def run(
         show([nothing_to_draft(found)])
     print_result(diagnosis_json(found), diagnosis_text(found), json, text)
     if not json:
-        _say_further(found, _Asked(model, data, effects, cell, table), draft, None if code is None else name)
+        _say_further(found, _Question(model, data, effects, cell, table), draft, None if code is None else name)
     return 0
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _Question:
     """What a diagnosis was asked of, as the words of further commands."""
 
     model: Path
@@ -83,13 +83,13 @@ class _Asked:
         return [*self.table.words([*self.effects, *more]), *cell_words(self.cell)]
 
 
-def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: str | None) -> None:
+def _say_further(found: Diagnosis, asked: _Question, draft: Path | None, drafted: str | None) -> None:
     """The commands that come next.
 
     Args:
         draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
     """
-    from postproc.identify.words.sentences import of_little_worth, to_record, too_few
+    from postproc.identification.words.sentences import of_little_worth, to_record, too_few
 
     little = of_little_worth(found)
     keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
@@ -114,7 +114,7 @@ def _say_further(found: Diagnosis, asked: _Asked, draft: Path | None, drafted: s
         say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
 
 
-def _say_named(found: Diagnosis, keys: Sequence[str], asked: _Asked) -> None:
+def _say_named(found: Diagnosis, keys: Sequence[str], asked: _Question) -> None:
     if keys:
         it, own = "it" if len(keys) == 1 else "them", (*_tables(asked.data), *asked.words())
         say_next(f"writes the model that has {it}", "add", asked.model, *keys, *own, "-o", "BETTER.toml")

@@ -20,7 +20,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.choices import FitChoices
     from postproc.effects.base import Effect
-    from postproc.fit.fitted import Fit
+    from postproc.estimation.fitted import Fit
     from postproc.model.arm import Model
     from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
@@ -54,12 +54,12 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
-    from postproc.fit.least_squares import fit_model
-    from postproc.fit.nominal import no_farther_than_nominal
-    from postproc.fit.recorded import recorded_model
-    from postproc.fit.words.record import fit_json
-    from postproc.fit.words.text import fit_text
-    from postproc.identify.add import grown
+    from postproc.estimation.least_squares import fit_model
+    from postproc.estimation.nominal import no_farther_than_nominal
+    from postproc.estimation.recorded import recorded_model
+    from postproc.estimation.words.record import fit_json
+    from postproc.estimation.words.text import fit_text
+    from postproc.identification.add import grown
     from postproc.robot.catalogue import doubts, load_robot
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)

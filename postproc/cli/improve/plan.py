@@ -51,8 +51,8 @@ def run(
         json: print the postproc/plan/1 document.
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
-    from postproc.identify.planning.plan import plan_poses
-    from postproc.identify.planning.room import Room
+    from postproc.identification.planning.plan import plan_poses
+    from postproc.identification.planning.room import Room
     from postproc.render.measuring import measuring_module
 
     check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)

@@ -33,7 +33,7 @@ def run(
     """
     import numpy as np
 
-    from postproc.identify.predict import predict_rows
+    from postproc.identification.predict import predict_rows
 
     check_outputs((model, data, *table.inputs, *effects, cell), output)
     arm = open_model(model, effects, cell, weighed=False)

@@ -16,7 +16,7 @@ from postproc.effects.contract import FIELDS
 from postproc.effects.findings import describe, finding, line_of
 
 
-class Failure(Exception):
+class EffectFailure(Exception):
     """An effect cannot be used, for the reason that its diagnostic tells."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect, State, Variant, variant
 from postproc.effects.conformance.declaration import declaration, own_channels
-from postproc.effects.conformance.failures import Failure, raised
+from postproc.effects.conformance.failures import EffectFailure, raised
 from postproc.effects.conformance.trial import contribution, displaced, locked, sensitivity
 from postproc.effects.example import example_arm, example_state
 from postproc.effects.findings import describe, finding
@@ -34,7 +34,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable, _sizes, _columns):
         try:
             found += check(cls, state)
-        except Failure as failure:
+        except EffectFailure as failure:
             found.append(failure.diagnostic)
         except (Exception, SystemExit) as error:
             found.append(raised(cls, error))

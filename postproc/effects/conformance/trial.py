@@ -14,7 +14,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Displacement, Effect, Load, State
-from postproc.effects.conformance.failures import Failure, raised
+from postproc.effects.conformance.failures import EffectFailure, raised
 from postproc.effects.findings import finding
 
 T = TypeVar("T")
@@ -59,10 +59,10 @@ def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T
     except PostprocError:
         raise
     except (Exception, SystemExit) as error:
-        raise Failure(raised(type(effect), error, member)) from error
+        raise EffectFailure(raised(type(effect), error, member)) from error
     if not isinstance(given, kind):
         help = "give Load(joint=..), (n, 6) torques, or Load(body={3: ..})"
-        raise Failure(_shape(effect, member, f"gives {type(given).__name__}", help))
+        raise EffectFailure(_shape(effect, member, f"gives {type(given).__name__}", help))
     return given
 
 
@@ -73,7 +73,7 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
         if isinstance(part, Mapping):
             if not set(part) <= set(range(7)):
                 odd = next(b for b in part if b not in range(7))
-                raise Failure(_shape(effect, member, f"names body {odd!r}", "bodies are the numbers 0 to 6"))
+                raise EffectFailure(_shape(effect, member, f"names body {odd!r}", "bodies are the numbers 0 to 6"))
             result += [_block(effect, member, n, part.get(b)) for b in range(7)]
         else:
             result.append(_block(effect, member, n, part))
@@ -86,10 +86,10 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
     array = np.asarray(part)
     if array.shape not in ((n, 6), (6,)):
         text = f"gives shape {array.shape} for {n} states"
-        raise Failure(_shape(effect, member, text, "give (n, 6): one row a state, six numbers a row"))
+        raise EffectFailure(_shape(effect, member, text, "give (n, 6): one row a state, six numbers a row"))
     if array.dtype.kind not in "fi" or not np.all(np.isfinite(array)):
         help = "look for a division by zero, and for roots and logarithms of negative numbers"
-        raise Failure(_shape(effect, member, "gives numbers that are not finite", help))
+        raise EffectFailure(_shape(effect, member, "gives numbers that are not finite", help))
     return np.broadcast_to(array.astype(float), (n, 6))
 
 

@@ -14,7 +14,7 @@ from postproc.measure.checks.readings import (
     RADIANS,
     RADIANS_BELOW,
     SUSPICIOUS_M,
-    Arm,
+    PlacedArm,
     fits,
     other_arms,
     other_lengths,
@@ -66,7 +66,7 @@ def check_measurements(
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         turned = _check_orientations(data, robot, rows, cells, turns)
         return found + radians + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
-    arm = Arm(robot, data.state.T_reference_base)
+    arm = PlacedArm(robot, data.state.T_reference_base)
     readings = _check_readings(data, arm, agreed, cells, unit, turns)
     if has_errors(readings):
         return found + readings
@@ -128,7 +128,7 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 
 
 def _check_readings(
-    data: Measurements, arm: Arm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
+    data: Measurements, arm: PlacedArm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
     """Where the points are not where the arm is: what makes them fit, or that nothing does.
 
@@ -177,7 +177,7 @@ def _check_readings(
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
 
 
-def _agree(arm: Arm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
+def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
     """Whether orientations allow other joint angles than those that were read (n, 6): they follow no worse."""
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
     if turns is None or good.sum() < FEW:
@@ -208,7 +208,7 @@ def _check_orientations(
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
     if len(some) < FEW:
         return []
-    arm = Arm(robot, data.state.T_reference_base)
+    arm = PlacedArm(robot, data.state.T_reference_base)
     flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
     placed = None
     if len(rows) >= FEW:

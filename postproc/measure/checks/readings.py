@@ -43,7 +43,7 @@ DEGREES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class PlacedArm:
     """A nominal arm where it stands.
 
     Args:
@@ -59,12 +59,12 @@ class Arm:
         T = forward(self.robot, q)
         return T if self.T_reference_base is None else self.T_reference_base @ T
 
-    def rows(self, index: Any) -> Arm:
+    def rows(self, index: Any) -> PlacedArm:
         """The arm at some of the rows."""
-        return self if self.T_reference_base is None else Arm(self.robot, self.T_reference_base[index])
+        return self if self.T_reference_base is None else PlacedArm(self.robot, self.T_reference_base[index])
 
 
-def seen(arm: Arm, q: Array, position: Array) -> Alignment:
+def seen(arm: PlacedArm, q: Array, position: Array) -> Alignment:
     """The nominal arm as the instrument sees it; points of another world (lost beams, 1e9) do not count.
 
     Residuals are of all points.
@@ -92,7 +92,7 @@ def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
 
 
 def other_reading(
-    arm: Arm,
+    arm: PlacedArm,
     q: Array,
     position: Array,
     as_read: Alignment,
@@ -127,7 +127,7 @@ def other_reading(
     return found
 
 
-def slipped(arm: Arm, q: Array, position: Array) -> tuple[int, int, int] | None:
+def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] | None:
     """Rows k at which points begin to stand beside the joint angles of other rows: (steps before k, steps after, k).
 
     One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
@@ -153,7 +153,7 @@ def slipped(arm: Arm, q: Array, position: Array) -> tuple[int, int, int] | None:
     return found
 
 
-def other_arms(arm: Arm, q: Array, position: Array) -> list[str]:
+def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
     """The arms of the library that the points fit best in place of this one: several where their lengths are equal."""
     found: dict[str, float] = {}
     for name in list_robots():
@@ -166,7 +166,7 @@ def other_arms(arm: Arm, q: Array, position: Array) -> list[str]:
     return [name for name, typical in found.items() if typical <= min(found.values()) + SAME_LENGTHS_M]
 
 
-def zero_errors(arm: Arm, q: Array, position: Array) -> tuple[Array, float]:
+def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float]:
     """(6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] that is left."""
     from scipy.optimize import least_squares
 

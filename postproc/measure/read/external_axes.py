@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
-from postproc.measure.checks.readings import CLEARER, Arm, fits, seen
+from postproc.measure.checks.readings import CLEARER, PlacedArm, fits, seen
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import UNITS, fitting
@@ -106,7 +106,7 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
         return
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
     work, world = (
-        seen(Arm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows]) for s in (state, other)
+        seen(PlacedArm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows]) for s in (state, other)
     )
     if fits(world) and not fits(work) and world.typical < work.typical / CLEARER:
         message = f"the points do not move with the work on `{station.work}`: in the world they fit to"

@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.alignment import align
-from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, Arm, seen
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, seen
 from postproc.measure.clock import going_on
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import read_cells
@@ -180,7 +180,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
-    here, there = (Arm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
+    here, there = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
     first, own = seen(here, q, y), seen(there, q_other, y_other)
     T = there.flange(q_other)
     T[:, :3, 3] += T[:, :3, :3] @ first.tool

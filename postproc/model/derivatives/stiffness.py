@@ -8,7 +8,7 @@ from postproc.arrays import Array, blocks
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
-from postproc.model.derivatives.tangent import Frame, tangent
+from postproc.model.derivatives.tangent import RestingArm, tangent
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.loads import payload_point
 
@@ -56,7 +56,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
     return frequencies
 
 
-def inertia(rest: Equilibrium, at: Frame) -> Array:
+def inertia(rest: Equilibrium, at: RestingArm) -> Array:
     """Inertia of links and payload by the coordinates of the arm, (n, m, m), m = 6 or 48."""
     M = at.bodies.inertia(at.coordinates)
     state = rest.state

@@ -22,7 +22,7 @@ POSE_STEP = 1e-6  # [rad, m]
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class RestingArm:
     """The arm at rest with all its coordinates: m = 6 joints and 6 for each virtual spring."""
 
     bodies: Multibody
@@ -31,11 +31,11 @@ class Frame:
     coordinates: Array
 
 
-def frame(model: Model, rest: Equilibrium) -> Frame:
+def frame(model: Model, rest: Equilibrium) -> RestingArm:
     """The coordinates that an equilibrium needs: those of the bodies' ends only where something moves or loads them."""
     bodies = model.multibody(rest.bodies)
     chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
-    return Frame(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
+    return RestingArm(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Tangent:
         give: (n, m, m) (I - C K_E)^-1: what a displacement grows to when the loads have followed it.
     """
 
-    frame: Frame
+    frame: RestingArm
     J: Array
     compliance: Array
     K_E: Array
@@ -101,7 +101,7 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
     return bend + np.tril(turn, -1)
 
 
-def _effect_loads(model: Model, rest: Equilibrium, at: Frame) -> Array:
+def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
     """Derivative of the effects' loads by the coordinates, by central differences of the effects."""
     bodies = at.bodies
     n = len(rest.state)

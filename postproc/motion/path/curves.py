@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, constant
 from postproc.motion.mounts import Mounts
 from postproc.motion.path.wrist import arm_joints, wrist_bend
-from postproc.motion.values import Flags, Frame, Index, Move, frames_at, goal_axes, mounts_of
+from postproc.motion.values import Flags, Index, Move, WorkFrame, frames_at, goal_axes, mounts_of
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -57,7 +57,7 @@ class Curves:
     length: Array
     axes_start: Array
     axes_change: Array
-    frames: tuple[Frame | None, ...]
+    frames: tuple[WorkFrame | None, ...]
 
     def axes_at(self, move: Index, u: Array) -> Array:
         """(n, 6) external axes at fractions ``u`` (n,) of moves (n,)."""

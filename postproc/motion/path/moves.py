@@ -16,7 +16,7 @@ from postproc.motion.path.postures import goal_joints, supposed_start
 from postproc.motion.path.reach import another_arm, only_displaced
 from postproc.motion.path.refusals import refuse_events
 from postproc.motion.path.weights import doubt_weights
-from postproc.motion.values import Frame, Move, frames_at
+from postproc.motion.values import Move, WorkFrame, frames_at
 from postproc.rapid.data.events import InForce, MotionEvent
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
@@ -88,10 +88,10 @@ def read_moves(
     spared = only_displaced(runs) if not another else ()
     wrong = [(i, _left_alone(d, DISPLACED) if events[i].statement.key in spared else d) for i, d in wrong]
     wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
-    bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].loose}
-    findings = [_left_alone(d, LOOSE) if events[i].loose else d for i, d in (*refused, *wrong)]
+    bad = {i for i, _ in wrong} | astray | {i for i, _ in refused if events[i].unreachable}
+    findings = [_left_alone(d, LOOSE) if events[i].unreachable else d for i, d in (*refused, *wrong)]
     findings += [finding for _, finding in beyond]
-    findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
+    findings += doubt_weights(robot, [events[i] for i in known if not events[i].unreachable])
     findings += [supposed_start(events[known[row]]) for row in supposed]
     findings += another
 
@@ -104,23 +104,25 @@ def read_moves(
             continue
         broken = e.first or not moves or (previous + 1 < i and any(map(_moves_arm, events[previous + 1 : i])))
         move = _move(i, e, load, places[row], (q[row], T_work_tcp[row]), broken)
-        if e.again is not None:
-            if e.again not in of_event:
+        if e.resumes_from is not None:
+            if e.resumes_from not in of_event:
                 continue  # nothing brings the arm there
-            move = replace(moves[of_event[e.again]], row=i, event=e, first=True, again=of_event[e.again])
+            move = replace(
+                moves[of_event[e.resumes_from]], row=i, event=e, first=True, resumes_from=of_event[e.resumes_from]
+            )
         of_event[i] = len(moves)
         moves.append(move)
         previous = i
     return moves, once(findings)
 
 
-_Place = tuple[Frame | None, Array]  # what the work stands in, external axes (6,) [m], [rad]
+_Place = tuple[WorkFrame | None, Array]  # what the work stands in, external axes (6,) [m], [rad]
 
 
 def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     """Where the work of every event stands."""
     units = [unit_of(e) for e in events]
-    frames = {unit: Frame(station, unit) for unit in dict.fromkeys(units)}
+    frames = {unit: WorkFrame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     fixed = station.in_world
     rows = [np.full(6, np.nan)] * len(units) if np.isnan(axes).all() else axes

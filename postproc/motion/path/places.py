@@ -29,8 +29,8 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
     for event in events:
         if event.first:
             now = NOWHERE
-        if event.again is not None:
-            now = found[event.again].axes or NOWHERE
+        if event.resumes_from is not None:
+            now = found[event.resumes_from].axes or NOWHERE
         elif event.target is not None and event.target.extax != NO_AXES:
             now = _reached(now, event, idle_axes(event.units, station))
         elif event.target is None and event.reason is not None:
@@ -77,7 +77,7 @@ def resting_place(events: Iterable[MotionEvent]) -> Ax6:
     Args:
         events: all of the task's program.
     """
-    goals = [event for event in events if event.again is None]
+    goals = [event for event in events if event.resumes_from is None]
     if any(event.target is None for event in goals):
         return (NO_AXIS,) * 6
     stated: list[set[float]] = [set() for _ in LETTERS]

@@ -17,13 +17,13 @@ from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.motions.units import target_matrices
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import Failure, beyond_limits, joint_solution, nearest_solution
+from postproc.robot.inverse import UnreachedPose, beyond_limits, joint_solution, nearest_solution
 from postproc.robot.track import track
 
 
 def goal_joints(
     robot: Robot, events: Sequence[MotionEvent], known: list[int], mounts: Mounts
-) -> tuple[Array, Array, list[Failure], list[int]]:
+) -> tuple[Array, Array, list[UnreachedPose], list[int]]:
     """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events; rows as in `_follow`."""
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
@@ -52,7 +52,7 @@ def goal_joints(
     free[np.isnan(T[:, 0, 0])] = False
     free[[f.index for f in failures]] = False
     row_of = {i: row for row, i in enumerate(known)}
-    again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].again) is not None}
+    again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].resumes_from) is not None}
     free[list(again)] = False
     more, supposed = _follow(robot, T_base_flange, q, free, again)
     return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed
@@ -66,7 +66,7 @@ def any_configuration(event: MotionEvent) -> bool:
 
 def _follow(
     robot: Robot, T_base_flange: Array, q: Array, free: Flags, again: Mapping[int, int]
-) -> tuple[list[Failure], list[int]]:
+) -> tuple[list[UnreachedPose], list[int]]:
     """Fill in, in place, the goals that are reached in the configuration of the goal before them.
 
     Args:
@@ -76,7 +76,7 @@ def _follow(
         Failures, and the rows at which the arm is supposed to start in the posture nearest to the last that is known,
         or to all axes at zero: nothing brings it there, and what the target states does not exist.
     """
-    failures: list[Failure] = []
+    failures: list[UnreachedPose] = []
     supposed: list[int] = []
     for a, b in stretches(free):
         from_where = again.get(a - 1, a - 1)
@@ -91,11 +91,11 @@ def _follow(
             if len(reached) < b - a:
                 text = f"`{robot.name}` cannot get here in the configuration in which it comes"
                 help_ = "pass the point with a MoveAbsJ, or switch the monitoring of the configuration on"
-                failures.append(Failure(a + len(reached), "configuration", text, help_))
+                failures.append(UnreachedPose(a + len(reached), "configuration", text, help_))
         failures += [replace(f, index=f.index + a) for f in beyond_limits(robot, q[a:b])]
         lost = {f.index for f in failures}
         failures += [
-            Failure(int(row), "configuration", "the configuration in which the arm starts here is not known",
+            UnreachedPose(int(row), "configuration", "the configuration in which the arm starts here is not known",
                     "start with a MoveAbsJ, or with ConfJ\\On")
             for row in range(a, b) if np.isnan(q[row]).any() and row not in lost
         ]  # fmt: skip

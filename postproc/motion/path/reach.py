@@ -42,7 +42,7 @@ def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
         return []
     targets: dict[Hashable, set[str | None]] = {}
     for e, code in runs:
-        if not e.loose:
+        if not e.unreachable:
             targets.setdefault((e.target, e.wobj, e.tool, e.displacement), set()).add(code)
     failed = [codes for codes in targets.values() if None not in codes]
     if len(failed) < FEW or 2 * len(failed) <= len(targets):

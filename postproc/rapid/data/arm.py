@@ -27,7 +27,7 @@ class Situation:
     units: tuple[tuple[str, bool], ...]
 
 
-class Arm(Protocol):
+class ControllerArm(Protocol):
     """An arm as its controller computes it."""
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
@@ -50,7 +50,11 @@ BY_ARM = frozenset({"calcrobt", "calcjointt"})
 
 
 def call_by_arm(
-    arm: Arm | None, name: str, arguments: Iterable[Data], options: Mapping[str, Data], state: Callable[[str], Data]
+    arm: ControllerArm | None,
+    name: str,
+    arguments: Iterable[Data],
+    options: Mapping[str, Data],
+    state: Callable[[str], Data],
 ) -> tuple[str, Data]:
     """Result type and value, in single precision, of one of ``BY_ARM``, in any case.
 

@@ -267,10 +267,12 @@ class MotionEvent:
     reason: str | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
     detached: bool = False  # the arm may come from elsewhere than the event before
-    elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed
+    has_unresolved_runs: bool = False  # the statement also runs with another target, on ways that are not followed
     first: bool = False  # where the arm comes from is not known
-    loose: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
-    again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
+    unreachable: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
+    resumes_from: int | None = (
+        None  # no motion: the arm stands where that event has brought it, and another way goes on
+    )
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
@@ -301,5 +303,5 @@ class MotionEvent:
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
-    """Indices of the events of each statement; where the arm only stands ``again`` nothing is executed."""
-    return grouped((event.statement.key, i) for i, event in enumerate(events) if event.again is None)
+    """Indices of the events of each statement; where it only resumes from another, nothing is executed."""
+    return grouped((event.statement.key, i) for i, event in enumerate(events) if event.resumes_from is None)

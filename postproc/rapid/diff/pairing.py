@@ -51,7 +51,7 @@ def pair_motions(
 
 
 @dataclass(frozen=True, slots=True)
-class _Described:
+class _Compared:
     """What n statements are compared by.
 
     Args:
@@ -66,11 +66,11 @@ class _Described:
     name: NDArray[np.object_]
     instruction: NDArray[np.object_]
 
-    def part(self, begin: int, end: int) -> _Described:
+    def part(self, begin: int, end: int) -> _Compared:
         rows = slice(begin, end)
-        return _Described(self.keys[rows], self.place[rows], self.kind[rows], self.name[rows], self.instruction[rows])
+        return _Compared(self.keys[rows], self.place[rows], self.kind[rows], self.name[rows], self.instruction[rows])
 
-    def costs(self, i: int, other: _Described, columns: slice) -> Array:
+    def costs(self, i: int, other: _Compared, columns: slice) -> Array:
         """What pairs of statement ``i`` with some of the other version cost, (k,)."""
         away = np.linalg.norm(other.place[columns] - self.place[i], axis=1)
         known = (other.kind[columns] == self.kind[i]) & (self.kind[i] > 0)
@@ -83,7 +83,7 @@ class _Described:
 
 def _described(
     statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
-) -> _Described:
+) -> _Compared:
     words: list[list[tuple[str, str]]] = [
         [(g.role, g.text.lower().replace(" ", "")) for g in s.arguments] for s in statements
     ]
@@ -96,7 +96,7 @@ def _described(
             place[i], kind[i] = (*target.trans, 0.0, 0.0, 0.0), 1
         elif isinstance(target, JointTarget):
             place[i], kind[i] = DEGREE * np.array(target.robax), 2
-    return _Described(
+    return _Compared(
         [(name, *row) for name, row in zip(instructions, words, strict=True)],
         place,
         kind,
@@ -122,7 +122,7 @@ def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, in
     return row[::-1]
 
 
-def _between(a: _Described, b: _Described) -> Iterator[Pair]:
+def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
     """The cheapest pairing between two anchors."""
     n, m = len(a.keys), len(b.keys)
     if not n or not m:

@@ -9,29 +9,29 @@ from postproc.diagnostics import Span
 from postproc.rapid.data.events import ByValueArgument
 from postproc.rapid.data.values import as_type
 from postproc.rapid.evaluation.evaluate import evaluate
-from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference, part_of
+from postproc.rapid.evaluation.memory import Binding, CallFrame, Memory, Reference, part_of
 from postproc.rapid.program.arguments import Piece
 from postproc.rapid.program.function_effects import BY_REFERENCE
 from postproc.rapid.program.write_effects import paired
-from postproc.rapid.syntax.nodes import Parameter, Routine
+from postproc.rapid.syntax.nodes import Routine, RoutineParameter
 from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 Tree = Callable[[Span, Memory], Expression]
 
 
-def unbound_frame(routine: Routine) -> Frame:
+def unbound_frame(routine: Routine) -> CallFrame:
     """A call whose arguments nobody knows."""
     unknown = {p.name: Unknown(Kind.PARAMETER, p.name) for p in routine.parameters}
-    return Frame(routine, dict(unknown))
+    return CallFrame(routine, dict(unknown))
 
 
-def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> Frame:
+def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> CallFrame:
     r"""A call with the arguments ``pieces`` of the present routine's file.
 
     ``\Opt?name`` passes a parameter on only if the caller got it.
     """
-    frame = Frame(routine)
+    frame = CallFrame(routine)
     for parameter in routine.parameters:
         if not parameter.optional:
             frame.bindings[parameter.name] = Unknown(Kind.PARAMETER, parameter.name)
@@ -53,7 +53,7 @@ def passed_on(span: Span, memory: Memory) -> bool:
     return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
 
 
-def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: Tree) -> Binding:
+def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, tree: Tree) -> Binding:
     try:
         expression = tree(span, memory)
         reference = _reference(expression, memory) if parameter.mode in BY_REFERENCE else None

@@ -19,7 +19,7 @@ MAX_ELEMENTS = 1_000_000
 Home = Callable[[Declaration], Scope]
 
 
-class Declared:
+class DeclaredValues:
     """Values that declarations give, each read once; ``home`` is the scope in which one is read."""
 
     def __init__(self, program: Program) -> None:

@@ -22,7 +22,7 @@ from postproc.rapid.syntax.trees import (
     Name,
     Number,
     Star,
-    Text,
+    StringNode,
     Truth,
     Unary,
     nodes,
@@ -89,7 +89,7 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
     match expression:
         case Number(_, value):
             return Value(value, "num")
-        case Text(_, text):
+        case StringNode(_, text):
             return Value(as_string(text), "string")
         case Truth(_, truth):
             return Value(truth, "bool")

@@ -9,7 +9,7 @@ from postproc.rapid.data.arm import call_by_arm
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.data.records import Pose
 from postproc.rapid.data.values import Data, Fields, Value
-from postproc.rapid.evaluation.declared import Declared
+from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
@@ -54,7 +54,7 @@ Binding = Value | Unknown | Reference
 
 
 @dataclass(slots=True)
-class Frame:
+class CallFrame:
     """One call: the routine, its parameters and loop variables by lower-case name."""
 
     routine: Routine
@@ -79,8 +79,8 @@ class Memory:
 
     program: Program
     changes: WriteEffects
-    constants: Declared
-    frame: Frame
+    constants: DeclaredValues
+    frame: CallFrame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
     unseen: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -275,7 +275,7 @@ class Memory:
         routine = self.program.routine(declaration.routine, declaration.module) if declaration.routine else None
         if routine is None:
             routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())
-        return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})
+        return Memory(self.program, self.changes, self.constants, CallFrame(routine), self.function, {})
 
 
 def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:

@@ -12,8 +12,8 @@ from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
 from postproc.rapid.evaluation.call_binding import bound_frame
-from postproc.rapid.evaluation.declared import Declared
-from postproc.rapid.evaluation.memory import Frame, Memory, Reference
+from postproc.rapid.evaluation.declared import DeclaredValues
+from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.motions.events_of import EventMaker
@@ -37,7 +37,7 @@ MOTION_STEPS = 5  # that an execution of a motion counts as
 
 
 @dataclass(frozen=True, slots=True)
-class Added:
+class AddedMotions:
     """Motions and routines (by their keys) that were written into a program: following them takes no steps, so that the
     program ends with them where it ends without them.
     """
@@ -52,11 +52,13 @@ class Execution(ABC):
     ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
 
-    def __init__(self, program: Program, changes: WriteEffects | None = None, added: Added | None = None) -> None:
+    def __init__(
+        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+    ) -> None:
         self.program = program
-        self.added = added or Added()
+        self.added = added or AddedMotions()
         self.changes = changes or WriteEffects(program)
-        self.constants = Declared(program)
+        self.constants = DeclaredValues(program)
         self.diagnostics: list[Diagnostic] = []
         self.teaching = Teaching(program.taught)
         self.maker = EventMaker(program, self.diagnostics)
@@ -203,7 +205,7 @@ class Execution(ABC):
         self.forget_passed(routine, pieces, frame, memory)
         return result
 
-    def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: Frame, memory: Memory) -> None:
+    def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: CallFrame, memory: Memory) -> None:
         """Data that was passed by reference and that the call cannot have written through its parameter: of an
         element that is not known, or a parameter that the caller got by value.
         """
@@ -225,7 +227,7 @@ class Execution(ABC):
                     memory.invalidate(key)
                 assume(memory, keys, f"`{routine.name}`")
 
-    def endless(self, routine: Routine, frame: Frame) -> bool:
+    def endless(self, routine: Routine, frame: CallFrame) -> bool:
         """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
         if routine.key not in self.stack:
             return False

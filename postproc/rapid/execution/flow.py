@@ -9,10 +9,10 @@ from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
 from postproc.rapid.evaluation.memory import Memory, Reference
-from postproc.rapid.execution.calls import Added
+from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
-from postproc.rapid.execution.path_splitting import Choices, Ends, Place
+from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects, argument_name
@@ -26,9 +26,11 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
-    def __init__(self, program: Program, changes: WriteEffects | None = None, added: Added | None = None) -> None:
+    def __init__(
+        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+    ) -> None:
         super().__init__(program, changes, added)
-        self.choices = Choices()
+        self.choices = SplitBranches()
         self.told: set[Place] = set()
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
@@ -241,7 +243,7 @@ class Flow(Loops):
         return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
 
     def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
-        """One arm of a branch (see ``Choices``); whether its end is reached."""
+        """One arm of a branch (see ``SplitBranches``); whether its end is reached."""
         if self.recorder.emitting and self.choices.again(place):
             self.ways.doubt()  # the arm may have come here by another choice
         arm, choice = self.choices.forced[place], self.choices.found[place]

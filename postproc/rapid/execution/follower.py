@@ -89,7 +89,7 @@ def follow(
 
 
 def _runs_alone(routine: Routine) -> bool:
-    return routine.kind == "PROC" and not routine.parameters and not routine.source.lent
+    return routine.kind == "PROC" and not routine.parameters and not routine.source.read_only
 
 
 class _Follower(Flow):

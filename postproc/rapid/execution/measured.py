@@ -26,7 +26,7 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
     """
     waiting: dict[str, tuple[Declaration, MotionEvent, Unknown]] = {}
     for event in events:
-        for unknown in event.unknowns if not event.statement.source.lent else ():
+        for unknown in event.unknowns if not event.statement.source.read_only else ():
             declaration = _stored_in(unknown, program)
             if declaration is not None:
                 waiting.setdefault(declaration.key, (declaration, event, unknown))

@@ -40,7 +40,7 @@ class Choice:
     left: bool
 
 
-class Choices:
+class SplitBranches:
     """The arms of such branches.
 
     Args:

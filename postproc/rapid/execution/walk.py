@@ -16,9 +16,9 @@ from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
-from postproc.rapid.execution.calls import MAX_STEPS, Added
+from postproc.rapid.execution.calls import MAX_STEPS, AddedMotions
 from postproc.rapid.execution.flow import Flow
-from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
+from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
@@ -36,7 +36,7 @@ class Walk:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def walk(program: Program, entry: str | None = None, added: Added | None = None) -> list[MotionEvent]:
+def walk(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> list[MotionEvent]:
     """Every motion of a program in the order in which it runs.
 
     ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
@@ -52,7 +52,7 @@ def walk(program: Program, entry: str | None = None, added: Added | None = None)
     return walk_program(program, entry, added).events
 
 
-def walk_program(program: Program, entry: str | None = None, added: Added | None = None) -> Walk:
+def walk_program(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> Walk:
     """As ``walk``, with the findings.
 
     Raises:
@@ -80,24 +80,24 @@ def walk_program(program: Program, entry: str | None = None, added: Added | None
         events, flips = assume_wrist(_marked(flow)[:count])
         return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
     events, flips = assume_wrist(_marked(flow))
-    loose = [replace(event, loose=True) for event in events[count:]]
+    loose = [replace(event, unreachable=True) for event in events[count:]]
     later = map(forgiven, flow.diagnostics[len(found) :])
     return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
-def _followed(program: Program, started: Sequence[Routine], added: Added | None) -> Flow:
-    """The routines run one after the other; once for every choice of what motions need (see ``Choices``)."""
+def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
+    """The routines run one after the other; once for every choice of what motions need (see ``SplitBranches``)."""
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met = combinations(branches), dict[Place, Choice]()
     while True:
         flow = Flow(program, added=added)
         for forced in ways or [{}]:
-            flow.choices = Choices(forced, met)
+            flow.choices = SplitBranches(forced, met)
             for routine in started:
                 flow.check_end(_start(flow, routine, AT_START))
         more = flow.choices.lacking(flow.ways.events) if ways else {}
         if not more:
-            flow.choices = Choices()
+            flow.choices = SplitBranches()
             return flow
         branches |= more
         one = (flow.steps + flow.spare) // len(ways)
@@ -114,13 +114,13 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
 def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     """Motions that no known way leads to, and routines that some call means which no known way leads to."""
     for routine in flow.program.all_routines():
-        if not routine.source.lent:
+        if not routine.source.read_only:
             _interrupt(flow, routine, unknown)
     calls = _calls(flow.program)
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
         chosen = flow.recorder.chosen and routine.kind == "PROC" and not routine.parameters
-        if not routine.source.lent and (loose or chosen or any(True for _ in _unreached(flow, routine))):
+        if not routine.source.read_only and (loose or chosen or any(True for _ in _unreached(flow, routine))):
             flow.recorder.supposed = routine.key in flow.entered and not loose
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
@@ -130,11 +130,11 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
     events, recorder = flow.ways.events, flow.recorder
-    marked, unshared = recorder.elsewhere | recorder.astray, _unshared(flow)
+    marked, unshared = recorder.elsewhere | recorder.unresolved_start, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
         key = event.statement.key
         if key in marked:
-            event = replace(event, elsewhere=key in recorder.elsewhere, detached=True)
+            event = replace(event, has_unresolved_runs=key in recorder.elsewhere, detached=True)
         if key in unshared:
             event = replace(event, numbers=tuple(n for n in event.numbers if n[0] not in unshared[key]))
         events[i] = event
@@ -191,7 +191,7 @@ def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
         back = holds_word(routine.source, body, b"restopath")
         if holds_word(routine.source, body, b"retry", b"trynext") and not back:
             moved = (flow.program.motion(routine.source, statement) for statement in statements_in(routine.body))
-            flow.recorder.astray.update(motion.key for motion in moved if motion is not None)
+            flow.recorder.unresolved_start.update(motion.key for motion in moved if motion is not None)
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
@@ -242,7 +242,7 @@ def _uncalled(program: Program) -> list[Routine]:
             moves = (routine.source.path, statement.span[0]) in program.motions
             if statement.kind in ("call", "connect") and not moves:
                 _add_names(program, routine.source, statement, named)
-    own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
+    own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.read_only)
     return [r for r in own if r.name.lower() not in named]
 
 

@@ -19,7 +19,7 @@ from postproc.rapid.data.arm import BY_ARM
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.data.values import Data, Fields, Value, single, zero
-from postproc.rapid.evaluation.declared import Declared, Home
+from postproc.rapid.evaluation.declared import DeclaredValues, Home
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.program import Program
@@ -104,7 +104,7 @@ def each(change: Callable[[Data], Data], data: Data, rank: int) -> Data:
     return change(data)
 
 
-class WorldDeclared(Declared):
+class WorldDeclared(DeclaredValues):
     """Declarations as they are in a world: targets touched up, data that nothing writes set by an operator."""
 
     def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:

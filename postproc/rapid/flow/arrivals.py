@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.flow.constants import Constants
-from postproc.rapid.flow.effects import Call, Go, StatementEffects, Step, comes_back
+from postproc.rapid.flow.effects import CallStep, Go, StatementEffects, Step, comes_back
 from postproc.rapid.flow.graph import EXIT, Graph, draw
 from postproc.rapid.flow.states import (
     ANYTHING,
@@ -118,7 +118,7 @@ class Arrivals:
         callers: dict[str, set[str]] = {key: set() for key in self._routines}
         for key, routine in self._routines.items():
             for step in _steps(routine.graph):
-                if isinstance(step, Call):
+                if isinstance(step, CallStep):
                     for called in step.routines:
                         callers[called].add(key)
         return callers
@@ -174,8 +174,8 @@ class Arrivals:
     def _behind(self, step: Step, state: State, routine: _Routine) -> State:
         """The state behind a step; nothing where it never ends."""
         if isinstance(step, Go):
-            return LOST if step.astray or routine.graph.skips else {step.statement.key: NOTHING}
-        if not isinstance(step, Call):
+            return LOST if step.unresolved_start or routine.graph.skips else {step.statement.key: NOTHING}
+        if not isinstance(step, CallStep):
             return written(state, step.keys)
         if not state or step.elsewhere:
             return LOST if state else state
@@ -187,7 +187,7 @@ class Arrivals:
     def _at(self, step: Step, state: State, routine: _Routine) -> State:
         """The state in which a step begins, where a handler may have repeated it from elsewhere."""
         graph = routine.graph
-        again = routine.handled or (isinstance(step, Call) and _moves(step, self._routines))
+        again = routine.handled or (isinstance(step, CallStep) and _moves(step, self._routines))
         return LOST if state and (graph.retries or graph.skips) and again else state
 
     def _find_entries(self) -> Mapping[str, State]:
@@ -199,7 +199,7 @@ class Arrivals:
                     at = self._at(step, state, routine)
                     if isinstance(step, Go):
                         self._before[step.statement.key] = key, at
-                    elif isinstance(step, Call):
+                    elif isinstance(step, CallStep):
                         for called in step.routines:
                             calls.setdefault(key, []).append((called, at))
                     state = self._behind(step, state, routine)
@@ -221,7 +221,7 @@ class Arrivals:
 
     def _calls_elsewhere(self) -> bool:
         """Whether anything is called that is in none of the files, or nobody knows which routine."""
-        calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, Call))
+        calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, CallStep))
         return any(call.elsewhere or len(call.routines) != 1 for call in calls)
 
 
@@ -239,6 +239,6 @@ def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
 
 def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
     """Whether the arm may stand elsewhere behind a step."""
-    if isinstance(step, Call):
+    if isinstance(step, CallStep):
         return step.elsewhere or any(key in routines and routines[key].moves for key in step.routines)
     return isinstance(step, Go)

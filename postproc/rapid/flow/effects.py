@@ -21,10 +21,10 @@ LEAVING = MOVING | word_set("clearpath storepath restopath startmoveretry pathre
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """A motion; ``astray``: it ends nobody knows where, as a search does."""
+    """A motion; ``unresolved_start``: it ends nobody knows where, as a search does."""
 
     statement: MotionStatement
-    astray: bool = False
+    unresolved_start: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Write:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class CallStep:
     """One of some routines runs, by their keys.
 
     Args:
@@ -48,8 +48,8 @@ class Call:
     keys: Writes
 
 
-Step = Go | Write | Call
-LOSE = Call((), True, NOTHING)
+Step = Go | Write | CallStep
+LOSE = CallStep((), True, NOTHING)
 
 
 class StatementEffects:
@@ -80,7 +80,7 @@ class StatementEffects:
         if not own and unknown is None:
             return
         keys = frozenset(self.changes.of_functions(statement, routine)) - {"@moves", UNSEEN}
-        yield Call(tuple(sorted({key for key, _ in own})), unknown is not None, keys)
+        yield CallStep(tuple(sorted({key for key, _ in own})), unknown is not None, keys)
 
     def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
         roles, still = motion.roles, motion.interpolation == "none"
@@ -105,12 +105,12 @@ class StatementEffects:
                 found = [r.key for r in self._procedures if may_be(late.template, r.name)]
             else:
                 found = [r.key for r in self._procedures if r.name.lower() == "".join(map(str, late.template))]
-            yield Call(tuple(found), not found or None in late.template, keys)
+            yield CallStep(tuple(found), not found or None in late.template, keys)
             return
         called = self.program.routine(statement.word, routine.module)
         word = statement.word
         if called is not None:
-            yield Call((called.key,), False, keys)
+            yield CallStep((called.key,), False, keys)
         elif word in LEAVING or (word not in KNOWN and word not in SIGNATURES and word not in STATE):
             yield LOSE
         elif keys:

@@ -14,7 +14,7 @@ EXIT = 1  # the block at which all ways end by which a routine is left
 
 
 @dataclass(slots=True)
-class Block:
+class FlowBlock:
     """Steps that run one after the other, and the blocks of which one runs then."""
 
     steps: list[Step] = field(default_factory=list)
@@ -32,7 +32,7 @@ class Graph:
         counters: names of its loop counters.
     """
 
-    blocks: list[Block]
+    blocks: list[FlowBlock]
     handlers: list[int] = field(default_factory=list)
     inside: int = 0
     retries: bool = False
@@ -51,7 +51,7 @@ class _Drawing:
 
     def __init__(self, routine: Routine, effects: StatementEffects, constants: Constants) -> None:
         self.routine, self.effects, self.constants = routine, effects, constants
-        self.graph = Graph([Block(), Block()])
+        self.graph = Graph([FlowBlock(), FlowBlock()])
         self.labels: dict[str, int] = {}
         self.counters: list[str] = []  # of the loops that are running
         self.now: int | None = 0
@@ -67,7 +67,7 @@ class _Drawing:
 
     def block(self) -> int:
         """A new block."""
-        self.graph.blocks.append(Block())
+        self.graph.blocks.append(FlowBlock())
         return len(self.graph.blocks) - 1
 
     def leave(self, to: int) -> None:

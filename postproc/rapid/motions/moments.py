@@ -10,7 +10,7 @@ from postproc.rapid.data.events import InForce, StatementShape
 from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.state import NO_MASS, NO_OFFSET
-from postproc.rapid.motions.settings import Settings
+from postproc.rapid.motions.settings import MotionSettings
 from postproc.rapid.program.write_effects import SETTERS
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
 
@@ -47,7 +47,7 @@ class Moment:
         if isinstance(singarea, str):
             options["wrist_in_joints"] = singarea in ("wrist", "lockaxis4")
         self.options = MappingProxyType(options)
-        self._motions: dict[StatementShape, tuple[Settings, InForce]] = {}  # the last of each shape
+        self._motions: dict[StatementShape, tuple[MotionSettings, InForce]] = {}  # the last of each shape
 
     def _or_else(self, known: tuple[Data, Causes], default: T, kind: Kind) -> tuple[T, Causes]:
         """What an instruction has set, and why it is not certain; the default where it is not known."""
@@ -56,7 +56,7 @@ class Moment:
             return default, ()
         return known
 
-    def in_force(self, shape: StatementShape, settings: Settings) -> InForce:
+    def in_force(self, shape: StatementShape, settings: MotionSettings) -> InForce:
         """What a motion of some shape runs with; the same value for all that run with the same."""
         settled, found = self._motions.get(shape, (None, None))
         if found is None or not (settled is settings or settled == settings):
@@ -64,7 +64,7 @@ class Moment:
             self._motions[shape] = settings, found
         return found
 
-    def _with(self, settings: Settings, fixed_axes: bool) -> InForce:
+    def _with(self, settings: MotionSettings, fixed_axes: bool) -> InForce:
         tool, gripload, total = settings.tool, self.gripload, settings.total
         if total is not None and total.mass > NO_MASS:
             tool, gripload = replace(tool, tload=total), LoadData()

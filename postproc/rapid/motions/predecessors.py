@@ -71,7 +71,7 @@ class Predecessors:
         before = event - 1
         while before >= 0 and _still(self.events[before]):
             before -= 1
-        again = self.events[before].again if before >= 0 else None
+        again = self.events[before].resumes_from if before >= 0 else None
         return self.ends <= {NOWHERE - 1 - (before if again is None else again)}
 
     def lose(self) -> None:
@@ -90,7 +90,7 @@ class Predecessors:
     def go(self, event: MotionEvent) -> None:
         """Add a motion once for every way that leads to it.
 
-        On a way other than from the event before, the arm first stands ``again`` where that way has brought it.
+        On a way other than from the event before, the arm first stands ``resumes_from`` where that way has brought it.
         """
         if _still(event):
             self.events.append(event)
@@ -112,7 +112,7 @@ class Predecessors:
             event = replace(event, detached=True, first=not known)
         for number, end in enumerate(known or [self.last]):
             if known and (end != self.last or number > 0):
-                self.events.append(replace(self.events[end], again=end))
+                self.events.append(replace(self.events[end], resumes_from=end))
             self.events.append(replace(event, way=number) if number else event)
 
 

@@ -42,7 +42,7 @@ class Recorder:
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
-        self.astray: set[StatementKey] = set()
+        self.unresolved_start: set[StatementKey] = set()
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
         self.cases: dict[StatementKey, dict[Choice, int]] = {}
         self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
@@ -100,7 +100,7 @@ class Recorder:
         self.time = memory.time
         self.ways.go(event)
         index = before
-        while events[index].again is not None:
+        while events[index].resumes_from is not None:
             index += 1
         if self.first.setdefault(statement.key, index) != index and isinstance(event.target, RobTarget):
             self.went.setdefault((statement.key, event.target), index)
@@ -125,7 +125,7 @@ class Recorder:
             place = reached(event)
             index, came = self.reached.get(place, (NOWHERE, own))
             if came != own or self.returning:
-                self.astray.add(statement.key)  # another turn, which begins elsewhere
+                self.unresolved_start.add(statement.key)  # another turn, which begins elsewhere
             if index == NOWHERE and not self.returning:
                 self.ways.ends = own
                 self._add(event, memory)
@@ -142,7 +142,7 @@ class Recorder:
             self.ways.lose()
             return
         if (self.chosen or not self.supposed) and not self.ways.begin_as(index):
-            self.astray.add(key)
+            self.unresolved_start.add(key)
         self.ways.stay(index)
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:

@@ -26,7 +26,7 @@ _SETTINGS = frozenset({"tool", "\\wobj", "speed", "zone", "\\v", "\\t", "\\z", "
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class MotionSettings:
     """What one statement names beside its target."""
 
     tool: ToolData
@@ -45,11 +45,11 @@ class SettingsReader:
         self.program = program
         self.missing = missing
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
-        self.settled: dict[StatementShape, Settings] = {}
+        self.settled: dict[StatementShape, MotionSettings] = {}
 
     def read(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
-    ) -> Settings:
+    ) -> MotionSettings:
         """The data a statement names beside its target; remembered by its shape if they cannot change."""
         shape, routine = statement.shape, memory.frame.routine
         lasting = shape.words.isdisjoint(memory.frame.varying())
@@ -84,7 +84,7 @@ class SettingsReader:
             speed = replace(speed, v_tcp=v_tcp)
         if size is not None:
             zone = replace(zone, pzone_tcp=size)
-        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
+        settings = MotionSettings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
         used = [a for role, a in arguments.items() if role in _SETTINGS]
         names = [(a.role, a.text, routine.module, routine.name) for a in used]
         if lasting and len(reasons) == count and all(name in self.fixed for name in names):

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from postproc.diagnostics import Diagnostic, Matter, Source
-from postproc.rapid.data.arm import Arm
+from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.program.arguments import MotionReader
 from postproc.rapid.program.elsewhere import Elsewhere
@@ -50,7 +50,7 @@ class Program:
     names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     taught: frozenset[str] = frozenset()
-    arm: Arm | None = field(default=None, repr=False)
+    arm: ControllerArm | None = field(default=None, repr=False)
     elsewhere: Elsewhere = Elsewhere()
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
@@ -146,7 +146,7 @@ def is_utf16(data: bytes) -> bool:
 def read_program(
     sources: Sequence[Source] | Source,
     taught: Collection[str] = (),
-    arm: Arm | None = None,
+    arm: ControllerArm | None = None,
     elsewhere: Elsewhere = Elsewhere(),
 ) -> Program:
     """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.

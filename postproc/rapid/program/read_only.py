@@ -95,7 +95,7 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
                 blank[begin:end] = source.data[begin:end]
             lacking.discard(named(declared))
         if given:
-            found.append(Source(source.path, bytes(blank), lent=True))
+            found.append(Source(source.path, bytes(blank), read_only=True))
     return found
 
 

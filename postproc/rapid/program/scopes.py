@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from postproc.diagnostics import Diagnostic, Severity, did_you_mean
-from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Routine
+from postproc.rapid.syntax.nodes import Declaration, Module, Routine, RoutineParameter
 
-Typed = TypeVar("Typed", Declaration, Parameter, Routine)
+Typed = TypeVar("Typed", Declaration, RoutineParameter, Routine)
 
 
 def without_aliases(modules: list[Module]) -> list[Module]:
@@ -61,11 +61,11 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
             declaration = valued.get((declared.name.lower(), declared.type), declared)
         if not declared.routine and declaration.scope != "LOCAL":
             first = names.setdefault(f"..{declared.name.lower()}", declaration)
-            lent = first.source.lent or declared.source.lent
+            read_only = first.source.read_only or declared.source.read_only
             if (
                 first is not declaration
                 and first.module.lower() != declared.module.lower()
-                and not (lent and _shared(declared))
+                and not (read_only and _shared(declared))
             ):
                 diagnostics.append(
                     Diagnostic(

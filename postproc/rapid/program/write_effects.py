@@ -15,7 +15,7 @@ from postproc.rapid.program.late_binding import Template, late_call, may_be, tex
 from postproc.rapid.program.measured_places import measured_places
 from postproc.rapid.program.program import Program, is_shared, named, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
-from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
+from postproc.rapid.syntax.nodes import Declaration, Routine, RoutineParameter, Statement
 
 # State that instructions change, by instruction.
 STATE: Mapping[str, str] = {
@@ -51,7 +51,7 @@ def component_path(data: bytes, span: Span) -> tuple[str, ...]:
     return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
 
 
-def paired(parameters: Sequence[Parameter], pieces: Iterable[Piece]) -> Iterator[tuple[Parameter, Span]]:
+def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> Iterator[tuple[RoutineParameter, Span]]:
     """Parameters with the argument each gets in a call."""
     by_name = {p.name: p for p in parameters if p.optional}
     required = iter(p for p in parameters if not p.optional)

@@ -28,7 +28,7 @@ from postproc.rapid.syntax.trees import (
     Name,
     Number,
     Star,
-    Text,
+    StringNode,
     Truth,
     Unary,
 )
@@ -196,7 +196,7 @@ class _Reader:
             return Number(span, number(word))
         if kind == "string":
             self.step()
-            return Text(span, unquote(word))
+            return StringNode(span, unquote(word))
         if kind == "name":
             self.step()
             low = word.lower()

@@ -7,7 +7,7 @@ import re
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.syntax import patterns
 from postproc.rapid.syntax.cursor import text
-from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Record, Routine
+from postproc.rapid.syntax.nodes import Declaration, Module, Record, Routine, RoutineParameter
 from postproc.rapid.syntax.statements import (
     BLOCK_ENDS,
     DATA_WORDS,
@@ -168,7 +168,7 @@ class FileReader(StatementReader):
         return routine
 
 
-def parameters(head: bytes) -> tuple[Parameter, ...]:
+def parameters(head: bytes) -> tuple[RoutineParameter, ...]:
     """Parse the parameter list of a routine.
 
     Args:
@@ -177,14 +177,14 @@ def parameters(head: bytes) -> tuple[Parameter, ...]:
     Returns:
         Parameters in text order; those after ``|`` are optional if the first one has the backslash.
     """
-    found: list[Parameter] = []
+    found: list[RoutineParameter] = []
     optional = False
     for item in patterns.PARAMETER.finditer(head):
         optional = bool(item[2]) or (item[1] == b"|" and optional)
         kind = text(item[4]).lower()
         rank = item[6].count(b",") + 1 if item[6] else 0
         mode = "SWITCH" if kind == "switch" else text(item[3] or b"").upper()
-        found.append(Parameter(text(item[5]).lower(), kind, mode, optional, rank))
+        found.append(RoutineParameter(text(item[5]).lower(), kind, mode, optional, rank))
     return tuple(found)
 
 

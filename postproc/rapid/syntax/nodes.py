@@ -60,7 +60,7 @@ class Declaration:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class RoutineParameter:
     """A parameter; ``mode`` is VAR, PERS, INOUT, SWITCH or nothing (by value)."""
 
     name: str
@@ -85,7 +85,7 @@ class Routine:
     name: str
     local: bool
     type: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[RoutineParameter, ...]
     declarations: tuple[Declaration, ...]
     body: tuple[Statement, ...]
     handlers: tuple[tuple[Statement, ...], ...] = ()

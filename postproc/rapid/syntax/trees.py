@@ -23,7 +23,7 @@ class Number(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Text(Node):
+class StringNode(Node):
     """A string."""
 
     value: str
@@ -99,7 +99,7 @@ class Binary(Node):
     right: Expression
 
 
-Expression = Number | Text | Truth | Star | Name | Index | Component | Aggregate | Call | Unary | Binary
+Expression = Number | StringNode | Truth | Star | Name | Index | Component | Aggregate | Call | Unary | Binary
 
 
 def nodes(tree: Expression) -> Iterator[Expression]:

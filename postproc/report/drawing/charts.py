@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.drawing.svg import Frame, Range, band, dots, line, ring, spread
+from postproc.report.drawing.svg import ChartAxes, Range, band, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
 SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
@@ -26,7 +26,7 @@ class Bins:
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class DrawnCurve:
     """A law (k,) over (k,) values of x; sigma: its standard deviation there."""
 
     x: Array
@@ -44,7 +44,7 @@ def scatter(
     title: str = "",
     bins: Bins | None = None,
     marks: Sequence[tuple[int, str]] = (),
-    curve: Curve | None = None,
+    curve: DrawnCurve | None = None,
     across: Range | None = None,
 ) -> str:
     """Points (n,) over (n,), with a band of plus and minus ``noise``; few values of x become columns of points.
@@ -64,7 +64,7 @@ def scatter(
     reach = np.concatenate([y[good], [0.0], np.zeros(0) if curve is None else curve.y])
     if noise is not None:
         reach = np.append(reach, [noise, -noise])
-    frame = Frame(spread(x[good]), across or spread(reach), SIZE, title)
+    frame = ChartAxes(spread(x[good]), across or spread(reach), SIZE, title)
     parts = [] if noise is None else [_noise(frame, noise)]
     places = frame.places(x, np.clip(y, *frame.range_y))
     parts.append(dots(places[good]))
@@ -83,7 +83,7 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
     if not known:
         return ""
     most = max(float(np.percentile(values, 99.5)) for _, values in known.values()) or 1.0
-    frame = Frame((0.0, 1.05 * most), (0.0, 100.0), SIZE, title)
+    frame = ChartAxes((0.0, 1.05 * most), (0.0, 100.0), SIZE, title)
     parts = []
     for k, (name, (kind, values)) in enumerate(known.items()):
         at = np.linspace(0.0, 1.05 * most, 120)
@@ -134,7 +134,7 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
     edges = np.linspace(low, max(high, low + 0.5), 25)
     counts = {name: np.histogram(np.log10(v), edges)[0] for name, (_, v) in known.items()}
     most = max(int(c.max()) for c in counts.values())
-    frame = Frame((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), SIZE, title)
+    frame = ChartAxes((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), SIZE, title)
     parts, step = [], float(np.diff(edges[:2])[0]) / len(known)
     for k, (name, (kind, _)) in enumerate(known.items()):
         for edge, count in zip(edges, counts[name], strict=False):
@@ -148,13 +148,13 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
     return frame.draw(parts, f"largest deviation [{unit}]", "programs", powers=True)
 
 
-def _noise(frame: Frame, noise: float) -> str:
+def _noise(frame: ChartAxes, noise: float) -> str:
     top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
     place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
     return f'<rect {place} class="noise"/>'
 
 
-def _means(frame: Frame, bins: Bins) -> list[str]:
+def _means(frame: ChartAxes, bins: Bins) -> list[str]:
     """Bin means joined by a line, each with its standard error."""
     low, high = frame.range_y
     places = frame.places(bins.x, np.clip(bins.mean, low, high))
@@ -168,7 +168,7 @@ def _means(frame: Frame, bins: Bins) -> list[str]:
     return parts
 
 
-def _law(frame: Frame, curve: Curve, columns: bool) -> list[str]:
+def _law(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
     """A curve in its band; where x has a few values, a bar at each."""
     low, high = frame.range_y
     if columns:

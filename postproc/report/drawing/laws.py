@@ -15,11 +15,11 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
-from postproc.fit.channels import fit_channels, unit_of
-from postproc.fit.fitted import Fit
-from postproc.identify.trends import DAMPING
+from postproc.estimation.channels import fit_channels, unit_of
+from postproc.estimation.fitted import Fit
+from postproc.identification.trends import DAMPING
 from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
-from postproc.report.drawing.charts import Curve, scatter
+from postproc.report.drawing.charts import DrawnCurve, scatter
 from postproc.robot.kinematics import body_poses
 
 GRID, ROWS = 80, 24  # values of a channel, and measured rows over which the law is averaged at each of them
@@ -48,7 +48,7 @@ class Law:
     channel: str
     x: Array
     y: Array
-    curve: Curve
+    curve: DrawnCurve
 
 
 def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
@@ -67,7 +67,7 @@ def law_charts(laws: Iterable[Law]) -> list[str]:
     charts = []
     for law in laws:
         unit, factor = unit_of(law.channel)
-        curve = Curve(law.curve.x * factor, law.curve.y, law.curve.sigma)
+        curve = DrawnCurve(law.curve.x * factor, law.curve.y, law.curve.sigma)
         label = f"{law.channel} [{unit}]" if unit else law.channel
         title = f"{law.effect}: {law.where}"
         charts.append(scatter(law.x * factor, law.y, label, law.unit, title=title, curve=curve))
@@ -151,7 +151,7 @@ def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
 
 def _curve(
     fit: Fit, effect: Effect, state: State, along: tuple[str, Array], seen: Callable[[Effect, State], Array]
-) -> Curve:
+) -> DrawnCurve:
     """The law of an effect along a channel, with its standard deviation.
 
     Args:
@@ -177,7 +177,7 @@ def _curve(
     index = [column for column, _ in mine]
     covariance = fit.covariance[np.ix_(index, index)] if mine else np.zeros((0, 0))
     sigma = np.sqrt(np.maximum(np.einsum("nm,mk,nk->n", slopes, covariance, slopes), 0.0))
-    return Curve(at, y, sigma)
+    return DrawnCurve(at, y, sigma)
 
 
 def _swept(state: State, channel: str, values: Array) -> State:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
-from postproc.compensate.correction.deviation import Deviation
-from postproc.compensate.plan import Plan
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.plan import CorrectionPlan
 from postproc.convert import Conversion
 from postproc.effects.contract import State
 from postproc.model.arm import Model
@@ -138,7 +138,7 @@ def _interpolated(at: Array, values: Array, place: Array) -> Array:
     return np.stack([np.interp(place, at, column) for column in values.T], axis=1)
 
 
-def _torques(model: Model, plan: Plan, places: Places, mounts: Mounts, q: Array) -> Array:
+def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts, q: Array) -> Array:
     """(n, 6) torques that the motors of the rigid arm give [N m]: links, payload, inertia that lasts, process force."""
     rigid, motion = model.with_effects(), plan.motion
     timeline, moves = motion.timeline, motion.moves
@@ -165,7 +165,7 @@ def _torques(model: Model, plan: Plan, places: Places, mounts: Mounts, q: Array)
     return torque
 
 
-def _largest(found: Conversion, plan: Plan, moves: Sequence[Move]) -> dict[str, Any]:
+def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> dict[str, Any]:
     """Of every statement the largest deviation along its lines and arcs over all runs, before and after [mm]."""
     statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
     of = np.array([statements.get(m.event.statement.key, -1) for m in moves])

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.fit.channels import fit_channels, unit_of
-from postproc.fit.errors import distances
-from postproc.fit.fitted import Fit
-from postproc.identify.compare import WORST
-from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
-from postproc.identify.words.sentences import suspect_size
+from postproc.estimation.channels import fit_channels, unit_of
+from postproc.estimation.errors import distances
+from postproc.estimation.fitted import Fit
+from postproc.identification.compare import WORST
+from postproc.identification.trends import DAMPING, Trend, joint_inverse, residual_trends
+from postproc.identification.words.sentences import suspect_size
 from postproc.patterns.suspects import Suspect
 from postproc.report.drawing.charts import Bins, scatter
 from postproc.report.drawing.svg import Range, spread

@@ -10,10 +10,10 @@ import numpy as np
 from scipy import stats
 
 from postproc.arrays import Array
-from postproc.compensate.correction.inverse import command
+from postproc.compensation.correction.inverse import command
 from postproc.effects.asking import displacement_of
-from postproc.fit.errors import distances
-from postproc.fit.fitted import Fit
+from postproc.estimation.errors import distances
+from postproc.estimation.fitted import Fit
 from postproc.model.arm import Model
 from postproc.report.drawing.chain import chain_of
 from postproc.report.drawing.charts import shares

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 Range = tuple[float, float]
 
 
-class Frame:
+class ChartAxes:
     """Axes of a chart: from values to places on the page."""
 
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:

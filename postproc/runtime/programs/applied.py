@@ -18,7 +18,7 @@ from postproc.rapid.data.records import RobTarget
 from postproc.rapid.motions.units import target_poses, via_matrix
 from postproc.robot.inverse import nearest_solution
 from postproc.runtime.programs.statements import WELDING
-from postproc.runtime.proof.calls import Call, Caller
+from postproc.runtime.proof.calls import Caller, FunctionCall
 
 NO_TOOL = 2  # `ppReason` of a tool that the robot does not hold
 
@@ -48,7 +48,7 @@ def apply_module(
         PostprocError: RUN003, the module holds what cannot be calculated.
     """
     moves, _ = read_moves(model.robot, events, free_axes, model.station)
-    mine = [m for m in moves if m.row in chosen and m.again is None and isinstance(m.event.target, RobTarget)]
+    mine = [m for m in moves if m.row in chosen and m.resumes_from is None and isinstance(m.event.target, RobTarget)]
     held = [m for m in mine if m.event.tool.robhold and not m.event.wobj.robhold]
     given, reasons = list(events), Counter({NO_TOOL: len(mine) - len(held)})
     if not held:
@@ -68,11 +68,11 @@ def apply_module(
     return Applied(given, corrected, {why: times for why, times in sorted(reasons.items()) if times})
 
 
-def _call(move: Move, q: Array, end: Array | None = None) -> Call:
+def _call(move: Move, q: Array, end: Array | None = None) -> FunctionCall:
     """The target of a move, or with ``end`` the circle point at joint angles (6,) [rad], as the function is asked."""
     event = move.event
     welding = event.statement.signature.phase in WELDING
-    return Call(q, event.tool, event.gripload, welding, end, event.in_force.total_load)
+    return FunctionCall(q, event.tool, event.gripload, welding, end, event.in_force.total_load)
 
 
 def _circle_points(caller: Caller, model: Model, group: Sequence[Move]) -> list[tuple[Move, RobTarget]]:

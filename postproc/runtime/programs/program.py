@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction.deviation import Deviation
-from postproc.compensate.options import Options
-from postproc.compensate.plan import Plan
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.options import Options
+from postproc.compensation.plan import CorrectionPlan
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
@@ -66,7 +66,7 @@ class OnTheController:
         source = Source(f"{self.name}.sys", self.module.text)
         return apply_module(source, model, events, chosen, options.free_axes)
 
-    def as_json(self, mode: str, after: Deviation | None = None, plan: Plan | None = None) -> dict[str, Any]:
+    def as_json(self, mode: str, after: Deviation | None = None, plan: CorrectionPlan | None = None) -> dict[str, Any]:
         """The key ``run_time`` of the ``postproc/compensate/1`` document.
 
         Args:
@@ -98,11 +98,14 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
     A file whose header is gone and in which only numbers were changed shows nothing.
     """
     own = "the program was compensated before", "start from the original, or take the postproc lines out"
-    lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
+    read_only = (
+        "the file that is read along was compensated before: its targets hold the correction",
+        "lend the original",
+    )
     for source in sources:
         span = _mark(source)
         if span is not None:
-            text, help_ = lent if source.lent else own
+            text, help_ = read_only if source.read_only else own
             yield Diagnostic("CMP001", "error", text, source, span, help_)
 
 
@@ -163,7 +166,7 @@ def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[Stateme
 
 def reads_back(drafts: Program, written: Program, count: int) -> bool:
     """Whether a text holds the motion statements of its draft, with the function around the targets of ``count``."""
-    pairs = [[s for s in program.statements if not s.source.lent] for program in (drafts, written)]
+    pairs = [[s for s in program.statements if not s.source.read_only] for program in (drafts, written)]
     if len(pairs[0]) != len(pairs[1]):
         return False
     changed = 0
@@ -193,13 +196,13 @@ def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]
     """Edits that tell the function what `GripLoad` takes up, for each in the files that may change."""
     for routine in program.all_routines():
         for body in (routine.body, *routine.handlers):
-            if not routine.source.lent:
+            if not routine.source.read_only:
                 yield from _in_body(program, routine, body, None)
 
 
 def _reset_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
     """The edit by which `main` begins without payload, as the controller does at PP to Main."""
-    main = next((r for r in program.all_routines() if r.name.lower() == "main" and not r.source.lent), None)
+    main = next((r for r in program.all_routines() if r.name.lower() == "main" and not r.source.read_only), None)
     if main is not None and main.body:
         start = main.body[0].span[0]
         lead, newline = line_style(main.source.data, start)
@@ -245,7 +248,7 @@ def _loaded(source: Source, statement: Statement) -> str:
 def _lent_loads(program: Program) -> Iterator[Diagnostic]:
     """RUN010 where a file that stays as it is takes up loads."""
     for routine in program.all_routines():
-        if not routine.source.lent:
+        if not routine.source.read_only:
             continue
         for statement in statements_of(routine):
             if _grips(program, routine, statement):

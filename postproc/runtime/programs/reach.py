@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from postproc.compensate.plan import search_starts
+from postproc.compensation.plan import search_starts
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.evaluation.evaluate import names_in
@@ -62,7 +62,7 @@ class Reach:
         return self._known[key]
 
     def _of(self, statement: MotionStatement) -> tuple[Edit, ...] | str:
-        if statement.source.lent:
+        if statement.source.read_only:
             return "it stands in a file that is only read along"
         if statement.key in self._barred:
             return self._barred[statement.key]
@@ -136,7 +136,7 @@ class Reach:
         doubtful = {
             e.statement.key
             for e in self.events
-            if e.loose or e.elsewhere or any(u.kind is Kind.DISPLACEMENT for u in e.unknowns)
+            if e.unreachable or e.has_unresolved_runs or any(u.kind is Kind.DISPLACEMENT for u in e.unknowns)
         }
         return frozenset({e.statement.key for e in self.events} - doubtful)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
-from postproc.rapid.data.arm import Arm
+from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.values import Data, Value
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.call_binding import unbound_frame
@@ -44,7 +44,7 @@ class Calculation(Flow):
         PostprocError: a file cannot be read, or holds what is not calculated here (RUN003).
     """
 
-    def __init__(self, sources: Sequence[Source], arm: Arm) -> None:
+    def __init__(self, sources: Sequence[Source], arm: ControllerArm) -> None:
         program = read_program(sources, arm=arm)
         found = [d for d in program.diagnostics if d.severity == "error"]
         if found:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, invert
-from postproc.compensate.correction.inverse import command, rigid
+from postproc.compensation.correction.inverse import command, rigid
 from postproc.diagnostics import PostprocError, Source
 from postproc.model.arm import Model
 from postproc.rapid.data.arm import Situation
@@ -51,7 +51,7 @@ NOT_HANDLED = -1
 
 
 @dataclass(frozen=True)
-class Call:
+class FunctionCall:
     """What the function is asked for; work objects stand in the base.
 
     Args:
@@ -98,7 +98,7 @@ class Caller:
         """(3,) numbers of the module's own data; zero where it has none of that name."""
         return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
 
-    def call(self, asked: Call) -> Answer:
+    def call(self, asked: FunctionCall) -> Answer:
         """Ask the function."""
         run, tool = self.run, asked.tool
         run.set("ppTool", rounded_tool(tool))
@@ -118,7 +118,7 @@ class Caller:
         target = to_robtarget(run.get("ppAnswer"))
         return Answer(target, pose_matrix(target.trans, target.rot), reason, steps)
 
-    def calls(self, every: Sequence[Call]) -> list[Answer]:
+    def calls(self, every: Sequence[FunctionCall]) -> list[Answer]:
         """Ask it for one after the other."""
         return [self.call(asked) for asked in every]
 

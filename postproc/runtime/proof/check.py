@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction.inverse import command
+from postproc.compensation.correction.inverse import command
 from postproc.diagnostics import PostprocError, Source
 from postproc.model.arm import Model
 from postproc.rapid.data.records import LoadData, ToolData
@@ -17,7 +17,7 @@ from postproc.rapid.motions.units import matrix_pose
 from postproc.robot.kinematics import forward
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import MARKER
-from postproc.runtime.proof.calls import NOT_HANDLED, Call, Caller
+from postproc.runtime.proof.calls import NOT_HANDLED, Caller, FunctionCall
 
 TARGETS, AMONG = 60, 5
 SOLVED_M = 1e-7
@@ -90,7 +90,7 @@ def _chosen(model: Model, done: Conditions, count: int) -> Array:
 def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
     done = replace(done, force=caller.stated("ppForce"), moment=caller.stated("ppMoment"))
     tool = ToolData("", True, matrix_pose(done.T_flange_tcp), LoadData(done.mass, tuple(1e3 * done.center)))
-    answers = [caller.call(Call(one, tool, weld=True)) for one in q]
+    answers = [caller.call(FunctionCall(one, tool, weld=True)) for one in q]
     desired = forward(model.robot, q) @ done.T_flange_tcp
     exact = command(model, done.states(q), desired)
     good = np.array([answer.reason == 0 for answer in answers], dtype=bool)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.compensate.correction.inverse import command
+from postproc.compensation.correction.inverse import command
 from postproc.model.arm import Model
 from postproc.robot.kinematics import forward
 from postproc.runtime.conditions import Conditions

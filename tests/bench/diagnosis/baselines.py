@@ -18,11 +18,11 @@ from scipy.optimize import minimize
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library
-from postproc.fit.channels import channels
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import fit_model
-from postproc.fit.solving.solve import Terms
-from postproc.identify.candidates.forms import forms_of
+from postproc.estimation.channels import channels
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.solving.solve import Terms
+from postproc.identification.candidates.forms import forms_of
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import derivatives
 from tests.bench.diagnosis.judge import base_fit, error, judge

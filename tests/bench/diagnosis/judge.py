@@ -10,12 +10,12 @@ import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import fit_model
-from postproc.fit.recorded import recorded_model
-from postproc.identify.add import grown
-from postproc.identify.diagnose import diagnose
-from postproc.identify.diagnosis import Diagnosis
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.recorded import recorded_model
+from postproc.identification.add import grown
+from postproc.identification.diagnose import diagnose
+from postproc.identification.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.fit.fitted import Fit
-from postproc.fit.least_squares import fit_model
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 

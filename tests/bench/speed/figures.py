@@ -105,7 +105,7 @@ def _process(words: list[str]) -> float:
 
 def _converted(n: int) -> Any:
     """A conversion of n targets that can be run again and again, warm."""
-    from postproc.compensate.options import Options
+    from postproc.compensation.options import Options
     from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import default_model
@@ -164,7 +164,7 @@ def inverse(sizes: Sizes) -> list[Figure]:
     """The inverse of the model over poses, beside a pose loop."""
     import numpy as np
 
-    from postproc.compensate.correction.inverse import command
+    from postproc.compensation.correction.inverse import command
     from postproc.effects.library.structure.link_compliance import LinkCompliance
     from postproc.model.file import default_model
     from postproc.robot.kinematics import forward
@@ -197,7 +197,7 @@ def inverse(sizes: Sizes) -> list[Figure]:
 def _table(rows: int) -> Any:
     import numpy as np
 
-    from tests.identify.cells import cell
+    from tests.identification.cells import cell
     from tests.independent import library_effects as kinds
 
     data = cell(kinds.backlash, kinds.arm_load, seed=222, poses=rows)[0]  # some poses are measured twice
@@ -207,11 +207,11 @@ def _table(rows: int) -> Any:
 def fitting(sizes: Sizes) -> list[Figure]:
     """A fit of 30 parameters beside scipy's least squares with finite differences."""
     from postproc.effects.registry import effect_library
-    from postproc.fit.least_squares import fit_model
+    from postproc.estimation.least_squares import fit_model
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
     from tests.bench.speed.peers import fit_by_differences
-    from tests.identify.cells import BASE
+    from tests.identification.cells import BASE
 
     data, library = _table(sizes.fitted), effect_library()
     model, keys = Model(load_robot(ARM), robot_name=ARM), (*BASE, "backlash")
@@ -232,8 +232,8 @@ def fitting(sizes: Sizes) -> list[Figure]:
 
 def diagnosis(sizes: Sizes, rows: int, limit: float) -> list[Figure]:
     """The search for missing effects, and its memory."""
-    from postproc.identify.diagnose import diagnose
-    from tests.identify.cells import base_fit
+    from postproc.identification.diagnose import diagnose
+    from tests.identification.cells import base_fit
 
     data = _table(rows)
     model = base_fit(data).model
@@ -247,8 +247,8 @@ def diagnosis(sizes: Sizes, rows: int, limit: float) -> list[Figure]:
 
 def adding(sizes: Sizes) -> list[Figure]:
     """An effect added to a large table."""
-    from postproc.identify.add import add_effects
-    from tests.identify.cells import base_fit
+    from postproc.identification.add import add_effects
+    from tests.identification.cells import base_fit
 
     data = _table(sizes.added)
     model = base_fit(data).model

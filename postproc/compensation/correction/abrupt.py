@@ -1,0 +1,58 @@
+"""Laws of one's own that jump or bend sharply on the way: samples stand close there, so that nothing is bridged unseen.
+
+Laws of the library are smooth over a sample's distance; what a user's file says of a joint angle may be a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.path.samples import sample_moves
+from postproc.effects.asking import displacement_of
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.effects.registry import BUILT_IN
+from postproc.model.arm import Model
+from postproc.model.deflection import REACH
+from postproc.motion.values import Move
+
+PROBED = 0.002  # [m] between the places at which a law is asked
+SHARP = 1e-5  # [m] by which it may leave the straight line through two of them
+CLOSE = 0.0005  # [m] between samples of a move on which it leaves that
+
+
+def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Array:
+    """(m,) least number of intervals of every move: more where a law of one's own jumps on the way.
+
+    Asked are laws that read the commanded joint angles alone.
+
+    Args:
+        dense: (m,) what is wanted anyway.
+    """
+    own = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
+    if not own or not moves:
+        return dense
+    length = sample_moves(model.robot, moves, dense=dense).curves.length
+    probes = sample_moves(model.robot, moves, dense=np.ceil(length / PROBED))
+    state = model.felt(State(q=probes.q))
+    inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
+    sharp = np.zeros(len(inside), dtype=bool)
+    for effect in own:
+        for part in _parts(effect, state):
+            sharp |= np.abs(np.diff(part, 2, axis=0)).max(axis=1) > SHARP
+    wanted = dense.astype(float)
+    jumping = np.unique(probes.move[2:][sharp & inside])
+    wanted[jumping] = np.maximum(wanted, np.ceil(length / CLOSE))[jumping]
+    return wanted
+
+
+def _parts(effect: Effect, state: State) -> list[Array]:
+    """What an effect displaces, (n, 6) each [m]: rotations at the arm's reach."""
+    share = displacement_of(effect, state)
+    twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])
+    found = [] if share.joint is None else [REACH * share.joint]
+    found += [twist * part for part in (share.tool, share.instrument, *share.body.values()) if part is not None]
+    return [np.broadcast_to(part, (len(state), 6)) for part in found]

@@ -1,0 +1,154 @@
+"""The part of a model that holds for a program: no instrument, no tool that is not mounted, nothing it cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from postproc.compensation.options import Options
+from postproc.diagnostics import Diagnostic, Matter, Source
+from postproc.effects.base import FILLED_BY_MODEL, Effect
+from postproc.effects.contract import State
+from postproc.effects.roles import Role
+from postproc.model.arm import Model
+from postproc.model.controller_part import corrected_by_controller
+from postproc.model.doubts import doubts
+from postproc.model.equilibrium import equilibrium
+from postproc.model.from_controller import STIFFNESS, UNREAD
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.motions.units import tool_matrix
+from postproc.robot.catalogue import no_masses
+from postproc.robot.pose import displace
+
+# What a program tells of the arm's state, and what the model fills in.
+TOLD = frozenset({"q", "v", "a", "approach", "time", "payload", "wrench", *FILLED_BY_MODEL})
+SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; farther apart it is another tool
+
+
+def applicable_model(model: Model, events: Sequence[MotionEvent], options: Options) -> tuple[Model, list[Diagnostic]]:
+    """Leave out what moves the instrument's frame and what reads channels that nobody states; carry the calibration
+    error of the measured tool to the program's.
+
+    The measured TCP is the model's nominal tool moved by ``tool_frame``. A program whose tool has its TCP within
+    ``SAME_TOOL`` of that uses the measured tool; any other is taken as calibrated.
+
+    Returns:
+        The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
+        base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be, KIN010 an arm
+        without weight, MOD006 a model in which nothing yields to a load.
+
+    Raises:
+        PostprocError: MOD012, the controller cannot correct by itself what the options say.
+    """
+    kept: list[Effect] = []
+    stated = {name for name, _ in options.channels}
+    joints = {} if model.station is None else model.station.joints
+    told = TOLD | ({"external_axes", *(f"eax_{axis}" for axis in joints)} if joints else set())
+    source = events[0].statement.source
+    findings = [d for _, _, d in doubts(model)]
+    findings += [*_without_load(model, options, source), *_turned(model, events), *_of_controller(model, source)]
+    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in told}):
+        text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
+        findings.append(Diagnostic("CMP016", "error", text, source, None, help_, Matter.NOT_WHOLE))
+    for effect in model.effects:
+        if effect.about_data or _moves_instrument(model, effect):
+            continue
+        if unknown := [axis for axis in effect.external_axes if axis not in joints]:
+            findings.append(_no_such_axis(effect, unknown, source))
+            if len(unknown) == len(effect.external_axes):
+                continue
+        if untold := [name for name in effect.reads if name not in told and name not in stated]:
+            findings.append(_left_out(effect, untold, source))
+            continue
+        if effect.role is Role.TOOL_FRAME:
+            carried, finding = _carry_tool(model, effect, events)
+            findings.append(finding)
+            if carried is None:
+                continue
+            effect = carried
+        kept.append(effect)
+    return corrected_by_controller(model.with_effects(*kept), options.already), findings
+
+
+def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Diagnostic:
+    names = " and ".join(f"`eax_{axis}`" for axis in unknown)
+    text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
+    help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
+    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
+
+
+def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
+    names = " and ".join(f"`{name}`" for name in untold)
+    text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
+    help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
+    return Diagnostic("CMP016", "warning", text, source, None, help_, Matter.NOT_WHOLE)
+
+
+def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:
+    """What makes a correction for weight and force nothing, or next to nothing, where they bend the real arm."""
+    if not any("load" in effect.reads for effect in model.effects):
+        lost = not model.effects or any((*options.force, *options.moment))
+        text = f"nothing in the model of `{model.robot.name}` yields to a load: weight and force bend nothing"
+        help_ = "fit a model with `joint_compliance`, or state one (zeros for joints that are rigid)"
+        yield Diagnostic("MOD006", "error" if lost else "warning", text, source, None, help_)
+    elif not model.robot.mass.any() and not any(type(e).load is not Effect.load for e in model.effects):
+        yield no_masses(model.robot, "error")
+
+
+def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
+    """Where the numbers of a model that the controller's configuration gave come from, and what was left out."""
+    if UNREAD not in model.robot.sources:
+        return
+    text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]
+    if not unread:
+        yield Diagnostic("KIN018", "info", text, source, matter=Matter.CONTROLLER)
+        return
+    text += f"; not read, for their axes and frames are not published: {unread}"
+    help_ = "what these would correct stays in the path: `postproc fit` with measurements finds it"
+    yield Diagnostic("KIN018", "warning", text, source, None, help_, Matter.CONTROLLER)
+
+
+def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
+    source, station = events[0].statement.source, model.station
+    if station is not None:
+        stated = station.gravity(np.zeros((1, 6)))
+        if stated is not None and not np.allclose(model.gravity, stated[0], atol=0.01):
+            text = "the cell (a controller's configuration, or `--cell`) hangs the arm otherwise than the model"
+            help_ = "state the same `[mounting]` `rpy_deg` in both files: gravity pulls along it"
+            yield Diagnostic("CMP014", "error", text, source, None, help_)
+    elif not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):
+        text = "the arm's base is turned ([mounting]), and the program's work objects are read in axes of that base"
+        help_ = "right where the controller's base frame is zero; else convert with work objects given in base axes"
+        yield Diagnostic("CMP014", "warning", text, source, None, help_)
+
+
+def _carry_tool(model: Model, effect: Effect, events: Sequence[MotionEvent]) -> tuple[Effect | None, Diagnostic]:
+    """The error of the measured tool as the error of the program's tool, None where the program has another."""
+    measured = model.T_flange_tcp @ displace(effect.vector())
+    source = events[0].statement.source
+    used = {e.tool.name: e.tool for e in events if e.reason is None}
+    tools = {name: tool_matrix(tool) for name, tool in used.items()}
+    far = {n: float(np.linalg.norm(T[:3, 3] - measured[:3, 3])) for n, T in tools.items()}
+    far |= {name: np.inf for name, tool in used.items() if not tool.robhold}  # it was not on the flange
+    other = next((name for name, distance in far.items() if distance > SAME_TOOL), None)
+    if other is not None or not tools:
+        text = f"the calibration error of the measured tool is left out: the program uses `{other or 'no tool'}`"
+        return None, Diagnostic("CMP011", "info", text, source, None, "its TCP is taken as calibrated")
+    name, T_flange_tcp = next(iter(tools.items()))
+    shift = T_flange_tcp[:3, :3].T @ (measured[:3, 3] - T_flange_tcp[:3, 3])
+    text = (
+        f"`{name}` is taken for the tool that was measured: its TCP stands {1e3 * far[name]:.2f} mm from its tooldata"
+    )
+    finding = Diagnostic("CMP011", "info", text, source, None, "calibrate the tool anew and this correction vanishes")
+    return effect.with_vector(np.concatenate([shift, np.zeros(3)])), finding
+
+
+def _moves_instrument(model: Model, effect: Effect) -> bool:
+    """Whether an effect says where the instrument is (its frame, its drift), asked of one pose."""
+    one = np.zeros(1)
+    probe = State(
+        q=0.1 * np.ones((1, 6)), v=np.zeros((1, 6)), a=np.zeros((1, 6)), approach=np.ones((1, 6)), payload_mass=one,
+        payload_center=np.zeros((1, 3)), wrench=np.zeros((1, 6)), temperature=one + 20.0, time=one, session=one,
+    )  # fmt: skip
+    return equilibrium(model.with_effects(effect), probe).deflection.instrument is not None

@@ -1,0 +1,70 @@
+"""Arcs whose circle is known only with a point that stays as it is: corrected points beside that make another circle.
+
+A start that lacks its correction c, a tenth of the way before a corrected circle point, carries the arc twice c beyond
+its curve; nearer to it, any distance. Nothing of the kind happens where all three points are left, or the circle point
+is laid on the circle through start and goal as they are written and the middle as it should be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.correction.curve import Exact
+from postproc.compensation.correction.placement import circle_gaps
+from postproc.compensation.path.motion import Motion
+from postproc.compensation.path.samples import Samples
+from postproc.motion.path.curves import circle_through
+from postproc.rapid.data.events import StatementKey
+
+BEHIND = "its circle begins where the arm stays as it is, nobody knows where: corrected points would make another one"
+BEFORE = "the arc behind it stays as it is, and with a corrected start it would be another one"
+WORSE = 1.25
+"""How much farther off an arc may be with a corrected start: a circle point in the middle makes 1.125 of it."""
+
+
+def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
+    """Arcs to leave alone, behind a statement that is left alone and of which nobody knows where it ends."""
+    return {
+        move.event.statement.key: BEHIND
+        for move in motion.moves
+        if move.kind == "arc" and move.first and not move.event.first and move.resumes_from is None
+    }
+
+
+def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[int, Array]) -> dict[StatementKey, str]:
+    """Statements to leave alone because an arc that stays as it is begins at their target.
+
+    Args:
+        exact: as every target would have it; written: see ``place_targets``.
+        left: moves whose targets are not where the correction wants them.
+    """
+    samples = motion.samples
+    found: dict[StatementKey, str] = {}
+    for i in np.flatnonzero(samples.curves.arc).tolist():
+        via = motion.moves[i].T_work_via
+        if via is None or i not in left or left[i].any() or (i - 1 in left and not left[i - 1].any()):
+            continue
+        wanted = exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
+        start, goal = ends_of(samples, written, i)
+        now, before = (circle_gaps(wanted, p, via[:3, 3], goal).max() for p in (start, samples.curves.start[i]))
+        if now > WORSE * before:
+            found[motion.moves[i - 1].event.statement.key] = BEFORE
+    return found
+
+
+def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:
+    """Where a move begins and ends (3,) as its targets are written, in its own work frame."""
+    ends = np.array([samples.start[i], samples.goal[i]])
+    T = samples.mounts_at(ends).work(written.T_base_flange[[i - 1, i]])
+    return T[0, :3, 3], T[1, :3, 3]
+
+
+def circle_point(samples: Samples, written: Exact, i: int, u: float) -> Array:
+    """The point (3,) after a fraction of the circle through an arc's ends as they are written and its exact middle."""
+    start, goal = ends_of(samples, written, i)
+    middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
+    center, radial, tangent, angle, _, _ = circle_through(start[None], middle[None], goal[None])
+    return (center + np.cos(u * angle) * radial + np.sin(u * angle) * tangent)[0]

@@ -1,0 +1,189 @@
+"""The commanded curve of every move: exact correction at the samples, one value per target, transitions where it jumps.
+
+Two moves that meet at a target may want different corrections there (the arc has just been lit, another tool, a target
+that stays as it is). The target has one value: that of the move that welds. The other move then starts or ends beside
+its exact correction and passes over in a jerk-limited transition (ruckig), finished before the arc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array, blocks
+from postproc.compensation.correction.inverse import command
+from postproc.compensation.options import Options
+from postproc.compensation.path.motion import BLOCK, Motion
+from postproc.compensation.path.samples import Samples
+from postproc.model.arm import Model
+from postproc.motion.smoothing import Ramp, transition
+from postproc.motion.values import Move
+from postproc.robot.kinematics import forward
+from postproc.robot.pose import pose_error
+
+BEFORE_TARGET, FROM_START = "before its target", "from its start"
+NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
+
+RampKey = tuple[int, bytes]  # a move and its jump
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """The inverse of the model at every sample.
+
+    Args:
+        T_work_tcp: (n, 4, 4) commanded poses; q: (n, 6) commanded joint angles [rad].
+        T_base_flange: (m, 4, 4) commanded flange at every goal, after deciding between the moves that meet there.
+    """
+
+    T_work_tcp: Array
+    q: Array
+    T_base_flange: Array
+    q_goal: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A jump of the correction inside or beside one move, made jerk-limited.
+
+    Args:
+        move: index of the move; where: in it, for people.
+        target: the move whose goal that place is, or the move itself.
+        size_m: distance that the correction jumps [m]; duration: of the transition [s].
+        samples: (a, b) the samples it covers.
+        of_load: it is the load (or lost motion) that jumps there, not a target that stands beside its correction.
+    """
+
+    move: int
+    where: str
+    target: int
+    size_m: float
+    duration: float
+    samples: tuple[int, int]
+    of_load: bool
+
+
+def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
+    """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
+    changing = [False] * len(moves)
+    for i, (a, b) in enumerate(pairwise(moves)):
+        other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
+        other = other or (a.T_mount_tcp is not b.T_mount_tcp and not np.array_equal(a.T_mount_tcp, b.T_mount_tcp))
+        switched = options.force_on == "arc" and a.welding != b.welding
+        if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
+            changing[i : i + 2] = True, True
+    return np.array(changing)
+
+
+def invert_model(model: Model, motion: Motion) -> Exact:
+    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
+    samples = motion.samples
+    T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
+    for rows in motion.blocks():
+        own, of_own = motion.distinct(rows)
+        mounts, wanted = samples.mounts_at(own), samples.T_work_tcp[own]
+        commanded = command(model, motion.at(own), mounts.base_tcp(wanted))
+        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[of_own], commanded.q[of_own]
+    T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
+    q_goal = q[samples.goal]
+    welding = np.array([m.welding for m in samples.moves])
+    first = np.array([m.first for m in samples.moves])
+    lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~first[1:])
+    if len(lit):
+        begin = samples.start[lit + 1]
+        T_flange[lit], q_goal[lit] = samples.mounts_at(begin).flange(T_work_tcp[begin]), q[begin]
+    for i, move in enumerate(samples.moves):
+        if move.kind == "absjoint":
+            T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
+    _stand_again(samples, T_flange, q_goal)
+    return Exact(T_work_tcp, q, T_flange, q_goal)
+
+
+def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
+    """Where a way goes on from a target, in place: at what that target is commanded to."""
+    for i, move in enumerate(samples.moves):
+        if move.resumes_from is not None:
+            T_flange[i], q_goal[i] = T_flange[move.resumes_from], q_goal[move.resumes_from]
+
+
+def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
+    """The same with the targets of some moves where the text puts them.
+
+    Args:
+        shifts: (6,) from the programmed pose, work axes, by move.
+    """
+    if not shifts:
+        return exact
+    T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
+    for i, shift in shifts.items():
+        move = samples.moves[i]
+        mount = samples.curves.mounts[[i]]
+        T_target = mount.work(forward(model.robot, move.q[None]))
+        T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
+        q_goal[i] = move.q
+    _stand_again(samples, T_flange, q_goal)
+    return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
+
+
+def commanded_curve(
+    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array, *, ramps: dict[RampKey, Ramp]
+) -> tuple[Array, list[Transition]]:
+    """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
+
+    A correction without jumps is returned as it came.
+
+    Args:
+        exact: as every target would have it; written: see ``place_targets``; t: (n,) time at the samples [s].
+        ramps: what is known of transitions, more for the next time.
+    """
+    first = np.array([m.first for m in samples.moves])
+    space = ~samples.curves.joint & ~first
+    T = written.T_work_tcp
+    found: list[Transition] = []
+    asked = _jumps(samples, exact)
+    given = asked if written is exact else _jumps(samples, written)
+    for jumps, of_load, is_goal in zip(given, asked, (False, True), strict=True):
+        beside = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
+        for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
+            rows = np.arange(samples.start[i], samples.goal[i] + 1)
+            time = t[rows] - t[rows[0]]
+            key = int(i), jumps[i].tobytes()
+            if key not in ramps:
+                turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
+                ramps[key] = transition(model.robot, jumps[i], turns, available=float(time[-1]))
+            ramp = ramps[key]
+            passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
+            T = T if found else T.copy()
+            T[rows] = _shifted(T[rows], jumps[i] - passed)
+            inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
+            size = float(np.linalg.norm(jumps[i, :3]))
+            ends_at = (int(inside[0]), int(inside[-1]))
+            target = int(i) if is_goal else int(i) - 1
+            where = BEFORE_TARGET if is_goal else FROM_START
+            found.append(Transition(int(i), where, target, size, ramp.duration, ends_at, bool(beside[i] <= size / 2)))
+    return T, found
+
+
+def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
+    """(m, 6) what every move's correction lacks to the target it starts from, and to its goal."""
+    m = len(samples.moves)
+    before = np.maximum(np.arange(m) - 1, 0)
+    at_start, at_goal = np.empty((2, m, 6))
+    for rows in blocks(m, BLOCK):
+        start, goal = samples.start[rows], samples.goal[rows]
+        begins = samples.mounts_at(start).work(exact.T_base_flange[before[rows]])
+        at_start[rows] = pose_error(exact.T_work_tcp[start], begins)
+        ends = samples.curves.mounts[rows].work(exact.T_base_flange[rows])
+        at_goal[rows] = pose_error(exact.T_work_tcp[goal], ends)
+    return at_start, at_goal
+
+
+def _shifted(T: Array, twist: Array) -> Array:
+    result = T.copy()
+    result[:, :3, 3] += twist[:, :3]
+    result[:, :3, :3] = Rotation.from_rotvec(twist[:, 3:]).as_matrix() @ T[:, :3, :3]
+    return result

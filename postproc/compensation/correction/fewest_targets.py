@@ -1,0 +1,173 @@
+"""Targets to add: the fewest that keep every line and arc within tolerance of its commanded curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.correction.placement import perpendicular, place_arcs, place_vertices
+from postproc.compensation.path.samples import Samples
+from postproc.motion.values import Flags
+from postproc.rapid.data.events import StatementKey
+
+SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
+TRANSIENT = 0.1  # weight of deviations while the speed changes: not worth a target each
+SHORTEST_PIECE = 0.002  # [m] of a split arc (MoveC refuses 0.1 mm)
+SMALLEST_PIECE = np.radians(6.0)  # of a split arc: its circle point is then seen 1.5 deg from the goal (MoveC: 1 deg)
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """How one move is divided.
+
+    Args:
+        move: index of the move.
+        goals: samples of the added targets, in order; vias: circle points of an arc, one more than goals.
+        reached: the tolerance is kept between the targets.
+    """
+
+    move: int
+    goals: tuple[int, ...]
+    vias: tuple[int, ...]
+    reached: bool
+
+
+PiecesKey = tuple[int, bool, bytes]  # a move, whether it may be divided, and where it is commanded to go
+
+
+@dataclass(frozen=True, slots=True)
+class Division:
+    """What decides how moves are divided, and what was found before.
+
+    Args:
+        samples: of the programmed curves.
+        tolerance: (m,) [m], of every move; weight: (n,) how much a deviation counts.
+        known: pieces found before, more for the next time.
+    """
+
+    samples: Samples
+    tolerance: Array
+    weight: Array
+    known: dict[PiecesKey, Pieces]
+
+    @staticmethod
+    def of(samples: Samples, tolerance: Array, settled: Flags) -> Division:
+        """For moves with these tolerances (m,) [m]; ``settled``: (n,) where the load of inertia does not change."""
+        return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT), {})
+
+
+def divide_moves(division: Division, T_commanded: Array, divisible: Sequence[bool]) -> list[Pieces]:
+    """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
+
+    Args:
+        T_commanded: (n, 4, 4) commanded curve.
+        divisible: (m,) whether statements may be added before the move's statement.
+    """
+    samples, known = division.samples, division.known
+    shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
+    curves = samples.curves
+    worst = _chord_deviations(samples, shift, division.weight)
+    limit = SHARE * division.tolerance
+    result = []
+    for i in np.flatnonzero(samples.goal > samples.start).tolist():
+        begin = int(samples.start[i])
+        rows = slice(begin, int(samples.goal[i]) + 1)
+        if not curves.arc[i] and (curves.joint[i] or worst[i] <= limit[i]):
+            continue
+        key = i, divisible[i], T_commanded[rows, :3, 3].tobytes()
+        if key not in known:
+            known[key] = (_arcs if curves.arc[i] else _vertices)(division, i, T_commanded, divisible[i])
+        result.append(known[key])
+    return result
+
+
+def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
+    samples, limit = division.samples, SHARE * float(division.tolerance[i])
+    begin, curves = int(samples.start[i]), samples.curves
+    intervals = int(samples.goal[i]) - begin
+    rows = slice(begin, begin + intervals + 1)
+    part = max(SHORTEST_PIECE / curves.length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
+    shortest = int(np.ceil(part * intervals - 1e-9)) if divisible else intervals
+    allowed = _outside_zones(samples, i, samples.u[rows])
+    arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, division.weight[rows])
+    return Pieces(i, tuple(begin + b for _, b in arcs[:-1]), tuple(begin + v for v, _ in arcs), reached)
+
+
+def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
+    if not divisible:
+        return Pieces(i, (), (), False)
+    samples, limit = division.samples, SHARE * float(division.tolerance[i])
+    begin, curves = int(samples.start[i]), samples.curves
+    rows = slice(begin, int(samples.goal[i]) + 1)
+    shift = T_commanded[rows, :3, 3] - samples.T_work_tcp[rows, :3, 3]
+    direction, u = curves.chord[i] / max(curves.length[i], 1e-12), samples.u[rows]
+    allowed = _outside_zones(samples, i, u)
+    vertices, reached = place_vertices(u, perpendicular(shift, direction), allowed, limit, division.weight[rows])
+    return Pieces(i, tuple(begin + v for v in vertices), (), reached)
+
+
+def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequence[bool]) -> list[Pieces]:
+    """The same with all runs of a statement divided at the fractions of the one that needs most targets.
+
+    Args:
+        divisible: see ``divide_moves``.
+    """
+    most: dict[StatementKey, Pieces] = {}
+    for part in pieces:
+        key = samples.moves[part.move].event.statement.key
+        if len(part.goals) > len(most[key].goals if key in most else ()):
+            most[key] = part
+    found = {part.move: part for part in pieces}
+    size = samples.goal - samples.start
+    for i, move in enumerate(samples.moves if most else ()):
+        like = most.get(move.event.statement.key)
+        if like is None or i == like.move or not divisible[i] or move.resumes_from is not None:
+            continue
+        if size[i] == size[like.move]:
+            on = int(samples.start[i] - samples.start[like.move])
+            goals, vias = (tuple(k + on for k in row) for row in (like.goals, like.vias))
+            found[i] = Pieces(i, goals, vias, like.reached)
+        elif not like.vias and (goals := _at_shares(samples, i, samples.u[list(like.goals)])):
+            found[i] = Pieces(i, goals, (), like.reached)
+    return [found[i] for i in sorted(found)]
+
+
+def _at_shares(samples: Samples, i: int, shares: Array) -> tuple[int, ...]:
+    """The samples of a line nearest to shares of its way; none where they are too near to each other or to its ends."""
+    rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+    u = samples.u[rows]
+    nearest = np.abs(u - shares[:, None]).argmin(axis=1) if len(u) > 1 else np.zeros(0, int)
+    fit = len({*nearest.tolist()}) == len(shares) and _outside_zones(samples, i, u)[nearest].all()
+    return tuple((int(samples.start[i]) + nearest).tolist()) if fit else ()
+
+
+def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
+    """(m,) largest weighted distance of every move's correction from the chord between its own targets [m]."""
+    i, u = samples.move, samples.u[:, None]
+    first, last = shift[samples.start[i]], shift[samples.goal[i]]
+    gap = first + (last - first) * u - shift
+    direction = samples.curves.chord / np.maximum(samples.curves.length, 1e-12)[:, None]
+    gap -= np.sum(gap * direction[i], axis=1, keepdims=True) * direction[i]
+    result = np.zeros(len(samples.moves))
+    np.maximum.at(result, i, weight * np.linalg.norm(gap, axis=1))
+    return result
+
+
+def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
+    """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
+    length = float(samples.curves.length[i])
+    near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)
+    inside = (u > 0) & (u < 1)
+    return inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
+
+
+def _zone_in_force(samples: Samples, i: int) -> float:
+    """Zone [m] at the goal of a move after the controller has cut it to half of both moves that meet there."""
+    move = samples.moves[i]
+    if move.fine:
+        return 0.0
+    meeting = [k for k in (i, i + 1) if k < len(samples.moves) and not samples.moves[k].first]
+    return float(min([move.zone, *(samples.curves.length[meeting] / 2)]))

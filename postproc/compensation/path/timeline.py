@@ -1,0 +1,100 @@
+"""When the arm is where, how fast, and under which acceleration that lasts: the timing of a whole program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array, constant
+from postproc.compensation.options import Options
+from postproc.compensation.path.periods import first_periods
+from postproc.compensation.path.samples import Samples
+from postproc.diagnostics import Diagnostic, has_errors
+from postproc.model.arm import Model
+from postproc.motion.findings import once
+from postproc.motion.path.samples import sample_path
+from postproc.motion.timing.jerk_limited import Profile
+from postproc.motion.timing.legs import cut_legs
+from postproc.motion.timing.trajectory import changes_speed, retime
+from postproc.motion.values import Flags, Trajectory
+
+SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
+# [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
+# along which targets could follow the load of that.
+IN_PLACE = 0.003
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """k samples of the programmed path, corners cut as the controller cuts them.
+
+    Args:
+        place: (k,) ascending, as move + fraction; t: (k,) [s].
+        q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
+            natural period (none while the torch turns in place); restless: (k,) whether the load of inertia changes.
+        axes_v, axes_a: (k, 6) the same of the external axes [m/s], [rad/s], and accelerations.
+        legs: rows of every leg, and its profile.
+    """
+
+    place: Array
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    restless: Flags
+    axes_v: Array
+    axes_a: Array
+    legs: tuple[tuple[slice, Profile], ...]
+
+    def at(self, values: Array, place: Array) -> Array:
+        """Values (k,) or (k, j) of the samples, read at places (n,) given as move + fraction."""
+        if values.ndim == 1:
+            return np.interp(place, self.place, values)
+        return np.stack([np.interp(place, self.place, column) for column in values.T], axis=1)
+
+    def steady(self, options: Options, place: Array) -> Flags:
+        """(n,) whether the TCP keeps its speed (or stands) at places; all of them without inertia.
+
+        Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
+        """
+        if not options.inertia:
+            return np.ones(len(place), dtype=bool)
+        return self.at(self.restless.astype(float), place) <= 0.0
+
+
+def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list[Diagnostic]]:
+    """Time the moves of a program leg by leg; None where an error makes that impossible.
+
+    Raises:
+        PostprocError: MOT010, no speed along the path keeps the limits of a joint.
+    """
+    findings: list[Diagnostic] = []
+    parts: list[tuple[Array, ...]] = []
+    restless: list[Flags] = []
+    legs: list[tuple[slice, Profile]] = []
+    turn = np.linalg.norm(samples.curves.turn, axis=1)
+    done, rows, begin = 0, 0, 0.0
+    for first, moves in cut_legs(samples.moves, samples.goal - samples.start + 1):
+        path, more = sample_path(model.robot, moves)
+        findings += more
+        if has_errors(findings):
+            continue  # with what is wrong elsewhere
+        leg = retime(model.robot, path, first_periods(model, path), model.gravity, model.station)
+        known = int(first < done)  # the stop that the leg goes on from
+        in_place = (samples.curves.length < IN_PLACE * turn)[first + path.move]
+        a = np.where(in_place[:, None], 0.0, leg.a_sustained)
+        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a, leg.axes_v, leg.axes_a_sustained)
+        parts.append(tuple(column[known:] for column in columns))
+        restless.append((changes_speed(leg.tcp_speed) | _fast_corner(leg))[known:])
+        legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
+        done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
+    if has_errors(findings):
+        return None, once(findings)
+    place, t, q, v, a, *axes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    axes_v, axes_a = map(constant, axes)
+    return Timeline(place, t, q, v, a, np.concatenate(restless), axes_v, axes_a, tuple(legs)), once(findings)
+
+
+def _fast_corner(trajectory: Trajectory) -> Flags:
+    return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)

@@ -1,0 +1,191 @@
+"""The written program read back: which part of it belongs to which statement of the original, and what it drives."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.correction.deviation import Driven
+from postproc.compensation.correction.fewest_targets import Pieces
+from postproc.compensation.options import Options
+from postproc.compensation.path.motion import feels_sides, motion_of
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.reading import OUT_OF_REACH, read_samples
+from postproc.compensation.text.values import Insertion
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.model.arm import Model
+from postproc.motion.path.places import place_events
+from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.execution.calls import AddedMotions
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.program import Program, read_again
+from postproc.robot.cells.station import Station
+
+MOST = 2000  # events of the written program that are looked at together
+
+
+def run_again(
+    program: Program,
+    drafts: Mapping[str, bytes],
+    insertions: Sequence[Insertion],
+    events: Sequence[MotionEvent],
+    options: Options,
+    *,
+    station: Station | None = None,
+) -> tuple[list[MotionEvent], list[int] | None]:
+    """Events of the written program, and the original event of each (see ``owners_of``)."""
+    written = read_again(program, drafts)
+    planned = _planned(program, insertions)
+    pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
+    known = {routine.key for routine in program.all_routines()}
+    added = AddedMotions(
+        frozenset(statement.key for statement, (_, own) in pairs if not own),
+        frozenset(routine.key for routine in written.all_routines()) - known,
+    )
+    ran = place_events(walk(written, options.entry, added), station or Station())
+    return ran, owners_of(program, written, insertions, events, ran)
+
+
+def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[StatementKey, bool]]:
+    """For every motion statement of the written text the original one that it belongs to, and whether it is that."""
+    added = Counter(i.statement.key for i in insertions)
+    return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
+
+
+def owners_of(
+    program: Program,
+    written: Program,
+    insertions: Sequence[Insertion],
+    events: Sequence[MotionEvent],
+    ran: Sequence[MotionEvent],
+) -> list[int] | None:
+    """Original event of every event of the written program; added statements belong to the one behind them.
+
+    Statements are told apart by their order in the text: before each original stand as many added ones as were planned.
+    The n-th execution of a statement is that of its original; an event that only says where the arm resumes from
+    belongs to the motion that goes on from there. None where the written program does not run the same statements as
+    often.
+    """
+    planned = _planned(program, insertions)
+    if len(planned) != len(written.statements):
+        return None
+    original = dict(zip((s.key for s in written.statements), planned, strict=True))
+    standing: dict[StatementKey, list[int]] = {}
+    for i, event in enumerate(events):
+        if event.resumes_from is not None:
+            standing.setdefault(event.statement.key, []).append(i)
+    runs = executions_of(events)
+    met: Counter[tuple[StatementKey, bool]] = Counter()
+    owners, order = [-1] * len(ran), list[int]()
+    for j, event in enumerate(ran):
+        key, own = original[event.statement.key]
+        again = event.resumes_from is not None
+        if again and not own:
+            continue
+        rows, nth = (standing if again else runs).get(key, []), met[event.statement.key, again]
+        if nth >= len(rows) or event.unreachable != events[rows[nth]].unreachable:
+            return None
+        met[event.statement.key, again] += 1
+        if own and not again:
+            order.append(rows[nth])
+        owners[j] = rows[nth]
+    every = {*chain(*runs.values(), *standing.values())}
+    if every - {*owners} or -1 in owners[-1:] or order != sorted(order):
+        return None
+    for j in range(len(ran) - 2, -1, -1):
+        owners[j] = owners[j] if owners[j] >= 0 else owners[j + 1]
+    return owners
+
+
+def drive(
+    model: Model, plan: CorrectionPlan, ran: Sequence[MotionEvent], owners: Sequence[int] | None
+) -> Iterator[Driven]:
+    """What the written program drives, part by part: working memory does not grow with the program.
+
+    Args:
+        ran, owners: see ``run_again``.
+
+    Raises:
+        PostprocError: the arm cannot run it, or it does not run what was planned.
+    """
+    index = {move.row: i for i, move in enumerate(plan.motion.moves)}
+    missing = Counter({i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces})
+    if owners is None:
+        raise PostprocError([])
+    edges = _edges(plan.pieces, plan.motion.samples.u)
+    moves = plan.motion.moves
+    # Where the arm stands after an added statement it does nothing: the part of the move comes after it.
+    stands = [
+        e.resumes_from is not None and (i not in index or moves[index[i]].resumes_from is None)
+        for e, i in zip(ran, owners, strict=True)
+    ]
+    nth = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
+    gone: Counter[int] = Counter()
+    for j, i in enumerate(owners):
+        nth[j] = gone[i]
+        gone[i] += not stands[j]
+    idle = np.array(stands, dtype=bool)
+    # What the arm could not run before is no part of the plan, even where it can by now.
+    ran = [e if _moveless(e) or owners[j] in index else replace(e, reason=OUT_OF_REACH) for j, e in enumerate(ran)]
+    said: list[Diagnostic] = []
+    # A side of approach may be as old as the program.
+    for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
+        begin = max(a - 1, 0)  # with the goal from which the part goes on
+        part = [e if e.resumes_from is None else replace(e, resumes_from=e.resumes_from - begin) for e in ran[begin:b]]
+        samples, findings = read_samples(model, part, plan.motion.options)
+        errors = [d for d in findings if d.severity == "error"]
+        if errors:
+            raise PostprocError(errors)
+        said += [d for d in findings if d.code.startswith("KIN")]
+        if samples is None:
+            continue
+        at = begin + np.array([move.row for move in samples.moves])
+        owner = np.array([index.get(owners[j], -1) for j in at])
+        missing.subtract(owner[(at >= a) & ~idle[at]].tolist())
+        if (owner < 0).any():
+            break
+        span = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), nth[at].tolist(), strict=True)]
+        if min(map(len, span)) < 2:
+            break
+        low, high = np.array(span).T
+        move = samples.move
+        place = owner[move] + low[move] + (high - low)[move] * samples.u
+        yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
+    if any(missing.values()):
+        raise PostprocError(said)
+
+
+def _moveless(event: MotionEvent) -> bool:
+    return event.reason is not None or event.statement.interpolation == "none"
+
+
+def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
+    """Fractions along divided moves at which their parts begin and end."""
+    return {p.move: (0.0, *(float(u[g]) for g in p.goals), 1.0) for p in pieces if p.goals}
+
+
+def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
+    """Parts [a, b) of about ``MOST`` events; nothing changes where they meet, and the goal there is known by itself."""
+    # Nor does a way that goes on from an earlier event (``resumes_from``) lead from one part into another.
+    back = [i if e.resumes_from is None else e.resumes_from for i, e in enumerate(events)]
+    earliest = np.minimum.accumulate(back[::-1])[::-1]
+    begin = 0
+    for i in range(MOST, len(events)):
+        if i - begin >= MOST and earliest[i - 1] >= i - 1 and _goes_on(events[i - 1], events[i]):
+            yield begin, i
+            begin = i
+    yield begin, len(events)
+
+
+def _goes_on(before: MotionEvent, event: MotionEvent) -> bool:
+    """Whether the next move starts under the load and with the tool under which the arm has arrived."""
+    same = before.tool == event.tool and before.gripload == event.gripload and before.weld == event.weld
+    own = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
+    known = before.target is not None and before.reason is None
+    kinds = {before.statement.interpolation, event.statement.interpolation}
+    return same and own and known and kinds <= {"line", "arc", "joint"}

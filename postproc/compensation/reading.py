@@ -1,0 +1,173 @@
+"""From a program to its motion: moves, samples of their curves, timing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.compensation.correction.curve import changing_moves
+from postproc.compensation.correction.inverse import command, rigid, told_pose
+from postproc.compensation.correction.reversals import sample_for
+from postproc.compensation.options import Options
+from postproc.compensation.path.motion import Motion, motion_of
+from postproc.compensation.path.samples import Samples
+from postproc.compensation.path.timeline import SWIFT, plan_timeline
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, has_errors
+from postproc.model.arm import Model
+from postproc.motion.path.moves import read_moves
+from postproc.motion.values import Move, goal_axes
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import RobTarget
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.program.program import Program
+from postproc.rapid.unknown import Kind, Unknown
+
+IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
+OUT_OF_REACH = IMPOSSIBLE.reason
+TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
+SWIFT_INTERVALS = 32
+MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
+
+
+def read_samples(
+    model: Model, events: Sequence[MotionEvent], options: Options
+) -> tuple[Samples | None, list[Diagnostic]]:
+    """Moves of a program and samples of their curves; None where an error makes that impossible."""
+    moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
+    if has_errors(findings) or not moves:
+        return None, findings
+    moves = told_joints(model, moves, options)
+    swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
+    dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
+    try:
+        return sample_for(model, moves, dense), findings
+    except PostprocError as error:
+        return None, findings + list(error.diagnostics)
+
+
+def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
+    """Moves of which those to joint angles stand at the nominal angles of the place where the controller believes to
+    be: where it corrects by itself, a line that begins there begins at that place.
+    """
+    rows = [i for i, move in enumerate(moves) if move.kind == "absjoint"]
+    if model.controller is None or not rows:
+        return moves
+    some = [moves[i] for i in rows]
+    loaded = np.array([options.force_on == "all" or move.welding for move in some])
+    state = model.state(
+        np.array([move.q for move in some]),
+        payload_mass=np.array([move.payload_mass for move in some]),
+        payload_center=np.array([move.payload_center for move in some]),
+        wrench=np.where(loaded[:, None], [*options.force, *options.moment], 0.0),
+        T_flange_tcp=np.eye(4),
+    )
+    station, axes = model.station, goal_axes(some)
+    gravity = station.gravity(axes) if station is not None and station.carried else None
+    state = state if gravity is None else state.with_(gravity=gravity)
+    told = command(rigid(model), state, told_pose(model, state)).q
+    found = list(moves)
+    for i, q in zip(rows, told, strict=True):
+        found[i] = replace(moves[i], q=q)
+    return found
+
+
+def read_motion(
+    model: Model, events: Sequence[MotionEvent], options: Options
+) -> tuple[Motion | None, list[Diagnostic]]:
+    """Moves, timing and samples of a program; None where an error makes that impossible."""
+    samples, findings = read_samples(model, events, options)
+    if samples is None:
+        return None, findings
+    try:
+        timeline, more = plan_timeline(model, samples)
+    except PostprocError as error:
+        return None, findings + list(error.diagnostics)
+    findings += more
+    if timeline is None:
+        return None, findings
+    return motion_of(model, samples, timeline, options), findings
+
+
+def without_impossible(
+    events: Sequence[MotionEvent], findings: Sequence[Diagnostic]
+) -> tuple[list[MotionEvent], list[Diagnostic]]:
+    """Events without the targets of statements that the arm cannot run as they are programmed.
+
+    Args:
+        findings: of the motion.
+
+    Returns:
+        The events, and the findings as warnings; none where an error speaks of no statement, or no error does.
+    """
+    errors = [d for d in findings if d.severity == "error"]
+    wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
+    bad = {
+        e.statement.key
+        for e in events
+        if any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
+    }
+    if not bad or any(d.source is None or d.span is None for d in errors):
+        return list(events), []
+    left = [
+        replace(e, target=None, via=None, reason=OUT_OF_REACH, unknowns=(IMPOSSIBLE,)) if e.statement.key in bad else e
+        for e in events
+    ]
+    return left, [forgiven(d) for d in findings]
+
+
+def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
+    """Whether nothing is wrong but the ways to a few targets, with those that are left already: a line through a
+    singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    """
+    errors = [d for d in findings if d.severity == "error"]
+    left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
+    few = MOST_UNFOLLOWED * len({e.statement.key for e in events})
+    places = {(d.source, d.span) for d in errors}
+    return all(d.matter is Matter.UNFOLLOWABLE for d in errors) and len(left) + len(places) <= few
+
+
+def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """The findings, the first error with what corrects the rest of the program, where anything would be left of it."""
+    left, said = without_impossible(events, findings)
+    if not said or not any(e.reason is None and e.target is not None for e in left):
+        return list(findings)
+    first = next(i for i, d in enumerate(findings) if d.severity == "error")
+    help_ = f"{findings[first].help}; or correct all but such statements: `--allow-partial`"
+    return [*findings[:first], replace(findings[first], help=help_), *findings[first + 1 :]]
+
+
+def no_known_target(
+    program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reachable: int = 0
+) -> Diagnostic:
+    """CMP003, with the reason that most statements have, and the first way out that there is.
+
+    Args:
+        reachable: statements that a function on the controller could correct.
+    """
+    own = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]
+    known = next((e for e in own if e.reason is None and isinstance(e.target, RobTarget)), None)
+    if known is not None and (told := _of_statement(known, findings)) is not None:
+        text = f"the arm can run none of the motions whose places are known: {told.message}"
+        return Diagnostic("CMP003", "error", text, told.source, told.span, told.help)
+    text = "no motion statement leads to a place that is known before the program runs"
+    reasons = Counter(e.reason for e in own if e.reason is not None)
+    most = reasons.most_common(1)[0][0] if reasons else ""
+    why = f"most often: {most}; " if reasons else ""
+    # A tool or frame that the program measures.
+    measured = next((d.help for d in findings if d.matter is Matter.MEASURED), None)
+    sets = next((set_first(e.unknowns) for e in own if e.reason == most), None)
+    run_time = f"`--run-time where-needed` corrects {reachable} of its motion statements on the controller"
+    help_ = measured or (run_time if reachable else sets or "`postproc inspect` has the reason of every statement")
+    source, span = (own[0].statement.source, own[0].statement.span) if own else (program.sources[0], None)
+    return Diagnostic("CMP003", "error", text, source, span, why + help_)
+
+
+def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
+    """The first finding that stands in the statement of an event, infos aside."""
+    source, (begin, end) = event.statement.source, event.statement.span
+    mine = (d for d in findings if d.severity != "info" and d.source == source and d.span is not None)
+    return next((d for d in mine if d.span is not None and begin <= d.span[0] < end), None)

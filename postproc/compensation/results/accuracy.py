@@ -1,0 +1,63 @@
+"""How near the corrected program can be expected to come, from what the fit of the model knows about its own errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.compensation.path.motion import Motion
+from postproc.diagnostics import Diagnostic, Source
+from postproc.model.arm import Model
+from postproc.model.controller_part import unknown_loads
+from postproc.model.scatter import remaining_fraction
+from postproc.model.uncertainty import beyond_range, predict_sigma
+from postproc.motion.values import Index
+
+MM = 1e3
+WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
+_MOST = 500  # targets that are asked
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """Expected position error at the targets: standard deviation per axis, and the distance that holds 95 %, [m].
+
+    The worst target counts for ``within_95``, the mean square over all for ``sigma``.
+    """
+
+    sigma: float
+    within_95: float
+
+    def as_json(self) -> dict[str, float]:
+        """The key ``expected_accuracy`` of the document, in millimetres."""
+        return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
+
+
+def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
+    """Interval of the share of the deflection that remains where the stiffness is an estimate, else None."""
+    if model.stiffness_source != "estimated":
+        return None
+    return [round(x, 3) for x in remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))]
+
+
+def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
+    """Accuracy to expect (None for a model that was not fitted), and findings CMP010: outside the measured range."""
+    at_goals = motion.at(_targets(motion))
+    text = "the program leaves the range in which the model was measured: "
+    help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
+    findings = [
+        Diagnostic("CMP010", "warning", text + b.text, source, help=help_) for b in beyond_range(model, at_goals)
+    ]
+    sigma = predict_sigma(model, at_goals, instrument=False)
+    if np.isnan(sigma).any():
+        return None, findings
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())), findings
+
+
+def _targets(motion: Motion) -> Index:
+    """Samples at the targets, at most so many."""
+    rows = motion.samples.goal
+    if len(rows) > _MOST:
+        rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
+    return rows

@@ -1,0 +1,168 @@
+"""The ``postproc/compensate/1`` document, and its one line for people."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from postproc import __version__
+from postproc.compensation.options import Options
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.results.accuracy import Accuracy
+from postproc.compensation.results.figures import PathFigures
+from postproc.compensation.results.outcomes import unmeasured, unproved
+from postproc.compensation.results.seams import Seam
+from postproc.compensation.text.values import StatementOutcome
+from postproc.diagnostics import Diagnostic
+from postproc.motion.timing.limits import LimitReport
+from postproc.rapid.data.events import MotionEvent
+
+SCHEMA = "postproc/compensate/1"
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedProgram:
+    """What is known of a corrected program: of its statements, its seams, the whole of it, its accuracy, its speeds."""
+
+    outcomes: Sequence[StatementOutcome]
+    seams: Sequence[Seam]
+    figures: PathFigures
+    accuracy: Accuracy | None
+    limits: LimitReport
+
+
+def document(
+    robot: str,
+    plan: CorrectionPlan,
+    events: Sequence[MotionEvent],
+    judged: JudgedProgram,
+    findings: Sequence[Diagnostic],
+) -> dict[str, Any]:
+    """What ``--json`` prints (docs/documents.md)."""
+    outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits
+    unseen, lines = unmeasured(outcomes, events, plan)
+    return unmeasured_document(robot, outcomes, plan.motion.options, findings) | {
+        "max_error_before_mm": _mm(figures.before),
+        "max_error_after_mm": _mm(figures.after),
+        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
+        "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
+        "max_transition_mm": _mm(figures.transition),
+        "max_transient_mm": _mm(figures.transient),
+        "max_joint_move_mm": _mm(figures.joint_move),
+        "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
+        "welds": [seam.as_json() for seam in judged.seams],
+        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
+        "unproved_statements": unproved(outcomes, events, plan),
+        "unmeasured_statements": unseen,
+        "measured_statements": lines - unseen,
+        "added_targets": len(plan.insertions),
+        "cycle_time_s": round(limits.slower, 3),
+        "cycle_time_before_s": round(limits.cycle_time, 3),
+    }
+
+
+def unmeasured_document(
+    robot: str, outcomes: Sequence[StatementOutcome], options: Options, findings: Sequence[Diagnostic]
+) -> dict[str, Any]:
+    """The same for a program none of whose targets is known before it runs: nothing is measured."""
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": robot,
+        "statements": [o.as_json() for o in outcomes],
+        "max_error_before_mm": 0.0,
+        "max_error_after_mm": 0.0,
+        "max_arc_error_before_mm": None,
+        "max_arc_error_after_mm": None,
+        "max_transition_mm": 0.0,
+        "max_transient_mm": 0.0,
+        "max_joint_move_mm": 0.0,
+        "tolerance_mm": _mm(options.tolerance_m),
+        "air_tolerance_mm": _mm(options.air_tolerance_m),
+        "scope": options.scope,
+        "welds": [],
+        "expected_accuracy": None,
+        "unproved_statements": 0,
+        "unmeasured_statements": sum(o.statement.interpolation in ("line", "arc") for o in outcomes),
+        "measured_statements": 0,
+        "added_targets": 0,
+        "cycle_time_s": None,
+        "cycle_time_before_s": None,
+        "diagnostics": [d.as_json() for d in findings],
+        "already": list(options.already),
+        "worlds": {"count": 0, "differing": 0},
+        "expected_remaining_fraction": None,
+    }
+
+
+def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
+    """The document of a program that is not safe to compensate."""
+    return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
+
+
+def summary(r: Mapping[str, Any]) -> str:
+    """A document in one line."""
+    known = r["expected_accuracy"]
+    passing = ", ".join([" at steady speed", *told]) if (told := elsewhere(r)) else ""
+    expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
+    doubt = unseen = ""
+    if r["unproved_statements"]:
+        doubt = (
+            f" ({r['unproved_statements']} of them also run where they cannot be followed: what remains is not proved)"
+        )
+    if r["unmeasured_statements"]:
+        what = "line or arc" if r["unmeasured_statements"] == 1 else "lines or arcs"
+        unseen = f", {r['unmeasured_statements']} {what} in no figure: where they begin or end is not known"
+    fall = "no line or arc could be measured"
+    if r["measured_statements"]:
+        fall = f"{_fall(r)}{passing}"
+    count = Counter(o["status"] for o in r["statements"])
+    statements = "statement" if count["compensated"] == 1 else "statements"
+    through = f" {count['run_time']} corrected on the controller," if r["run_time"] else ""
+    time = "" if r["cycle_time_s"] is None else f"; cycle time {r['cycle_time_s']:.1f} s"
+    return (
+        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},{through}"
+        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are"
+        f"{time}{expected}"
+    )
+
+
+def estimated_stiffness(document: Mapping[str, Any]) -> str:
+    """What an estimated stiffness means, in a sentence; empty where it is none."""
+    between = document.get("expected_remaining_fraction")
+    if between is None:
+        return ""
+    low, high = (f"{100 * x:.0f}" for x in between)
+    least, most = (f"{document['max_error_before_mm'] * x:.2f}" for x in between)
+    return (
+        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection, {least} to {most} mm, is"
+        " expected to remain, and `postproc fit` with measurements narrows that"
+    )
+
+
+def shown_on_the_arm(document: Mapping[str, Any], tolerance_mm: float) -> bool:
+    """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
+    known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
+    after = document["max_error_after_mm"] if after is None else after
+    return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
+
+
+def elsewhere(document: Mapping[str, Any]) -> list[str]:
+    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
+    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
+    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
+
+
+def _fall(r: Mapping[str, Any]) -> str:
+    """The largest deviation over everything that welds, before and after, and that of other lines and arcs."""
+    whole = f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm"
+    if r["max_arc_error_after_mm"] is None:
+        return f"{whole} along lines and arcs (tolerance {r['tolerance_mm']:g} mm)"
+    welds = f"{r['max_arc_error_before_mm']:.3f} mm -> {r['max_arc_error_after_mm']:.3f} mm while the arc burns"
+    return f"{welds} (tolerance {r['tolerance_mm']:g} mm), {whole} with moves in the air ({r['air_tolerance_mm']:g} mm)"
+
+
+def _mm(value: float) -> float:
+    return round(1e3 * value, 5)

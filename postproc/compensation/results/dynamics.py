@@ -1,0 +1,43 @@
+"""Whether the joints can run the corrected motion, and what that costs in cycle time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.compensation.plan import CorrectionPlan
+from postproc.diagnostics import Diagnostic, Source
+from postproc.motion.timing.limits import LimitReport, check_limits, join_reports
+from postproc.robot.arm import Robot
+from postproc.robot.pose import pose_error
+
+KINDS = ("speed", "acceleration", "jerk")
+_LONGER = 1.002  # factor on the cycle time worth a word
+
+
+def check_corrected(robot: Robot, plan: CorrectionPlan, source: Source) -> tuple[LimitReport, list[Diagnostic]]:
+    """Speed, acceleration and jerk of the corrected joint motion on the timing of the programmed one.
+
+    Returns:
+        The report, and CMP012 where the motion has to take longer.
+    """
+    samples, timeline = plan.motion.samples, plan.motion.timeline
+    shift = plan.exact.q - samples.q
+    for t in plan.transitions:
+        rows = np.arange(samples.start[t.move], samples.goal[t.move] + 1)
+        wanted = samples.T_work_tcp[rows]
+        joints_by_shift = samples.mounts_at(rows).joints_by_shift(robot, samples.q[rows], wanted)
+        shift[rows] = (joints_by_shift @ pose_error(wanted, plan.curve[rows])[:, :, None])[:, :, 0]
+    place, first = np.unique(samples.move + samples.u, return_index=True)
+    reports = []
+    for part, profile in timeline.legs:
+        shifts = [np.interp(timeline.place[part], place, column[first]) for column in shift.T]
+        reports.append(check_limits(robot, profile, timeline.q[part] + np.stack(shifts, axis=1)))
+    report = join_reports(reports)
+    if report.slower <= _LONGER * report.cycle_time:
+        return report, []
+    kind, joint = np.unravel_index(int(np.argmax(report.use)), report.use.shape)
+    text = (
+        f"the corrected motion asks for {100 * report.use.max():.0f} % of the {KINDS[kind]} limit of joint {joint + 1}:"
+        f" the controller will slow down, by at most {report.slower - report.cycle_time:.1f} s over the program"
+    )
+    return report, [Diagnostic("CMP012", "info", text, source)]

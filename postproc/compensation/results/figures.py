@@ -1,0 +1,86 @@
+"""How far the torch is off, before and after: the figures of a conversion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.results.transitions import in_transition, own_moves
+from postproc.diagnostics import Diagnostic, Source
+from postproc.motion.values import Flags
+from postproc.rapid.data.events import StatementKey
+
+WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
+
+WORTH = 0.9  # a correction that leaves more of a statement's error is not worth a changed program
+
+
+@dataclass(frozen=True, slots=True)
+class PathFigures:
+    """Largest deviations [m] along the motions of the files that may change.
+
+    Args:
+        before, after: along lines and arcs, at steady speed; transient: while the speed changes.
+        arc_before, arc: of those along which the arc burns, before and after; None where it never does.
+        transition: where the correction jumps; joint_move: of joint moves.
+    """
+
+    before: float
+    after: float
+    arc_before: float | None
+    arc: float | None
+    transient: float
+    transition: float
+    joint_move: float
+
+
+def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
+    """The largest deviations along a program as it was and as it is written."""
+    own = own_moves(plan)
+    mine = own[after.owner]
+    passing = in_transition(plan, after)
+    settled = _counted(after.space & mine & ~passing, after.steady)
+    welding = np.array([move.welding for move in plan.motion.moves]) & own
+    burning, lit = welding[after.owner] & after.space, welding[before.owner]
+    return PathFigures(
+        before.largest(_counted(before.space & own[before.owner], before.steady)),
+        after.largest(settled),
+        before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
+        after.largest(burning & settled) if burning.any() else None,
+        after.largest(after.space & mine & ~after.steady & ~passing),
+        after.largest(passing & mine),
+        after.largest(~after.space & mine),
+    )
+
+
+def _counted(space: Flags, steady: Flags) -> Flags:
+    """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
+    return space & steady if (space & steady).any() else space
+
+
+def fruitless(plan: CorrectionPlan, before: Deviation, after: Deviation) -> set[StatementKey]:
+    """Statements that are changed although it takes away less than a tenth of the error at each of their targets, of
+    the ways there and of those that go on from there.
+    """
+    moves = plan.motion.moves
+    was, stays = (d.largest_of_moves(d.space) for d in (before, after))
+    vain = stays >= WORTH * was
+    behind = np.append(vain[1:] | np.array([move.first for move in moves[1:]], dtype=bool), True)
+    idle = (after.goal_distance >= WORTH * before.goal_distance) & vain & behind
+    useful = {move.event.statement.key for move, nothing in zip(moves, idle, strict=True) if not nothing}
+    return {key for key, place in plan.places.items() if place != "derived"} - useful
+
+
+def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:
+    """CMP013 where the corrected program would be farther off than the original."""
+    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
+    found = []
+    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
+        if before is not None and after is not None and after > max(tolerance, WORSE * before):
+            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
+            help_ = "nothing is written; please report this program"
+            found.append(Diagnostic("CMP013", "error", text, source, help=help_))
+    return found

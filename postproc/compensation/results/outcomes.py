@@ -1,0 +1,276 @@
+"""What happened to every motion statement, and what the user has to know about it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence, Set
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.reading import OUT_OF_REACH
+from postproc.compensation.results.transitions import (
+    finding,
+    for_the_next,
+    in_transition,
+    own_moves,
+    transient_finding,
+    transition_findings,
+)
+from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
+from postproc.compensation.tolerances import goal_tolerances
+from postproc.diagnostics import Diagnostic, Matter
+from postproc.grouping import grouped
+from postproc.motion.values import Move
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey, executions_of
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.program.program import Program
+from postproc.robot.pose import pose_error
+
+MM = 1e3
+UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
+SOMETIMES = "where the arm comes from is not known in some of its runs: there it is corrected at its target alone"
+SHARED = "its runs need different corrections and get the middle of them"
+MORE = "a finer zone or a shorter move leaves room for added targets"
+INERTIA = "`--inertia off` shows what acceleration makes of it"
+LENT_START = (
+    "the arm comes from a target of a file that is only read along and stays as it is: convert both together"
+    " (`postproc batch`)"
+)
+STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
+BESIDE = "what is corrected beside it begins or ends here: check the path around this statement"
+FOLLOWS = "it follows the target that it is derived from"
+JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
+BESIDE_ARM = "it does not move the arm"
+ENDS = "its ends are corrected on the controller, and the way between them follows those"
+
+
+def judge_statements(
+    program: Program,
+    events: Sequence[MotionEvent],
+    plan: CorrectionPlan,
+    after: Deviation,
+    on_controller: Set[StatementKey] = frozenset(),
+) -> tuple[list[StatementOutcome], list[Diagnostic]]:
+    """One outcome per motion statement of files that may change, in text order, and findings where it stays off.
+
+    Args:
+        events: all of the program; after: deviation of the written program, by sample and by move.
+        on_controller: statements that a function corrects while the program runs: ``run_time`` in place of ``skipped``.
+    """
+    path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
+    moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
+    runs = executions_of(events)
+    passing = in_transition(plan, after)
+    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), _shifts(plan)
+    at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
+    outcomes: list[StatementOutcome] = []
+    findings: list[Diagnostic] = []
+    own = own_moves(plan)
+    for statement in program.statements:
+        indices = runs.get(statement.key, [])
+        rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
+        if not statement.source.read_only:
+            every = [moves[i] for i in indices if i in moves]
+            outcome = _outcome(statement, [events[i] for i in indices], every, plan, after=after, shifts=shifts)
+            if outcome.status == "skipped" and statement.key in on_controller:
+                outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
+            outcomes.append(outcome)
+            if statement.interpolation == "absjoint":
+                continue
+            if outcome.status == "skipped":
+                if statement.interpolation != "none":
+                    text = f"left as it is: {outcome.reason}"
+                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
+                    findings.append(_left(statement, text, first or BESIDE))
+                continue
+        over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
+        if over:
+            farthest = max(over, key=lambda i: max(worst[i], at_goal[i]))
+            on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
+            what = "the path to this target" if on_the_way else "this target itself"
+            off, most = (worst, path) if on_the_way else (at_goal, goal)
+            text = f"{what} stays {MM * off[farthest]:.3f} mm off, tolerance {MM * most[farthest]:g} mm"
+            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, on_the_way)))
+    unseen, lines = unmeasured(outcomes, events, plan)
+    if 0 < unseen == lines:
+        text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
+        findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
+    findings += _searched_findings(outcomes, events) + transition_findings(plan)
+    findings += transient_finding(plan, after, own[after.owner] & ~passing)
+    return outcomes, findings
+
+
+def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
+    """What keeps a statement from its tolerance.
+
+    Args:
+        rows: the moves that it makes; farthest: the one that is farthest off.
+    """
+    moves = plan.motion.moves
+    if moves[farthest].event.statement.key in plan.on_controller:
+        return ENDS
+    start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
+    if plan.places.get(moves[farthest].event.statement.key) == "derived":
+        return FOLLOWS
+    if not on_the_way and any(i in plan.relaxed for i in rows):
+        return SHARED
+    key = start.event.statement.key
+    if on_the_way and start.event.statement.source.read_only and key not in plan.places:
+        return LENT_START
+    if on_the_way and key in plan.left:
+        return STAYING_START
+    divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
+    return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)
+
+
+def _outcome(
+    statement: MotionStatement,
+    runs: Sequence[MotionEvent],
+    rows: Sequence[int],
+    plan: CorrectionPlan,
+    *,
+    after: Deviation,
+    shifts: Array,
+) -> StatementOutcome:
+    """What has become of a statement.
+
+    Args:
+        runs: its executions; rows: the moves that they make; shifts: (m, 2) of the goals of all moves [m], [rad].
+    """
+    if statement.interpolation == "none":
+        return StatementOutcome(statement, "skipped", BESIDE_ARM)
+    reason = next((event.reason for event in runs if event.reason), None)
+    if not rows:
+        return StatementOutcome(
+            statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
+        )
+    residual = MM * max(float(after.goal_distance[i]) for i in rows)
+    if statement.interpolation == "absjoint":
+        return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
+    refused = plan.left.get(statement.key)
+    if refused is not None:
+        status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
+        why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
+        return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
+    shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
+    if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
+        why = "the correction is below the last decimal"
+        return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
+    edited = plan.places.get(statement.key)
+    moves = plan.motion.moves
+    begun = [_begins_anywhere(moves[i]) for i in rows]
+    if any(begun):
+        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
+    if any(i in plan.relaxed for i in rows):
+        reason = SHARED
+    reason = FOLLOWS if edited == "derived" else reason
+    return StatementOutcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
+
+
+def unknown_outcomes(
+    program: Program, events: Sequence[MotionEvent], on_controller: Set[StatementKey]
+) -> tuple[list[StatementOutcome], list[Diagnostic]]:
+    """As ``judge_statements`` for a program none of whose targets is known before it runs."""
+    runs = executions_of(events)
+    outcomes, findings = [], []
+    for statement in (s for s in program.statements if not s.source.read_only):
+        indices = runs.get(statement.key, [])
+        reason = next((events[i].reason for i in indices if events[i].reason), None)
+        if statement.key in on_controller:
+            outcomes.append(StatementOutcome(statement, "run_time", reason, edited="function"))
+            continue
+        if statement.interpolation == "absjoint":
+            outcomes.append(StatementOutcome(statement, "unchanged", JOINT_TARGET))
+            continue
+        beside = BESIDE_ARM if statement.interpolation == "none" else None
+        outcomes.append(StatementOutcome(statement, "skipped", beside or reason or "the program never gets here"))
+        if beside is None:
+            findings.append(_left(statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
+    return outcomes, findings
+
+
+def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
+    """CMP005."""
+    return replace(finding("CMP005", "warning", statement, text, help_), matter=Matter.LEFT)
+
+
+def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
+    """Corrected statements that also run where they or the arm cannot follow: what remains there is in no figure."""
+    moves = plan.motion.moves
+    followed = {move.row for move in moves}
+    astray = {e.statement.key for row, e in enumerate(events) if e.has_unresolved_runs or row not in followed}
+    astray |= {m.event.statement.key for m in moves if _begins_anywhere(m)} & _measured(plan)
+    return sum(o.status == "compensated" and o.statement.key in astray for o in outcomes)
+
+
+def _begins_anywhere(move: Move) -> bool:
+    """Whether a line or arc begins where nobody knows."""
+    return move.first and move.resumes_from is None and move.kind in ("line", "arc")
+
+
+def unmeasured(
+    outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan
+) -> tuple[int, int]:
+    """Lines and arcs whose way is in no figure (where they begin or end is not known), and how many there are."""
+    run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
+    mine = itertools.compress(plan.motion.moves, own_moves(plan))
+    own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
+    return len(own - _measured(plan)), len(own)
+
+
+def _measured(plan: CorrectionPlan) -> set[StatementKey]:
+    return {move.event.statement.key for move in plan.motion.moves if not move.first}
+
+
+ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
+
+
+def largest_shifts(
+    outcomes: Sequence[StatementOutcome], plan: CorrectionPlan
+) -> dict[StatementKey, tuple[float, float]]:
+    """How far each statement may be corrected [mm] and turned [rad], whatever its data is when the program runs.
+
+    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
+    statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
+    """
+    along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
+    largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
+    shifts = {o.statement.key: o.shift_mm for o in outcomes}
+    through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
+    goal = goal_tolerances(plan.motion.moves, plan.motion.options)
+    slack: dict[StatementKey, float] = {}
+    for move, tolerance in zip(plan.motion.moves, goal, strict=True):
+        key = move.event.statement.key
+        slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
+    moved = {move.event.statement.key for move in plan.motion.moves}
+    bound = (shifts.keys() | moved) - through
+    turned = (1.0 + ALIKE) * float(_shifts(plan)[:, 1].max(initial=0.0))
+    return {key: ((shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest, turned) for key in bound}
+
+
+def _shifts(plan: CorrectionPlan) -> Array:
+    """(m, 2) how far the goal of every move is corrected [m], [rad]."""
+    samples = plan.motion.samples
+    T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
+    error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
+    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
+
+
+def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """CMP018 once for every routine whose corrected statements also run displaced by what a search has found."""
+    searched = {e.statement.key for e in events if e.searched}
+    corrected = (o for o in outcomes if o.status == "compensated" and o.statement.key in searched)
+    findings = []
+    for found in grouped(((o.statement.module, o.statement.routine), o) for o in corrected).values():
+        most = max(outcome.shift_mm or 0.0 for outcome in found)
+        text = (
+            f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a"
+            " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
+        )
+        help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
+        findings.append(finding("CMP018", "warning", found[0].statement, text, help_))
+    return findings

@@ -1,0 +1,150 @@
+"""Seams: the weld statements of a program that belong together, and how far off each seam is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.results.transitions import finding, in_transition
+from postproc.compensation.text.values import StatementOutcome
+from postproc.diagnostics import Diagnostic, Severity
+from postproc.grouping import grouped
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+
+MM = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class Seam:
+    """One seam.
+
+    Args:
+        name: of its routine; outcomes: of its statements, in the order of the text.
+        length_mm: of the way while the arc burns, in one run; before_mm, after_mm: largest deviation there, None where
+            nothing could be measured.
+        added_targets: statements added in it.
+    """
+
+    name: str
+    outcomes: tuple[StatementOutcome, ...]
+    length_mm: float
+    before_mm: float | None
+    after_mm: float | None
+    added_targets: int
+
+    @property
+    def left(self) -> list[StatementOutcome]:
+        """Statements that stay uncorrected."""
+        return [o for o in self.outcomes if o.status == "skipped"]
+
+    def as_json(self) -> dict[str, Any]:
+        """The seam in the ``postproc/compensate/1`` document."""
+        first, last = self.outcomes[0].statement, self.outcomes[-1].statement
+        return {
+            "name": self.name,
+            "path": first.source.path,
+            "line_from": first.line,
+            "line_to": last.line,
+            "length_mm": round(self.length_mm, 1),
+            "before_mm": self.before_mm,
+            "after_mm": self.after_mm,
+            "added_targets": self.added_targets,
+            "left": len(self.left),
+        }
+
+
+def find_seams(
+    outcomes: Sequence[StatementOutcome], plan: CorrectionPlan, before: Deviation, after: Deviation
+) -> list[Seam]:
+    """The seams of a program, in the order of the text."""
+    moves, samples = plan.motion.moves, plan.motion.samples
+    rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.resumes_from is None)
+    passing = in_transition(plan, after)
+    was = before.largest_of_moves(before.space & before.steady)
+    stays = after.largest_of_moves(after.space & after.steady & ~passing)
+    added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
+    seams = []
+    for group in _groups(outcomes):
+        keys = [o.statement.key for o in group]
+        burning = [i for key in keys for i in rows.get(key, ())]
+        known = [i for i in burning if not moves[i].first]
+        length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
+        now, then = (round(MM * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
+        count = sum(len(added.get(key, ())) for key in keys[1:])
+        seams.append(Seam(group[0].statement.routine, tuple(group), MM * length, now, then, count))
+    return seams
+
+
+def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
+    """CMP020 at weld statements that stay uncorrected in a seam whose other statements are corrected: a step."""
+    severity: Severity = "warning" if allowed else "error"
+    findings = []
+    for seam in seams:
+        if any(o.status in ("compensated", "run_time") for o in seam.outcomes):
+            for outcome in seam.left:
+                text = f"this weld statement would stay uncorrected in a corrected seam: {outcome.reason}"
+                help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"
+                findings.append(finding("CMP020", severity, outcome.statement, text, "" if allowed else help_))
+    return findings
+
+
+def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """CMP021 at seams that are not ended, and at weld statements that no start leads to, in the order of the run.
+
+    Where the arm may come by several ways, or on a condition that is not known, nothing is said of what was before.
+    """
+    found: dict[StatementKey, Diagnostic] = {}
+    start: MotionStatement | None = None
+    known = False  # whether the arc burns
+
+    def report(statement: MotionStatement, text: str) -> None:
+        help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
+        if not statement.source.read_only:
+            found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
+
+    for event in events:
+        statement, interpolation = event.statement, event.statement.interpolation
+        if event.first or event.detached or event.conditional or event.unreachable or event.resumes_from is not None:
+            start, known = None, False
+        if event.resumes_from is not None or interpolation == "none":
+            continue
+        phase = _arc_phase(event)
+        if start is not None and phase in ("", "start"):
+            report(start, "the seam that begins here is not ended before the arm moves on without it")
+        if known and start is None and phase in ("weld", "end"):
+            report(statement, "it welds, and nothing on the way here starts the arc")
+        known = True
+        start = statement if phase == "start" else start if phase == "weld" else None
+    if start is not None:
+        report(start, "the seam that begins here is not ended")
+    return list(found.values())
+
+
+def _arc_phase(event: MotionEvent) -> str:
+    """``start``, ``weld``, ``end``; empty for what is no arc welding."""
+    return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""
+
+
+def _groups(outcomes: Sequence[StatementOutcome]) -> Iterator[list[StatementOutcome]]:
+    """Weld statements of one routine from a start to an end."""
+    group: list[StatementOutcome] = []
+    for outcome in outcomes:
+        statement = outcome.statement
+        phase = statement.signature.phase
+        if group and (not phase or phase == "start" or _routine(group[-1]) != _routine(outcome)):
+            yield group
+            group = []
+        if phase:
+            group.append(outcome)
+        if phase == "end":
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def _routine(outcome: StatementOutcome) -> tuple[str, str, str]:
+    return outcome.statement.source.path, outcome.statement.module, outcome.statement.routine

@@ -1,0 +1,263 @@
+"""Targets to add: where both ends are numbers as numbers, else by a function of both ends of the line or arc.
+
+    P = slerp(S, E, s) + c
+
+with the start S and the end E as the program calls them, the share s of the way, and the correction c in the axes of
+the work object: a constant, or affine in numbers that the statement names (see `path_points`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.compensation.correction.fewest_targets import Pieces
+from postproc.compensation.text.insertions import insertion_of, small_zone
+from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
+from postproc.compensation.text.path_points import (
+    UNLIKE,
+    PathRun,
+    argument_text,
+    free_name,
+    hidden_name,
+    on_arc,
+    on_line,
+)
+from postproc.compensation.text.requests import Requester, conf_of
+from postproc.compensation.text.values import Change, Insertion, TargetValue, compliant
+from postproc.grouping import grouped
+from postproc.motion.path.places import axes_between
+from postproc.motion.path.refusals import STILL
+from postproc.rapid.data.events import MotionEvent, Origin
+from postproc.rapid.data.records import RobTarget
+from postproc.rapid.program.program import Program
+from postproc.robot.configuration import confdata
+
+NO_START = "where its line begins has no name here"
+NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
+OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
+MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
+SHARE_DECIMALS = 4
+
+_Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves
+
+
+@dataclass(frozen=True, slots=True)
+class AddedTargets:
+    """What is added.
+
+    Args:
+        refused: moves that cannot be divided, with the reason.
+        circle_points: of divided arcs by move: what becomes of the circle point that stands in the statement.
+    """
+
+    insertions: Sequence[Insertion]
+    refused: Mapping[int, str]
+    circle_points: Mapping[int, Change]
+
+
+class TargetAdder:
+    """Adds targets to divided moves.
+
+    Args:
+        corrected: what a target is with what is written into its slot.
+    """
+
+    def __init__(
+        self, requester: Requester, curve: Array, program: Program, corrected: Callable[[Origin, RobTarget], RobTarget]
+    ) -> None:
+        self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
+        self.moves, self.samples = requester.motion.moves, requester.motion.samples
+        names = ("ppLinePoint", "ppLineBend", "ppLineKeep")
+        self.line_functions = free_name(program, names[0]), free_name(program, names[1]), free_name(program, names[2])
+        self.arc_function = free_name(program, "ppArcPoint")
+
+    def add(self, pieces: Sequence[Pieces], path_mm: Array) -> AddedTargets:
+        """Statements to add.
+
+        Args:
+            path_mm: (m,) largest deviation along each move [mm].
+        """
+        divided = {p.move: p for p in pieces if p.goals}
+        if not divided:
+            return AddedTargets([], {}, {})
+        runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.resumes_from is None)
+        found: list[Insertion] = []
+        refused: dict[int, str] = {}
+        circle_points: dict[int, Change] = {}
+        for group in runs.values():
+            parts = [divided[i] for i in group if i in divided]
+            if not parts:
+                continue
+            path = float(path_mm[group].min())
+            gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
+            allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
+            added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
+            if isinstance(added, str):
+                refused.update(dict.fromkeys(group, added))
+                continue
+            found += added[0]
+            if added[1] is not None:
+                circle_points.update(dict.fromkeys(group, added[1]))
+        return AddedTargets(found, refused, circle_points)
+
+    def _of_statement(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
+        """One set of statements for all runs, or why there is none."""
+        event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
+        if any(len(part.goals) != len(parts[0].goals) for part in parts):
+            return UNLIKE
+        frames = {self._frames(part.move) for part in parts} - {None}
+        if frames:
+            return max(str(why) for why in frames)
+        if all_numbers(event, before):
+            return self._as_numbers(parts, allowed)
+        place = event.statement.module, event.statement.routine
+        hidden = hidden_name(self.program, *place, arc=event.via is not None)
+        if hidden is not None:
+            return hidden
+        names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
+        runs = [self._run(part, next(iter(names)) if len(names) == 1 else None) for part in parts]
+        known = [run for run in runs if isinstance(run, PathRun)]
+        if len(known) < len(runs):
+            return next(run for run in runs if isinstance(run, str))
+        if any(run.texts != known[0].texts for run in known):
+            return UNLIKE
+        if event.via is None:
+            shares = np.median([run.shares for run in known], axis=0)
+            added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
+            lines = on_line(self.line_functions, [replace(run, shares=shares) for run in known], added, allowed)
+            return lines if isinstance(lines, str) else (lines, None)
+        confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
+        asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
+        added = [self._numbers(part.move, part) for part in parts]
+        return on_arc(self.arc_function, known, added, self.requester.values(asked), allowed) or UNLIKE
+
+    def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
+        """The same between ends that are numbers: the middle of what the runs ask for."""
+        moves = [(self.moves[part.move - 1].event.target, self.moves[part.move].event) for part in parts]
+        if any((start, e.target, e.via) != (moves[0][0], moves[0][1].target, moves[0][1].via) for start, e in moves):
+            return UNLIKE
+        found = []
+        for insertions in zip(*(self._numbers(part.move, part) for part in parts), strict=True):
+            values = [insertion.to for insertion in insertions]
+            law = nearest_law([constant_law(np.array([value.pose.trans for value in values]))], allowed)
+            if law is None or any(not _in_one_posture(value, values[0]) for value in values):
+                return UNLIKE
+            pose = replace(values[0].pose, trans=law.constant)
+            found.append(replace(insertions[0], to=replace(values[0], pose=pose)))
+        return found, None
+
+    def _frames(self, i: int) -> str | None:
+        """Why nothing can follow both ends of a move; None where something can.
+
+        A work object or a tool that is calibrated anew moves a line that begins in another, or at joint angles, to
+        where no text can follow.
+        """
+        event, before = self.moves[i].event, self.moves[i - 1].event
+        frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
+        if event.touched:
+            return MAY_HAVE_CHANGED
+        same = frames[0] == frames[1] and _frame_texts(before) == _frame_texts(event)
+        return None if isinstance(before.target, RobTarget) and same else OTHER_FRAME
+
+    def _run(self, part: Pieces, name: str | None) -> PathRun | str:
+        """One execution between ends that the text names.
+
+        Args:
+            name: of where it begins, None where the program has none.
+        """
+        event, before = self.moves[part.move].event, self.moves[part.move - 1].event
+        to, via = event.statement.argument("to"), event.statement.argument("via")
+        literal = before.statement.argument("to")
+        assert to is not None and isinstance(event.target, RobTarget) and isinstance(before.target, RobTarget)
+        if name is None and literal is not None and _is_number(before.target_origin):
+            name = literal.text
+        if name is None:
+            return NO_START
+        ends = [(name, before.target_origin, before.target), (to.text, event.target_origin, event.target)]
+        if event.via is not None and event.via_origin is not None and via is not None:
+            ends.insert(1, (via.text, event.via_origin, event.via))
+        texts = [argument_text(text, self.program, event.statement.module) for text, _, _ in ends]
+        written = tuple(text for text in texts if text is not None)
+        if len(written) < len(ends):
+            return NO_PARTS
+        targets = tuple(self._written(origin, target) for _, origin, target in ends)
+        u = self.samples.u
+        return PathRun(event, written, targets, u[list(part.goals)], u[list(part.vias)])
+
+    def _written(self, origin: Origin, target: RobTarget) -> RobTarget:
+        """What the text of a target gives once the numbers that it comes from are corrected.
+
+        Numbers that stand in a statement are repeated as they were.
+        """
+        root = origin.root
+        base = target if root is None else root.target
+        now = base if origin.stands_in_statement else self.corrected(origin, base)
+        if root is None or now == base:
+            return now if root is None else target
+        turn = Rotation.from_quat(now.rot, scalar_first=True) * Rotation.from_quat(base.rot, scalar_first=True).inv()
+        moved = np.subtract(now.trans, base.trans) + turn.apply(root.lever) - np.array(root.lever)
+        x, y, z = np.add(target.trans, moved).tolist()
+        w, a, b, c = (turn * Rotation.from_quat(target.rot, scalar_first=True)).as_quat(scalar_first=True).tolist()
+        return replace(target, trans=(x, y, z), rot=(w, a, b, c), robconf=now.robconf)
+
+    def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
+        """The statements to add before one move, their targets as numbers.
+
+        Args:
+            shares: of the way at the targets, where these are not those of the samples (of a line).
+        """
+        event = self.moves[i].event
+        goals = list(part.goals)
+        T = self.curve[goals].copy()
+        if event.via is None and shares is not None:
+            ends = self.curve[[self.samples.start[i], self.samples.goal[i]], :3, 3]
+            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), ends[1] - ends[0])
+        confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
+        to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
+        shares = self.samples.u[goals].tolist()
+        to = [
+            replace(value, extax=axes_between(self.moves[max(i - 1, 0)].event, event, share))
+            for value, share in zip(to, shares, strict=True)
+        ]
+        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        zone = small_zone(self.program, event)
+        return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
+
+    def _gap(self, part: Pieces) -> float:
+        """Largest distance [mm] between the correction at the targets to add and its linear interpolation.
+
+        The interpolation is between the corrections at start and goal of the move: what the path lacks without added
+        targets. ``add`` derives from it how far an added target may be off in each run.
+        """
+        samples, goals, i = self.samples, list(part.goals), part.move
+        shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
+        u = samples.u[goals][:, None]
+        gaps: Array = (1 - u) * shift[samples.start[i]] + u * shift[samples.goal[i]] - shift[goals]
+        return 1e3 * float(np.linalg.norm(gaps, axis=1).max())
+
+
+def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
+    """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers."""
+    origins = (before.target_origin, event.target_origin, *([event.via_origin] if event.via is not None else []))
+    return all(origin is not None and _is_number(origin) for origin in origins)
+
+
+def _frame_texts(event: MotionEvent) -> list[str]:
+    """What a statement calls its tool and its work object: two of equal values may be calibrated apart."""
+    arguments = [event.statement.argument(role) for role in ("tool", "\\wobj")]
+    return ["wobj0" if argument is None else "".join(argument.text.split()).lower() for argument in arguments]
+
+
+def _is_number(origin: Origin) -> bool:
+    """Whether a target stands as numbers in its statement."""
+    return origin.kind == "inline" and origin.handed is None
+
+
+def _in_one_posture(a: TargetValue, b: TargetValue) -> bool:
+    """Whether one statement can lead to both targets: in one configuration, external axes at one place."""
+    return compliant(a.robconf, b.robconf) and bool(np.abs(np.subtract(a.extax, b.extax)).max() <= STILL)

@@ -1,0 +1,148 @@
+"""Which statement an added target gets, and where none may be added."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from postproc.compensation.text.values import Insertion, TargetValue
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.program.program import Program
+from postproc.rapid.unknown import Kind
+
+# An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
+# Instructions that do something at their target (outputs, procedure calls) get plain moves as well; those with triggers
+# at distances from their start or end get none.
+_ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
+_PLAIN = re.compile(r"(Move|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync)?$")
+
+# Options that mean on every part of a line what they mean on the whole: speed, frame, load, weaving, tracking.
+CARRIED = frozenset({"\\v", "\\wobj", "\\tload", "\\weave", "\\track"})
+# Options that act at the target of the statement, which keeps them: stop point or zone, a signal, the start of a seam.
+_AT_TARGET = frozenset({"\\z", "\\inpos", "\\on", "\\off", "\\value", "\\dvalue"})
+_AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
+
+TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
+RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle of a divided line"
+ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
+
+_NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
+_OPENS = re.compile(
+    rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
+)
+
+
+def added_instruction(instruction: str) -> str | None:
+    """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
+
+    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")]
+    ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
+    """
+    arc = _ARC.match(instruction)
+    if arc:
+        if arc["phase"] == "Start":
+            return "Move" + arc["stem"][-1]
+        return arc["stem"] + (arc["system"] or arc["older"])
+    plain = _PLAIN.match(instruction)
+    return "Move" + plain["way"] if plain else None
+
+
+def why_indivisible(event: MotionEvent) -> str | None:
+    """Why no target may be added before a statement, or None."""
+    statement = event.statement
+    name = added_instruction(statement.instruction)
+    if statement.source.read_only:
+        return "it stands in a file that is only read along: convert both together (`postproc batch`)"
+    if statement.instruction.startswith("Trigg"):
+        return "its triggers are placed along the whole way"
+    if name is None:
+        return f"nothing may be added before {statement.instruction}"
+    if event.has_unresolved_runs:
+        return "it also runs with other targets, on ways that are not followed"
+    if event.detached:
+        return "the arm may come here from more than one place"
+    lasting = _AT_TARGET | (_AT_START if name != statement.instruction and name.startswith("Move") else frozenset())
+    for role in statement.roles:
+        if role.startswith("\\") and role not in CARRIED | lasting:
+            return f"`{_spelled(statement, role)}` would act on each of its parts"
+    if not _stands_alone(statement.source.data, statement.span[0]):
+        return "it stands in a one-line IF"
+    return None
+
+
+def runs_astray(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
+    """Statements that also run in a way that is not followed (with a payload that is not known, ..), but for those from
+    and to the places of a run that is: a target that is added for the one lies beside the way of the other.
+
+    Args:
+        rows: of the events that are moves with a known start.
+    """
+    lost = {
+        row: e for row, e in enumerate(events) if e.reason is not None and e.resumes_from is None and not e.unreachable
+    }
+    keys = {e.statement.key for e in lost.values()}
+    followed = {_way(events, row) for row in rows if events[row].statement.key in keys}
+    return frozenset(e.statement.key for row, e in lost.items() if _way(events, row) not in followed)
+
+
+def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
+    """What tells whether two runs of a statement lie on one line in the object frame."""
+    event, before = events[row], row - 1
+    while before >= 0 and events[before].statement.interpolation == "none" and events[before].reason is None:
+        before -= 1
+    if event.first or before < 0:
+        return ()
+    start = events[before]
+    known = start.target is not None and event.target is not None and _unknowns(start) == _unknowns(event)
+    place = (start.target, event.target, event.via)
+    frames = ((e.wobj, e.displacement, e.tool) for e in (start, event))
+    return (event.statement.key, *place, *frames) if known else (row,)
+
+
+def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
+    """Why an execution is left alone, without words."""
+    return [(unknown.root.kind, unknown.root.subject) for unknown in event.unknowns]
+
+
+def _stands_alone(data: bytes, offset: int) -> bool:
+    """Whether a statement may be put in front: the code before it ends a statement or opens a block or a routine."""
+    end = offset
+    while end > 0:
+        start = data.rfind(b"\n", 0, end) + 1
+        code = _NO_CODE.sub(b"", data[start:end]).strip()
+        if code:
+            return code.endswith(b";") or _OPENS.search(code) is not None
+        end = start - 1
+    return True
+
+
+def _spelled(statement: MotionStatement, role: str) -> str:
+    """An option as the statement writes it, ``\\T1``."""
+    argument = statement.argument(role)
+    assert argument is not None
+    start = argument.whole[0]
+    return statement.source.data[start : start + len(role)].decode("latin-1")
+
+
+def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
+    """The statement to add for a target on the way to the event's target."""
+    name = added_instruction(event.statement.instruction)
+    assert name is not None
+    if event.statement.argument("\\on") is not None:  # the older form of ArcLStart
+        name = "Move" + name[3]
+    return Insertion(event.statement, name, to, via, zone)
+
+
+def small_zone(program: Program, event: MotionEvent) -> str:
+    """A fly-by zone so small that the corner it cuts off a nearly straight path is nothing."""
+    statement = event.statement
+    own = event.zone
+    if not own.finep and own.pzone_tcp <= 1.0:
+        argument = statement.argument("zone")
+        if argument is not None:
+            return argument.text
+    for name in ("z1", "z0"):
+        if not program.hides(name, statement.module, statement.routine):
+            return name
+    argument = statement.argument("zone")
+    return argument.text if argument is not None and not own.finep else "z5"

@@ -1,0 +1,222 @@
+"""Targets on a line or arc whose ends have names: calls of a function that is written into the program.
+
+    MoveL ppLinePoint(pStart,pGoal,0.25,0.012,-0.03,0.007),v50,z1,tT;
+
+goes to the point after a quarter of the line, displaced by the correction, wherever the ends are taught
+(templates/line_point.j2, arc_point.j2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, nearest_law
+from postproc.compensation.text.values import Change, Insertion, PathPoint, TargetValue, compliant
+from postproc.motion.path.curves import circle_through
+from postproc.motion.path.postures import any_configuration
+from postproc.motion.path.refusals import STILL
+from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import NO_AXIS, RobTarget
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.tokens import identifiers
+from postproc.rapid.syntax.trees import Call, Star, nodes
+from postproc.rapid.unknown import Unknown
+from postproc.robot.cells.cell import LETTERS
+
+UNLIKE = "it runs several times on different ways"
+OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
+OTHER_AXES = "its ends do not say how external axes move along it"
+HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
+SHARE_DECIMALS = 5
+# What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
+LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
+ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "robtarget", "pos", "num")
+AROUND_ARC = ("Offs",)
+
+
+@dataclass(frozen=True, slots=True)
+class PathRun:
+    """One execution of a divided line or arc.
+
+    Args:
+        texts: start and goal, of an arc with its circle point between them, as the program calls them.
+        targets: what these are now, with what is written into their numbers.
+        shares: of the way at the added goals, via_shares: at the circle points, one more.
+    """
+
+    event: MotionEvent
+    texts: tuple[str, ...]
+    targets: tuple[RobTarget, ...]
+    shares: Array
+    via_shares: Array
+
+    @property
+    def points(self) -> Array:
+        """(2 or 3, 3) the positions of the targets [mm]."""
+        return np.array([target.trans for target in self.targets])
+
+
+def free_name(program: Program, name: str) -> str:
+    """A name for a function that nothing in the program has."""
+    taken = set[str]().union(*(identifiers(source.data) for source in program.sources))
+    return next(n for n in (name, *(f"{name}{k}" for k in range(2, 1000))) if n.lower() not in taken)
+
+
+def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
+    """Why a point of a line or arc cannot be worked out in a module: a built-in that its function or the call needs is
+    hidden there by a name of the program's own.
+    """
+    names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
+    names += [(name, routine) for name in AROUND_ARC if arc]
+    hidden = (name for name, where in names if program.hides(name, module, where))
+    return next((HIDDEN.format(name) for name in hidden), None)
+
+
+def argument_text(text: str, program: Program, module: str) -> str | None:
+    """A target expression as it may stand in a call: on one line, and worked out as often as one likes."""
+    text = " ".join(text.split())
+    data = text.encode("latin-1")
+    try:
+        tree = read_whole_expression(data, 0, len(data)) if "!" not in text else None
+    except Unknown:
+        return None
+    if tree is None or any(isinstance(part, Star) for part in nodes(tree)):
+        return None
+    called = [part.name for part in nodes(tree) if isinstance(part, Call)]
+    pure = all(name in FUNCTIONS and program.routine(name, module) is None for name in called)
+    return text if pure else None
+
+
+def on_line(
+    functions: tuple[str, str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
+) -> list[Insertion] | str:
+    """The same statements for all runs of a line, or why there are none.
+
+    Args:
+        functions: names of that which displaces all lines alike, of that which does with the square of the length, and
+            of that which keeps the configuration of its first end.
+        added: what each run would add as numbers.
+    """
+    found = []
+    for k, insertions in enumerate(zip(*added, strict=True)):
+        values = [insertion.to for insertion in insertions]
+        share, kept = _share(runs, k), True
+        for run, value in zip(runs, values, strict=True):
+            near = run.targets[0 if share < 0.5 else -1]
+            far = run.targets[-1 if share < 0.5 else 0]
+            if not any_configuration(run.event) and value.robconf != near.robconf:
+                kept &= value.robconf == far.robconf
+                if not kept and not compliant(value.robconf, near.robconf):
+                    return OTHER_POSTURE
+            else:
+                kept = False
+            if not _same_axes(run.targets, value, share):
+                return OTHER_AXES
+        to = _on_path(functions[:2], runs, values, [share] * len(runs), allowed)
+        if to is None or to.point is None:
+            return UNLIKE
+        if kept and not to.point.length:
+            to = replace(to, point=_from_farther(to.point, functions[2]))
+        found.append(replace(insertions[0], to=to))
+    return found
+
+
+def _from_farther(point: PathPoint, function: str) -> PathPoint:
+    """The same place, counted from the end that is farther away: with the configuration of that."""
+    if point.share < 0.5:
+        share = round(1.0 - point.share, SHARE_DECIMALS)
+        return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
+    return replace(point, function=function, keeps=True)
+
+
+def on_arc(
+    function: str,
+    runs: Sequence[PathRun],
+    added: Sequence[Sequence[Insertion]],
+    last: Sequence[TargetValue],
+    allowed: Allowed,
+) -> tuple[list[Insertion], Change] | None:
+    """The same for an arc, with the circle point of the part that is left.
+
+    Args:
+        last: the circle point of the last part in each run.
+    """
+    found = []
+    for k, insertions in enumerate(zip(*added, strict=True)):
+        to = _on_path((function, ""), runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
+        vias = [i.via for i in insertions if i.via is not None]
+        via = _on_path((function, ""), runs, vias, [run.via_shares[k] for run in runs], allowed)
+        if to is None or via is None:
+            return None
+        found.append(replace(insertions[0], to=to, via=via))
+    left = _on_path((function, ""), runs, last, [run.via_shares[-1] for run in runs], allowed)
+    statement = runs[0].event.statement
+    argument = statement.argument("via")
+    if left is None or argument is None:
+        return None
+    return found, Change(statement.source, argument.span, "offset", left, left.law)
+
+
+def _share(runs: Sequence[PathRun], k: int) -> float:
+    return round(float(np.median([run.shares[k] for run in runs])), SHARE_DECIMALS)
+
+
+def _on_path(
+    functions: tuple[str, str],
+    runs: Sequence[PathRun],
+    values: Sequence[TargetValue],
+    shares: Sequence[float],
+    allowed: Allowed,
+) -> TargetValue | None:
+    share = round(float(np.median(shares)), SHARE_DECIMALS)
+    points = [point_at(run.points, own) for run, own in zip(runs, shares, strict=True)]
+    offsets = np.array([value.pose.trans for value in values]) - points
+    law, length = _law(runs, offsets, allowed)
+    if law is None:
+        return None
+    ends = [target for run in runs for target in run.targets]
+    axes = "".join(a for k, a in enumerate(LETTERS) if any(target.extax[k] < NO_AXIS for target in ends))
+    return replace(values[0], point=PathPoint(functions[length > 0], runs[0].texts, share, axes, length), law=law)
+
+
+def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
+    """What displaces a point of all runs, and the length of the line [mm] for which it holds, 0 for all."""
+    law = nearest_law(_laws(runs, offsets, allowed), allowed)
+    lengths = np.linalg.norm([run.points[-1] - run.points[0] for run in runs], axis=1)
+    if law is not None or len(runs[0].points) > 2 or np.ptp(lengths) < 1.0:
+        return law, 0
+    length = round(float(lengths.max()))
+    bends = ((lengths / length) ** 2)[:, None]
+    x, y, z = ((bends * offsets).sum(axis=0) / (bends**2).sum()).tolist()
+    return nearest_law([(OffsetLaw((x, y, z)), offsets - bends * (x, y, z))], allowed), length
+
+
+def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator[tuple[OffsetLaw, Array]]:
+    yield constant_law(offsets)
+    # The function works with the coordinates of both ends already.
+    regressors = [{n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in run.texts} for run in runs]
+    law = fit_affine(regressors, offsets, allowed.fine)
+    yield law, offsets - [law.at(numbers) for numbers in regressors]
+
+
+def _same_axes(ends: Sequence[RobTarget], value: TargetValue, share: float) -> bool:
+    """Whether external axes that move evenly between both ends are where the added target has them."""
+    start, goal = (np.array(end.extax) for end in (ends[0], ends[-1]))
+    return bool((np.abs(start + share * (goal - start) - value.extax) <= STILL).all())
+
+
+def point_at(points: Array, share: float) -> Array:
+    """(3,) the point after a share of the line between two points, or of the circle through three (k, 3)."""
+    if len(points) < 3:
+        along: Array = points[0] + share * (points[1] - points[0])
+        return along
+    start, via, goal = points[:, None]
+    center, radial, tangent, angle, _, _ = circle_through(start, via, goal)
+    along = (center + np.cos(share * angle) * radial + np.sin(share * angle) * tangent)[0]
+    return along

@@ -1,0 +1,134 @@
+"""What the correction asks for: targets as the program would write them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.compensation.correction.circles import circle_point
+from postproc.compensation.correction.curve import NO_JUMP, Exact
+from postproc.compensation.correction.deviation import away_from_curves
+from postproc.compensation.correction.fewest_targets import Pieces
+from postproc.compensation.path.motion import Motion
+from postproc.compensation.text.values import Conf, TargetRequest, TargetValue
+from postproc.compensation.tolerances import goal_tolerances
+from postproc.motion.path.postures import any_configuration
+from postproc.rapid.data.records import RobTarget
+from postproc.rapid.motions.units import target_poses
+from postproc.robot.arm import Robot
+from postproc.robot.configuration import confdata, within
+from postproc.robot.inverse import BOUNDARY
+from postproc.robot.pose import displace, pose_error
+
+SLACK = 0.5  # share of the tolerance that a target may take; the rest is for the way between targets
+
+Asked = tuple[int, str, Array, Conf]  # move, role, (4, 4) corrected pose, configuration
+
+
+class Requester:
+    """Makes the requests of a program's moves.
+
+    Args:
+        exact: the inverse of the model (see ``invert_model``).
+    """
+
+    def __init__(self, robot: Robot, motion: Motion, exact: Exact) -> None:
+        self.robot, self.motion, self.exact, self.moves = robot, motion, exact, motion.moves
+        nominal = np.array([m.q for m in motion.moves])
+        self.conf_after = confdata(robot, exact.q_goal)
+        crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
+        taught = [getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves]
+        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
+        self.kept = within(robot, exact.q_goal, np.array(taught), BOUNDARY / 2) & ~crossed
+        self.T_goal = motion.samples.curves.mounts.work(exact.T_base_flange)
+        self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
+
+    def goals(self, chosen: Iterable[int]) -> list[TargetRequest]:
+        """Requests for the targets of the chosen moves; none for joint targets and where the arm stands already."""
+        asked: list[Asked] = []
+        for i in chosen:
+            move = self.moves[i]
+            target = move.event.target
+            if isinstance(target, RobTarget) and move.resumes_from is None:
+                # The confdata as it was taught, while the corrected joints stand where it says.
+                keeps = self.kept[i] or any_configuration(move.event)
+                asked.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
+        return self._requests(asked)
+
+    def vias(
+        self, chosen: Iterable[int], written: Exact, curve: Array, pieces: Sequence[Pieces]
+    ) -> list[TargetRequest]:
+        """Requests for the circle points of the chosen moves.
+
+        Args:
+            written: goals as the text has them (see ``place_targets``); curve: (n, 4, 4) commanded poses through them.
+            pieces: how arcs are divided: the circle point of the last part is asked for.
+        """
+        divided = {p.move: p for p in pieces if p.goals}
+        asked: list[Asked] = []
+        for i in chosen:
+            via = self.moves[i].event.via
+            if via is None or self.moves[i].resumes_from is not None:
+                continue
+            parts = divided.get(i)
+            if parts is None:
+                asked.append((i, "via", self._via(i, written, curve), via.robconf))
+            else:
+                row = parts.vias[-1]
+                asked.append((i, "via", curve[row], conf_of(confdata(self.robot, self.exact.q[[row]])[0])))
+        return self._requests(asked)
+
+    def _requests(self, asked: Sequence[Asked]) -> list[TargetRequest]:
+        values = self.values([(i, T, conf) for i, _, T, conf in asked])
+        events = [self.moves[i].event for i, *_ in asked]
+        now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
+        turns = _turns([t.rot for t in now if isinstance(t, RobTarget)], [value.pose.rot for value in values])
+        return [
+            TargetRequest(i, event, role, value, (x, y, z), self.within_mm[i])
+            for (i, role, *_), event, value, (x, y, z) in zip(asked, events, values, turns.tolist(), strict=True)
+        ]
+
+    def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
+        """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
+        events = [self.moves[i].event for i, _, _ in asked]
+        poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
+        result = []
+        for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
+            assert isinstance(event.target, RobTarget)
+            result.append(TargetValue(pose, conf, event.target.extax))
+        return result
+
+    def _via(self, i: int, written: Exact, curve: Array) -> Array:
+        """Circle point (4, 4): where the user put it, corrected.
+
+        Of an arc that begins nobody knows where it goes with the goal.
+        """
+        samples, move = self.motion.samples, self.moves[i]
+        assert move.T_work_via is not None
+        _, u = away_from_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
+        rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+        shifts = pose_error(samples.T_work_tcp[rows], curve[rows])
+        shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])
+        T = move.T_work_via.copy()
+        turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
+        lacks = curve[rows][[0, -1], :3, 3] - written.T_work_tcp[rows][[0, -1], :3, 3]
+        beside = samples.goal[i] > samples.start[i] and np.abs(lacks).max() > NO_JUMP
+        T[:3, 3] = circle_point(samples, written, i, float(u[0])) if beside else T[:3, 3] + shift[:3]
+        T[:3, :3] = turned
+        return T
+
+
+def conf_of(row: Array) -> Conf:
+    """Confdata (4,) as the program writes it."""
+    return int(row[0]), int(row[1]), int(row[2]), int(row[3])
+
+
+def _turns(before: Sequence[Sequence[float]], after: Sequence[Sequence[float]]) -> Array:
+    """(n, 3) rotation vectors [rad], object axes, from unit quaternions to others, scalar first."""
+    if not before:
+        return np.zeros((0, 3))
+    a, b = (Rotation.from_quat(np.array(rot), scalar_first=True) for rot in (before, after))
+    return np.asarray((b * a.inv()).as_rotvec())

@@ -1,0 +1,162 @@
+"""Slots: places in the text that can hold a corrected target, and the statements that each of them serves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.compensation.text.values import TargetRequest
+from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
+from postproc.rapid.execution.calls import MAX_CALLS
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.references import Use, declaration_uses
+from postproc.rapid.program.write_effects import WriteEffects
+
+ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
+# Path and offset of the literal numbers of a target, or of the argument of a call that hands a target over.
+SlotKey = tuple[Literal["numbers", "call"], str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Users:
+    """Motion statements whose targets come from a declaration or a parameter; ``derived`` displace what they get."""
+
+    statements: frozenset[StatementKey]
+    derived: frozenset[StatementKey]
+
+
+def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
+    """Users of each declaration and parameter that serves for nothing but targets; what serves for more is missing.
+
+    What a call hands over to a parameter is used by those who use the parameter.
+    """
+    uses = declaration_uses(program, changes)
+    found: dict[str, Users | None] = {}
+
+    def users(key: str, depth: int) -> Users | None:
+        if key not in found:
+            found[key] = None  # of a routine that calls itself
+            found[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None
+        return found[key]
+
+    def joined(parts: Iterable[Use], depth: int) -> Users | None:
+        statements: set[StatementKey] = set()
+        derived: set[StatementKey] = set()
+        for use in parts:
+            if use.handed and use.kind == "argument":
+                more = users(use.handed, depth + 1)
+                if more is None:
+                    return None
+                statements |= more.statements
+                derived |= more.derived
+            elif use.statement is None or use.kind not in ("motion", "expression") or use.role not in ("to", "via"):
+                return None
+            else:
+                statements.add(use.statement.key)
+                derived |= {use.statement.key} if use.kind == "expression" else set()
+        return Users(frozenset(statements), frozenset(derived))
+
+    return {key: known for key in uses if (known := users(key, 0)) is not None}
+
+
+def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
+    """Slots that could hold a corrected target, the one to prefer first; none in files that are only read along."""
+    base = origin.base
+    spans, handed = base.spans, base.handed
+    found: list[SlotKey] = []
+    if spans is not None and not spans.source.read_only:
+        found.append(("numbers", spans.source.path, spans.whole[0]))
+    if handed is not None and not handed.source.read_only and (spans is None or spans.whole[0] != handed.span[0]):
+        found.append(("call", handed.source.path, handed.span[0]))
+    return tuple(found)
+
+
+def names_of(origin: Origin) -> set[str]:
+    """Keys of the declaration and the parameters that a target comes from."""
+    base = origin.base
+    declared = {base.declaration} if base.declaration is not None else set()
+    return {*(base.handed.parameters if base.handed is not None else ()), *declared}
+
+
+@dataclass(frozen=True, slots=True)
+class Incidence:
+    """Which requests each slot could serve.
+
+    Args:
+        requests: of all executions; of_slot: rows of the requests by slot; of_argument: by statement and role.
+        slots: of each request, those that may be edited, the one to prefer first.
+    """
+
+    requests: Sequence[TargetRequest]
+    of_slot: Mapping[SlotKey, Sequence[int]]
+    of_argument: Mapping[ArgumentKey, Sequence[int]]
+    slots: Sequence[tuple[SlotKey, ...]]
+
+
+def incidence(
+    requests: Sequence[TargetRequest],
+    users: Mapping[str, Users],
+    complete: Set[StatementKey],
+    written: Set[str],
+) -> Incidence:
+    """The slots that may be edited: those that serve for nothing but targets of statements all of whose executions are
+    corrected, and that nothing can write while the program runs.
+
+    Args:
+        complete: see ``fully_requested``; written: keys of the data that anything may write.
+    """
+    of_slot: dict[SlotKey, list[int]] = {}
+    of_argument: dict[ArgumentKey, list[int]] = {}
+    slots = []
+    for row, request in enumerate(requests):
+        here = tuple(slot for slot in slots_of(request.origin) if _serves(slot, request, users, complete, written))
+        for slot in here:
+            of_slot.setdefault(slot, []).append(row)
+        of_argument.setdefault((request.event.statement.key, request.role), []).append(row)
+        slots.append(here)
+    return Incidence(requests, of_slot, of_argument, slots)
+
+
+def _serves(
+    slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
+) -> bool:
+    origin = request.origin
+    base = origin.base
+    if base.handed is not None and (slot[0] == "call" or base.declaration is None):
+        known = users.get(base.handed.parameters[0])
+        return known is not None and known.statements <= complete
+    if base.declaration is None:
+        # An aggregate in the statement serves that alone, and displaced in runs that are not known it would not do.
+        return origin.root is None or request.event.statement.key in complete
+    known = users.get(base.declaration)
+    return known is not None and known.statements <= complete and base.declaration not in written
+
+
+def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
+    """Executions by row but for those that the arm cannot make: the controller stops there, nothing is lost by them.
+
+    Args:
+        rows: of the events that are moves of the arm.
+    """
+    return {
+        row: e
+        for row, e in enumerate(events)
+        if e.resumes_from is None and (row in rows or e.reason is not None or e.statement.interpolation == "none")
+    }
+
+
+def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
+    """Statements of which every execution, by its row among the events, has a request."""
+    lacking = {e.statement.key for row, e in runs.items() if row not in requested}
+    return frozenset({e.statement.key for e in runs.values()} - lacking)
+
+
+def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
+    """Statements that also run to a place that is not known, or to another one for which nothing is requested."""
+    places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
+    return frozenset(
+        e.statement.key
+        for row, e in runs.items()
+        if row not in requested and (e.statement.key, e.target, e.via) not in places
+    )

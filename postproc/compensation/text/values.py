@@ -1,0 +1,175 @@
+"""What a compensation asks for and decides: values of targets, added statements, the outcome of every statement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.compensation.text.laws import OffsetLaw
+from postproc.diagnostics import Source, Span
+from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.data.pose import subtract
+from postproc.rapid.data.records import Ax6, Pose, RobTarget, Vec3
+
+Status = Literal["compensated", "run_time", "unchanged", "skipped"]
+"""``run_time``: its targets go through the function that corrects them on the controller."""
+Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived", "function"]
+"""Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the
+aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine;
+nowhere, because it moves with the target that it is derived from; or in a function around the argument."""
+
+Conf = tuple[int, int, int, int]
+UNCHANGED_MM = 0.0005  # below the last decimal that is written
+UNCHANGED_RAD = 1e-7
+
+
+def compliant(a: Conf, b: Conf) -> bool:
+    """Whether a controller takes one configuration for the other (see `postproc.robot.inverse.COMPLIANT`)."""
+    return a[3] == b[3] and all(abs(x - y) <= 1 for x, y in zip(a[:3], b[:3], strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class PathPoint:
+    """The target after a share of the line between two targets, or the point of the arc through three, as the program
+    calls them.
+
+    Args:
+        function: name of the routine that works it out on the controller.
+        ends: texts of start and goal, of an arc with its circle point between them.
+        axes: letters of the external axes that the ends state.
+        length: of the line [mm] for which its displacement is stated, where that goes with the square of the length: a
+            correction that bends evenly; 0 where it is the same for all lines.
+        keeps: it has the configuration of the first end, wherever it is; else that of the nearer one.
+    """
+
+    function: str
+    ends: tuple[str, ...]
+    share: float
+    axes: str = ""
+    length: int = 0
+    keeps: bool = False
+
+    @property
+    def on_arc(self) -> bool:
+        """Whether it is on an arc."""
+        return len(self.ends) > 2
+
+
+@dataclass(frozen=True, slots=True)
+class TargetValue:
+    """A corrected target in its work object: pose [mm], confdata, external axes.
+
+    Args:
+        point: what it is written as instead of numbers; law: what displaces that [mm].
+    """
+
+    pose: Pose
+    robconf: Conf
+    extax: Ax6
+    point: PathPoint | None = None
+    law: OffsetLaw = OffsetLaw()
+
+
+@dataclass(frozen=True, slots=True)
+class TargetRequest:
+    """Where one execution of a statement wants the target of one of its arguments.
+
+    Args:
+        move: index of the move; event: the execution; role: of the argument, ``to`` or ``via``.
+        value: the corrected target; turn: rotation vector [rad] from the programmed to the corrected orientation.
+        within_mm: how far from it the target may be written.
+    """
+
+    move: int
+    event: MotionEvent
+    role: str
+    value: TargetValue
+    turn: Vec3
+    within_mm: float
+
+    @property
+    def target(self) -> RobTarget:
+        """What the argument says now."""
+        target = self.event.target if self.role == "to" else self.event.via
+        assert isinstance(target, RobTarget)
+        return target
+
+    @property
+    def origin(self) -> Origin:
+        """Where that comes from."""
+        origin = self.event.target_origin if self.role == "to" else self.event.via_origin
+        assert origin is not None
+        return origin
+
+    @property
+    def shift(self) -> Vec3:
+        """From the programmed to the corrected position [mm], object axes."""
+        return subtract(self.value.pose.trans, self.target.trans)
+
+
+Form = Literal["numbers", "amounts", "offset", "components"]
+"""How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, displaced by ``Offs`` or not,
+which takes other configuration data."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One target to rewrite.
+
+    Args:
+        source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
+        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on
+            an arc it stands instead of the text.
+        law: what is added to the position [mm], along the axes of the object frame or, in ``RelTool``, of the tool.
+    """
+
+    source: Source
+    span: Span
+    form: Form
+    value: TargetValue
+    law: OffsetLaw = OffsetLaw()
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """One statement added directly before ``statement``, derived from it.
+
+    Args:
+        instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
+        to, via: its targets.
+        zone: zone argument, a fly-by zone: an added target never stops.
+    """
+
+    statement: MotionStatement
+    instruction: str
+    to: TargetValue
+    via: TargetValue | None
+    zone: str
+
+
+@dataclass(frozen=True, slots=True)
+class StatementOutcome:
+    """What happened to one motion statement, why, and where it is written; shift and residual at its goal [mm]."""
+
+    statement: MotionStatement
+    status: Status
+    reason: str | None = None
+    shift_mm: float | None = None
+    residual_mm: float | None = None
+    edited: Place | None = None
+
+    def as_json(self) -> dict[str, object]:
+        """A row of ``statements`` in the document."""
+        return {
+            "path": self.statement.source.path,
+            "line": self.statement.line,
+            "module": self.statement.module,
+            "routine": self.statement.routine,
+            "instruction": self.statement.instruction,
+            "status": self.status,
+            "reason": self.reason,
+            "edited": self.edited,
+            "shift_mm": self.shift_mm,
+            "residual_mm": self.residual_mm,
+        }

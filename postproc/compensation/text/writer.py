@@ -1,0 +1,228 @@
+"""From requests to changes of the text: what serves which statement, and how each correction is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence, Set
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.compensation.correction.curve import Exact
+from postproc.compensation.path.motion import Motion
+from postproc.compensation.text.assignment import Assigner, Assignment, SlotValue
+from postproc.compensation.text.expressions import TargetExpression, target_expression
+from postproc.compensation.text.laws import OffsetLaw
+from postproc.compensation.text.slots import (
+    ArgumentKey,
+    Incidence,
+    SlotKey,
+    fully_requested,
+    incidence,
+    led_elsewhere,
+    names_of,
+    possible_runs,
+    slots_of,
+    target_users,
+)
+from postproc.compensation.text.values import Change, Place, TargetRequest, TargetValue
+from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin, StatementKey
+from postproc.rapid.data.pose import add, quat_mult
+from postproc.rapid.data.records import Pose, RobTarget
+from postproc.rapid.motions.units import object_matrices
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.robot.pose import pose_error
+
+EXACT_MM = 1e-4  # a target that is written nearer than that is written as it is wanted
+KINDS: dict[str, Place] = {"inline": "aggregate", "declared": "declaration", "element": "element"}
+
+
+class Assigned:
+    """Requests with what is written for them."""
+
+    def __init__(self, requests: Sequence[TargetRequest], links: Incidence, assignment: Assignment) -> None:
+        self.requests, self.links, self.assignment = requests, links, assignment
+        self.left, self.relaxed = assignment.left, assignment.relaxed
+
+    @property
+    def served(self) -> Set[StatementKey]:
+        """Statements that are not left."""
+        return {request.event.statement.key for request in self.requests} - self.left.keys()
+
+    def without(self, arguments: Set[ArgumentKey]) -> Assigned:
+        """The same without what changes the text of some arguments: their offsets and the numbers that stand there."""
+        offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
+        theirs = {
+            slot
+            for request, slot in zip(self.requests, self.assignment.slot_of, strict=True)
+            if (request.event.statement.key, request.role) in arguments and request.origin.stands_in_statement
+        }
+        slots = {slot: value for slot, value in self.assignment.slots.items() if slot not in theirs}
+        return Assigned(self.requests, self.links, replace(self.assignment, slots=slots, offsets=offsets, left={}))
+
+
+class Writer:
+    """Assigns requests to the text of a program.
+
+    Args:
+        events: all of the program; motion: what the arm does.
+    """
+
+    def __init__(self, program: Program, events: Sequence[MotionEvent], motion: Motion) -> None:
+        self.program, self.events, self.motion = program, events, motion
+        self.effects = changes = WriteEffects(program)
+        self.users = target_users(program, changes)
+        self.written = changes.may_be_written | changes.shared  # one value serves the arms of all tasks
+        self.runs = possible_runs(events, {move.row for move in motion.moves})
+        self.statements = {s.key: s for s in program.statements}
+        self._expressions: dict[ArgumentKey, TargetExpression] = {}
+
+    def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
+        """What is written for goals, or for circle points beside the ``goals`` that have been assigned."""
+        moves = self.motion.moves
+        rows = {moves[r.move].row for r in requests}
+        complete: Set[StatementKey] = fully_requested(self.runs, rows) if goals is None else goals.served
+        fixed = {} if goals is None else goals.assignment.slots
+        shared = set[SlotKey]() if goals is None else goals.links.of_slot.keys() - fixed.keys()
+        links = incidence(requests, self.users, complete, self.written)
+        closed = shared | self._unforeseen(requests, links)
+        assigner = Assigner(links, led_elsewhere(self.runs, rows), self.expression, closed, fixed)
+        return Assigned(requests, links, assigner.assign())
+
+    def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
+        """Slots with users that derive their target from it in a way that is not known."""
+        if not any(known.derived for known in self.users.values()):
+            return set()
+        follows: dict[StatementKey, set[str]] = {}
+        for request in requests:
+            follows.setdefault(request.event.statement.key, set()).update(names_of(request.origin))
+        closed = set()
+        for slot, rows in links.of_slot.items():
+            for name in names_of(requests[rows[0]].origin):
+                known = self.users.get(name)
+                if known is not None and any(name not in follows.get(key, {name}) for key in known.derived):
+                    closed.add(slot)
+        return closed
+
+    def expression(self, key: ArgumentKey) -> TargetExpression:
+        """The argument of a statement as an expression."""
+        if key not in self._expressions:
+            statement = self.statements[key[0]]
+            argument = statement.argument(key[1])
+            assert argument is not None
+            found = target_expression(statement.source, argument.span, self.program)
+            self._expressions[key] = found
+        return self._expressions[key]
+
+    def placed(self, goals: Assigned, exact: Exact) -> dict[int, Array]:
+        """Find moves whose written target misses the corrected one by more than ``EXACT_MM``.
+
+        Args:
+            goals: what is written for the goals; exact: the corrected flange pose of every move.
+
+        Returns:
+            By index of the move, the shift (6,) [m, rad] that the text gives the programmed goal, in the work frame.
+        """
+        off = np.linalg.norm(goals.assignment.unserved, axis=1)
+        rows = np.flatnonzero(off > EXACT_MM).tolist()
+        if not rows:
+            return {}
+        moves = [goals.requests[row].move for row in rows]
+        samples = self.motion.samples
+        T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
+        wanted = pose_error(T_goal[moves], T_corrected[moves])
+        turn = object_matrices([self.motion.moves[i].event for i in moves])[:, :3, :3]
+        wanted[:, :3] -= 1e-3 * np.einsum("nij,nj->ni", turn, goals.assignment.unserved[rows])
+        return dict(zip(moves, wanted, strict=True))
+
+    def corrected(self, parts: Sequence[Assigned]) -> Callable[[Origin, RobTarget], RobTarget]:
+        """What a target is with what is written into the slot of its origin."""
+
+        def moved(origin: Origin, target: RobTarget) -> RobTarget:
+            values = (part.assignment.slots.get(slot) for part in parts for slot in slots_of(origin))
+            value = next((value for value in values if value is not None), None)
+            return target if value is None else _moved(target, value)
+
+        return moved
+
+    def changes(self, parts: Sequence[Assigned]) -> tuple[tuple[Change, ...], dict[StatementKey, Place]]:
+        """The texts to change, and where the correction of each statement is written."""
+        changes: list[Change] = []
+        places: dict[StatementKey, Place] = {}
+        done: set[SlotKey] = set()
+        for part in parts:
+            for row, (request, slot) in enumerate(zip(part.requests, part.assignment.slot_of, strict=True)):
+                key = request.event.statement.key
+                value = part.assignment.slots.get(slot) if slot is not None else None
+                if key in part.left or slot is None or value is None:
+                    continue
+                origin = request.origin
+                base, derived = origin.base, origin.root is not None
+                called = base.handed is not None and (slot[0] == "call" or base.kind == "inline")
+                places.setdefault(key, "derived" if derived else "call" if called else KINDS.get(base.kind, "call"))
+                if slot not in done:
+                    done.add(slot)
+                    changes.append(self._in_slot(part.requests[row], slot, value))
+            for argument, law in part.assignment.offsets.items():
+                if argument[0] not in part.left:
+                    changes.append(self._around(part, argument, law))
+                    places[argument[0]] = "argument"
+        return tuple(changes), places
+
+    def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
+        """The numbers of a target, or an offset in the argument of a call."""
+        origin = request.origin
+        base, root = origin.base, origin.root
+        if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
+            return Change(base.spans.source, base.spans.whole, "numbers", request.value)
+        now = request.target if root is None else root.target
+        moved = _moved(now, value)
+        whole = TargetValue(Pose(moved.trans, moved.rot), value.robconf, now.extax)
+        if slot[0] == "numbers":
+            assert base.spans is not None
+            return Change(base.spans.source, base.spans.whole, "numbers", whole)
+        assert base.handed is not None
+        source, span = base.handed.source, base.handed.span
+        written = target_expression(source, span, self.program)
+        return self._offset(Change(source, span, "offset", whole), written, value.shift, now, value.robconf)
+
+    def _around(self, part: Assigned, argument: ArgumentKey, law: OffsetLaw) -> Change:
+        """An offset around the argument of a statement."""
+        rows = part.links.of_argument[argument]
+        request = part.requests[rows[0]]
+        statement: MotionStatement = request.event.statement
+        place = statement.argument(argument[1])
+        assert place is not None
+        written = self.expression(argument)
+        slot = part.assignment.slot_of[rows[0]]
+        value = part.assignment.slots.get(slot) if slot is not None else None
+        conf = request.target.robconf if value is None else value.robconf
+        asked = {part.requests[row].value.robconf for row in rows}
+        own = written.stated and len(asked) == 1 and asked != {conf}
+        form = "components" if own else written.form or "components"
+        return Change(statement.source, place.span, form, request.value, law)
+
+    @staticmethod
+    def _offset(
+        change: Change, written: TargetExpression, shift: Array, now: RobTarget, robconf: tuple[int, int, int, int]
+    ) -> Change:
+        """The same with a constant offset [mm], object axes, where the text displaces by it."""
+        along = shift
+        if written.in_tool:
+            along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(shift)
+        x, y, z = np.asarray(along).tolist()
+        form = written.form or "components"
+        if robconf != now.robconf and written.stated:
+            form = "components"
+        return replace(change, form=form, law=OffsetLaw((x, y, z)))
+
+
+def _moved(target: RobTarget, value: SlotValue) -> RobTarget:
+    """A target with what is written into its slot."""
+    x, y, z = value.shift.tolist()
+    w, a, b, c = Rotation.from_rotvec(value.turn).as_quat(scalar_first=True).tolist()
+    return replace(
+        target, trans=add(target.trans, (x, y, z)), rot=quat_mult((w, a, b, c), target.rot), robconf=value.robconf
+    )

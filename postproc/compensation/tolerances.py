@@ -1,0 +1,39 @@
+"""How far the torch may stay off: one tolerance for motions that weld, one in the air; which motions are in scope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.options import Options
+from postproc.motion.values import Flags, Move
+
+
+def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
+    """(m,) largest deviation [m] along each move: a program without any weld counts throughout."""
+    if not _any_weld(moves):
+        return np.full(len(moves), options.tolerance_m)
+    welding = np.array([move.welding for move in moves])
+    return np.where(welding, options.tolerance_m, max(options.tolerance_m, options.air_tolerance_m))
+
+
+def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
+    """(m,) largest deviation [m] at each goal: that of the stricter of the two moves that meet there."""
+    path = path_tolerances(moves, options)
+    first = np.array([move.first for move in moves])
+    behind = np.append(np.where(first[1:], np.inf, path[1:]), np.inf)
+    return np.minimum(path, behind)
+
+
+def in_scope(moves: Sequence[Move], options: Options) -> Flags:
+    """(m,) goals that are corrected: with the scope ``welds`` those at which a weld begins or that it leads to."""
+    if options.scope == "all" or not _any_weld(moves):
+        return np.ones(len(moves), dtype=bool)
+    welding = np.array([move.welding for move in moves])
+    return welding | np.append(welding[1:] & np.array([not move.first for move in moves[1:]], dtype=bool), False)
+
+
+def _any_weld(moves: Sequence[Move]) -> bool:
+    return any(move.event.weld is not None for move in moves)

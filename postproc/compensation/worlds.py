@@ -1,0 +1,282 @@
+"""The check in several worlds: whatever the text leaves open, original and corrected program make the same motions.
+
+Both are followed with the same inputs, operator data, effects of unseen routines and touched-up targets.  Each motion
+of the original must come again, in the same order, its goal no farther away than its correction; a goal that was added
+lies on the way of the original.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, Matter
+from postproc.motion.path.curves import circle_through
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.records import Quat, RobTarget
+from postproc.rapid.execution.follower import WorldMotion, follow
+from postproc.rapid.execution.worlds import World
+from postproc.rapid.flow.effects import StatementEffects, comes_back
+from postproc.rapid.motions.units import MM, object_matrix
+from postproc.rapid.program.program import Program, read_again
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.unknown import Kind, Unknown
+
+SEEDS = range(1, 6)
+ROUNDING_MM, ROUNDING_RAD = 0.003, 1e-5  # of numbers with three decimals and what single precision adds
+ROUNDS = 2  # conversions after the first, each with less at the statements that differed
+MOST_WORDS = 100
+_TEXT = re.compile(rb'"([^"\n]{1,80})"')
+DIFFERS = Unknown(Kind.DIFFERS)
+# The largest correction of a statement: of its goal [mm] and of its orientation [rad].
+Bounds = Mapping[StatementKey, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Worlds:
+    """How many worlds were looked at, and in how many the programs differed."""
+
+    count: int
+    differing: int
+
+    def as_json(self) -> dict[str, int]:
+        """The key ``worlds`` of the document."""
+        return {"count": self.count, "differing": self.differing}
+
+
+@dataclass(slots=True)
+class Spared:
+    """Statements at which programs written before went elsewhere: at first they get no added targets, then nothing.
+
+    Args:
+        left: statements that are not changed, with the reason.
+    """
+
+    met: Counter[StatementKey] = field(default_factory=Counter)
+    findings: dict[StatementKey, Diagnostic] = field(default_factory=dict)
+    rounds: int = 0
+    left: dict[StatementKey, str] = field(default_factory=dict)
+
+    def learn(self, findings: Sequence[Diagnostic]) -> bool:
+        """Take note of why a conversion was refused; whether another one may do better."""
+        errors = [d for d in findings if d.severity == "error"]
+        if self.rounds == ROUNDS or not errors or any(d.matter is not Matter.ELSEWHERE for d in errors):
+            return False
+        self.rounds += 1
+        for d in errors:
+            assert d.source is not None and d.span is not None
+            self.met[d.source.path, d.span[0]] += 1
+            help_ = "it is left without added targets, or as it is; please report this program"
+            self.findings[d.source.path, d.span[0]] = replace(d, severity="warning", help=help_)
+        return True
+
+    def applied(self, events: Sequence[MotionEvent]) -> list[MotionEvent]:
+        """The events without what these statements may not have."""
+        return [self._spared(event) if event.statement.key in self.met else event for event in events]
+
+    def _spared(self, event: MotionEvent) -> MotionEvent:
+        if self.met[event.statement.key] == 1:
+            return replace(event, touched=True)
+        return replace(event, target=None, via=None, reason=DIFFERS.reason, unknowns=(*event.unknowns, DIFFERS))
+
+
+def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
+    """Whether anything decides on what a program does that its text does not tell."""
+    return any(
+        event.conditional
+        or event.assumed
+        or event.unknowns
+        or event.unreachable
+        or event.target_origin.kind == "expression"
+        for event in events
+    )
+
+
+def check_written(
+    program: Program,
+    drafts: Mapping[str, bytes],
+    added: Mapping[StatementKey, int],
+    bounds: Bounds,
+    entry: str | None,
+) -> tuple[Worlds, list[Diagnostic]]:
+    """As ``check_worlds`` for the text of the written program, its files by path."""
+    written = read_again(program, drafts)
+    return check_worlds(program, written, added, bounds, entry)
+
+
+def check_worlds(
+    program: Program,
+    written: Program,
+    added: Mapping[StatementKey, int],
+    bounds: Bounds,
+    entry: str | None = None,
+) -> tuple[Worlds, list[Diagnostic]]:
+    """Follow the original and the written program in every world.
+
+    Args:
+        added: how many statements were added before each statement of the original.
+        bounds: corrections of the statements that have one.
+        entry: routine where both begin.
+
+    Returns:
+        What was looked at, and the statements of the original that differ (CMP019).
+    """
+    numbers = {s.key: i for i, s in enumerate(program.statements)}
+    planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
+    own = {s.key: numbers[key] for s, key in zip(written.statements, planned, strict=False) if key is not None}
+    effects = WriteEffects(program), WriteEffects(written)
+    steps = StatementEffects(program, effects[0])
+    returning = [r for r in program.all_routines() if r.kind == "TRAP" and comes_back(r, steps)]
+    inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in returning}
+    traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
+    taught = frozenset(d.key for d in program.declarations)
+    pairing = Pairing(own, numbers, bounds, traps)
+    words = sorted({m[1].decode("latin-1") for s in program.sources for m in _TEXT.finditer(s.data)})[:MOST_WORDS]
+    findings: dict[StatementKey, Diagnostic] = {}
+    differing = 0
+    for seed in SEEDS:
+        before = follow(program, entry, World(seed, taught, words), numbers, effects[0])
+        after = follow(written, entry, World(seed, taught, words), own, effects[1])
+        found = list(_differences(before, after, pairing))
+        differing += bool(found)
+        for motion, text in found:
+            findings.setdefault(motion.statement.key, _finding(motion, text))
+    return Worlds(len(SEEDS), differing), list(findings.values())
+
+
+def _finding(motion: WorldMotion, text: str) -> Diagnostic:
+    help_ = "nothing is written; please report this program"
+    statement = motion.statement
+    return Diagnostic(
+        "CMP019", "error", f"where run-time data differs, the corrected program {text}", statement.source,
+        statement.span, help_, Matter.ELSEWHERE,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Which statement of the written program is which of the original.
+
+    Args:
+        own: number in the original of each statement of the written program that was not added; numbers: the same of
+            the original's own.
+        bounds: corrections of the original's statements; traps: those in trap routines that lead the arm back.
+    """
+
+    own: Mapping[StatementKey, int]
+    numbers: Mapping[StatementKey, int]
+    bounds: Bounds
+    traps: Set[StatementKey]
+
+
+def _differences(
+    before: Sequence[WorldMotion], after: Sequence[WorldMotion], pairing: Pairing
+) -> Iterator[tuple[WorldMotion, str]]:
+    """Motions of the original that the written program does not make, and how it differs there."""
+    own, numbers, bounds = pairing.own, pairing.numbers, pairing.bounds
+    at, last = 0, None
+    largest = max((most for most, _ in bounds.values()), default=0.0)  # of an added goal, too
+    for motion in before:
+        extra: list[WorldMotion] = []
+        while at < len(after) and after[at].statement.key not in own:
+            extra.append(after[at])
+            at += 1
+        if at == len(after) or own[after[at].statement.key] != numbers[motion.statement.key]:
+            yield motion, "does not come to this statement, or comes to another first"
+            return
+        bound = bounds.get(motion.statement.key, (0.0, 0.0))
+        last = last if motion.begins is None else replace(motion, target=motion.begins)
+        text = _difference(last, motion, after[at], bound)
+        off = max((_off_way(last, motion, goal) for goal in extra), default=0.0)
+        if text:
+            yield motion, text
+        elif off > largest + ROUNDING_MM:
+            yield motion, f"goes {off:.3f} mm off its way first"
+        # A trap leads the arm away and back: the way goes on from where it was.
+        last = last if motion.statement.key in pairing.traps else motion
+        at += 1
+    if any(motion.statement.key in own for motion in after[at:]):
+        yield before[-1] if before else after[at], "goes on behind this statement"
+
+
+def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: tuple[float, float]) -> str:
+    """How a motion of the written program differs from the same of the original; empty where it does not.
+
+    Args:
+        start: the motion before it, where an arc begins.
+    """
+    if (before.wobj, before.displacement) != (after.wobj, after.displacement):
+        return "goes there in another frame"
+    if before.tool != after.tool:
+        return "goes there with another tool"
+    aside = _off_arc(start, before, after)
+    if aside > 2.0 * bound[0] + ROUNDING_MM:
+        return f"goes {aside:.3f} mm beside the original's arc, its correction is {bound[0]:.3f} mm"
+    for a, b in ((before.target, after.target),):
+        if not isinstance(a, RobTarget) or not isinstance(b, RobTarget):
+            if a != b:
+                return "has another target"
+            continue
+        apart, turned = math.dist(a.trans, b.trans), _angle(a.rot, b.rot)
+        if apart > bound[0] + ROUNDING_MM:
+            return f"goes {apart:.3f} mm from where the original goes, its correction is {bound[0]:.3f} mm"
+        if turned > bound[1] + ROUNDING_RAD:
+            return f"turns the tool by {math.degrees(turned):.4f} degrees"
+        if a.extax != b.extax:
+            return "moves the external axes elsewhere"
+    return ""
+
+
+def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion) -> float:
+    """How far [mm] a circle point is from the arc of the original, along which it may stand anywhere; where that is
+    not known from the point itself.
+    """
+    if before.via is None or after.via is None:
+        return 0.0
+    places = [np.array(t.trans) for t in (before.via, after.via)]
+    apart = float(np.linalg.norm(places[1] - places[0]))
+    begin = start.target if start is not None and start.wobj == before.wobj else None
+    if not isinstance(begin, RobTarget) or not isinstance(before.target, RobTarget):
+        return apart
+    ends = np.array([begin.trans, before.target.trans])
+    center, radial, tangent, *_ = circle_through(ends[:1], places[0][None], ends[1:])
+    normal = np.cross(radial[0], tangent[0])
+    normal /= max(float(np.linalg.norm(normal)), 1e-12)
+    away = places[1] - center[0]
+    up = float(away @ normal)
+    flat = float(np.linalg.norm(away - up * normal))
+    return min(apart, math.hypot(up, flat - float(np.linalg.norm(radial[0]))))
+
+
+def _angle(a: Quat, b: Quat) -> float:
+    """Angle between two orientations [rad]; q and -q are one."""
+    return 4.0 * math.asin(min(1.0, min(math.dist(a, b), math.dist(a, [-x for x in b])) / 2.0))
+
+
+def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion) -> float:
+    """How far an added goal is from the straight way of the original between two goals [mm]; 0 for other ways."""
+    if start is None or motion.statement.interpolation != "line":
+        return 0.0
+    places = [_in_base(m) for m in (start, motion, extra)]
+    if any(place is None for place in places):
+        return 0.0
+    a, b, x = (place for place in places if place is not None)
+    way = b - a
+    along = float(np.clip((x - a) @ way / max(float(way @ way), 1e-12), 0.0, 1.0))
+    return float(np.linalg.norm(x - a - along * way)) / MM
+
+
+def _in_base(motion: WorldMotion) -> Array | None:
+    """The goal of a motion in base axes, (3,) [m]; None where the world does not give it."""
+    if not isinstance(motion.target, RobTarget) or motion.wobj is None or motion.tool is None:
+        return None
+    if not motion.tool.robhold or motion.wobj.robhold:
+        return None
+    place = np.array([*motion.target.trans, 1.0 / MM]) * MM
+    return np.asarray(object_matrix(motion.wobj, motion.displacement) @ place)[:3]

@@ -1,0 +1,100 @@
+"""Everything that a deviation could follow, by the names that reports and JSON use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.estimation.solution import Solution
+
+UNITS: Mapping[str, tuple[str, float]] = {
+    "q": ("deg", 180 / np.pi),
+    "v": ("deg/s", 180 / np.pi),
+    "a": ("deg/s^2", 180 / np.pi),
+    "dir": ("", 1.0),
+    "load": ("N m", 1.0),
+    "temperature": ("degC", 1.0),
+    "time": ("s", 1.0),
+    "payload": ("kg", 1.0),
+    "fx": ("N", 1.0),
+    "fy": ("N", 1.0),
+    "fz": ("N", 1.0),
+    "x": ("mm", 1e3),
+    "y": ("mm", 1e3),
+    "z": ("mm", 1e3),
+    "session": ("", 1.0),
+    "row": ("rows", 1.0),
+    "gravity": ("m/s^2", 1.0),
+    "acceleration": ("m/s^2", 1.0),
+    "payload's": ("N", 1.0),
+    "process": ("N", 1.0),
+}
+"""Unit shown to people and the factor to it, by the channel's name without its number."""
+
+
+def channels(state: State, position: Array) -> dict[str, Array]:
+    """Channels that vary, by name: those of the arm with a joint number (``q1``, ``load6``), and all others.
+
+    Args:
+        state: with loads filled in; position: (n, 3) TCP in the base frame [m].
+    """
+    found: dict[str, Array] = {}
+    for name, values in (
+        ("q", state.q),
+        ("v", state.v),
+        ("a", state.a),
+        ("dir", state.approach),
+        ("load", state.joint_load),
+    ):
+        if values is not None:
+            found.update({f"{name}{j + 1}": values[:, j] for j in range(6)})
+    for name, column in (
+        ("temperature", state.temperature),
+        ("time", state.time),
+        ("payload", state.payload_mass),
+        ("session", state.session),
+    ):
+        if column is not None:
+            found[name] = np.asarray(column, dtype=float)
+    if state.wrench is not None:
+        found.update({f"f{axis}": np.asarray(state.wrench)[:, i] for i, axis in enumerate("xyz")})
+    found.update({name: position[:, i] for i, name in enumerate("xyz")})
+    found.update({name: np.asarray(column, dtype=float) for name, column in state.channels.items()})
+    return {name: values for name, values in found.items() if varies(values)}
+
+
+def fit_channels(fit: Solution) -> dict[str, Array]:
+    """Every channel (n,) of the data beside a fit."""
+    return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
+
+
+def varies(values: Array) -> bool:
+    """Whether a channel changes by more than rounding."""
+    return bool(np.isfinite(values).all() and np.ptp(values) > 1e-9 * (1 + np.abs(values).max()))
+
+
+def unit_of(channel: str) -> tuple[str, float]:
+    """The unit in which people read a channel, and the factor to it."""
+    return UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
+
+
+def shown(channel: str, value: float) -> str:
+    """A channel's value with its unit, ``22 deg``; that of a sum of angles is an angle."""
+    unit, factor = unit_of(channel.split(" ")[0])
+    value *= factor
+    return f"{value:.0f} {unit}".rstrip() if abs(value) >= 1000 else f"{value:.3g} {unit}".rstrip()
+
+
+def within(channel: str, low: float, high: float) -> str:
+    """A value that lies between two, ``22.41 ± 0.63 deg``: zero where that may be it."""
+    unit, factor = unit_of(channel.split(" ")[0])
+    middle, half = 0.5 * (low + high) * factor, 0.5 * (high - low) * factor
+    if low <= 0 <= high:
+        middle, half = 0.0, max(-low, high) * factor
+    if half <= 1e-3 * abs(middle):
+        return shown(channel, 0.5 * (low + high))
+    digits = max(0, 1 - int(np.floor(np.log10(half))))
+    return f"{middle:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()

@@ -1,0 +1,106 @@
+"""How many numbers of a residual tell something of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem
+from postproc.estimation.worth import schwarz
+from postproc.measure.trajectory import is_record
+
+SURE = 100.0
+"""Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
+
+
+def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> float:
+    """Share of the rows of a problem that count as independent, 1 where they are no record.
+
+    Neighbours in a record of the moving arm resemble each other. What a missing delay or lost motion leaves is no
+    noise, however smooth it is: where both together earn their parameters (Schwarz 1978), the record is looked at
+    without them.
+
+    Args:
+        plain: the fit as if all rows were independent; stopped: (N, k) whitened columns of what stopped at a bound.
+    """
+    state = problem.data.state
+    if state.v is None or state.time is None or not is_record(state):
+        # Poses one by one: what drifts from each to the next is missing physics, not noise.
+        return 1.0
+    order = np.argsort(state.time, kind="stable")
+
+    def share(linear: Linear) -> float:
+        errors = np.full(problem.weights.values.shape, np.nan)
+        errors[problem.weights.used] = linear.rest
+        return serial_share(errors[order])
+
+    moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
+    turns = np.tile(problem.sensitivity.matrix[:, :, :6], moved.shape[1] // 6)
+    without = plain.extended(np.hstack([problem.whiten(turns * moved[:, None, :]), *stopped]))
+    new = share(without)
+    count = without.parameters - plain.parameters
+    freedom = new * len(plain.residual) - count
+    earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
+    return new if earned else share(plain)
+
+
+def serial_share(errors: Array) -> float:
+    """Share of the rows of a record that count as independent, 1 / (1 + 2 sum of rho_k).
+
+    rho_k is the autocorrelation at lag k, summed until it is lost in its own noise (Bartlett 1946; initial sequence of
+    Geyer 1992). A tracker that reads fifty times a second repeats its own error.
+
+    Args:
+        errors: (n, r) whitened errors in the order of time, NaN where not measured.
+    """
+    x = np.nan_to_num(errors)
+    n, total = len(x), float(np.sum(x**2))
+    if n < 20 or total == 0.0:
+        return 1.0
+    chance, whole = 2 / np.sqrt(np.isfinite(errors).sum()), 1.0
+    for k in range(1, n // 4):
+        rho = float(np.sum(x[k:] * x[:-k])) / total
+        if rho < chance:
+            break
+        whole += 2 * rho
+    return 1 / whole
+
+
+def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:
+    """Share of the entries of a residual that count as independent, in (0, 1].
+
+    Where one joint's angle is off by a number of its own in every pose, the r numbers of a pose are one number. With f
+    the largest share of the sum of squares that a free turn of one joint in every pose explains, and the rest spread
+    evenly over the r - 1 other directions, they count as 1 / (f^2 + (1 - f)^2 / (r - 1)): r for noise, 1 for f = 1 (the
+    participation ratio of a spectrum).
+
+    Args:
+        residual: (N,) whitened; turns: (N, 6) whitened derivative by a turn of each joint; row: (N,) row of each entry.
+    """
+    per_row = np.bincount(row)
+    size = len(row) / max(int((per_row > 0).sum()), 1)
+    total = float(residual @ residual)
+    if size < 1.5 or total == 0.0:
+        return 1.0
+    share = 0.0
+    for turn in turns.T:
+        length, along = np.bincount(row, turn**2), np.bincount(row, turn * residual)
+        share = max(share, float(np.sum(along**2 / np.where(length > 0, length, 1.0))) / total)
+    share = max(share, 1 / size)
+    return 1 / (size * (share**2 + (1 - share) ** 2 / (size - 1)))
+
+
+def repeated_share(turn: Array, repeats: NDArray[np.int_]) -> float:
+    """Share of the measured numbers that tell something new where repeats have rounded angles in common.
+
+    Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
+
+    Args:
+        turn: (n, d, d) C^(-1/2) of each row; repeats: (n,) group of each row.
+    """
+    each = np.bincount(repeats)[repeats]
+    return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / turn.shape[1]) / each))

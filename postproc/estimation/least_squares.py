@@ -1,0 +1,220 @@
+"""Least squares of all parameters of a model on measured poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import FRAMES, Role
+from postproc.estimation.fitted import Fit
+from postproc.estimation.problem import Problem, Weights, make_weights
+from postproc.estimation.solving.determined import slope
+from postproc.estimation.solving.reweight import far_off, reweighted
+from postproc.estimation.solving.rounding import blurred, rounded
+from postproc.estimation.solving.session_laws import session_laws
+from postproc.estimation.solving.smooth import choose_smoothness, enough_for_smoothness
+from postproc.estimation.solving.solve import ROUGHLY, Terms, solve
+from postproc.estimation.solving.start import elsewhere, seen_from, start_frames, turned_tool
+from postproc.estimation.solving.step import Masks
+from postproc.measure.checks.repeats import Noise, estimate_noise
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
+from postproc.watch import Watch, unwatched
+
+FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
+LAST = ("link_geometry",)
+"""Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
+PLAIN = Terms()
+ROWS = 20_000
+"""Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
+POSES = 100
+"""Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
+QUIETER = 0.8
+"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
+
+
+def fit_model(
+    model: Model,
+    data: Measurements,
+    effects: Sequence[Effect] = (),
+    *,
+    noise: float | None = None,
+    terms: Terms = PLAIN,
+    watch: Watch = unwatched,
+) -> Fit:
+    """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
+
+    Args:
+        effects: further effects; one with the key of an effect of the model replaces it.
+        noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        watch: is told what is done, and which share of the work is.
+        terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
+
+    Raises:
+        PostprocError: DAT020, fewer measured numbers than parameters.
+    """
+    watch("all parameters", 0.1)
+    fit = _fitted(model, _enough(data.rows(data.usable)), effects, noise, terms)
+    if data.rounded is not None or fit.problem.weights.turn is None:
+        return fit
+    watch("whether angles were rounded", 0.6)
+    told = replace(fit.data, rounded=rounded(fit))
+    if not told.rounded:
+        return _fitted(model, told, effects, noise, terms)
+    return replace(fit, problem=replace(fit.problem, data=told))
+
+
+def _enough(data: Measurements) -> Measurements:
+    """The rows of some poses where there are more than a fit takes; where most repeat few poses, some of all rows."""
+    if len(data) <= ROWS:
+        return data
+    step = -(-len(data) // ROWS)
+    many = int(data.repeats.max()) > POSES * step
+    kept = data.one_in(step) if many else np.arange(len(data)) % step == 0
+    return replace(data.rows(kept), whole=data.whole or len(data))
+
+
+def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
+    new = {e.key: e for e in effects}
+    every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
+    every.sort(key=_place)
+    figures = estimate_noise(data, noise)
+    problem = Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside)
+    fit = _solved(problem, figures, frozenset(e.key for e in effects), terms)
+    quieter = _quieter(fit)
+    if quieter is None:
+        return fit
+    problem = fit.problem.weighted(make_weights(fit.data, quieter))
+    return solve(problem, quieter, replace(terms, free=fit.free, strength=fit.strength))
+
+
+def _quieter(fit: Fit) -> Noise | None:
+    """The noise by what the model leaves, where that is clearly less than the scatter of repeats; None elsewhere.
+
+    Repeats of another time, temperature or force differ by what the model tells.
+    """
+    left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
+    told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
+    return left if told and left.sigma and left.sigma < QUIETER * (known.sigma or 0.0) else None
+
+
+def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
+    problem, figures = blurred(start_frames(problem), figures)
+    every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere
+    masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
+    terms = replace(terms, free=masks)
+    rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]
+    if not rough:
+        return solve(problem, figures, terms, fresh)
+    # The choice of smoothness needs a place to stand on, not the very minimum: the free functions as they are.
+    still = {key: np.zeros(len(masks[key]), dtype=bool) for key in rough}
+    place = replace(terms, free={**masks, **still}, closely=max(terms.closely, ROUGHLY))
+    few = enough_for_smoothness(problem)
+    fit = solve(few, figures, place, fresh)
+    problem = fit.problem if few is problem else problem
+    smooth = {key: choose_smoothness(fit, key, problem.rest.state) for key in rough}
+    finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
+    masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}
+    strength = {**terms.strength, **{key: s.strength for key, s in smooth.items()}}
+    return solve(problem.at(finer), figures, replace(terms, free=masks, strength=strength))
+
+
+def _place(effect: Effect) -> int:
+    if effect.roughness() is not None:
+        return 100
+    return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50
+
+
+def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
+    """A model beside measurements with nothing fitted but frames that the model lacks.
+
+    An instrument frame or a tool of the model's own is kept as it is, but for an instrument that was set up elsewhere.
+
+    Raises:
+        PostprocError: DAT034 where a law in the rows or the time of another session would count here.
+    """
+    session_laws(model, data)
+    fit = _evaluated(model, _enough(data.rows(data.usable)), noise)
+    return fit if fit.data.whole or not data.wrong else _with_wrong_rows(fit, data.rows(data.filled))
+
+
+def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
+    """An evaluation with the rows that cannot be right beside the others, set aside: where they lie is told."""
+    used = data.usable
+    values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
+    values[used] = fit.problem.weights.values
+    turn = fit.problem.weights.turn
+    whole = np.tile(np.eye(1 if turn is None else turn.shape[1]), (len(data), 1, 1))
+    if turn is not None:
+        whole[used] = turn
+    problem = Problem(fit.model, data, Weights(values, None if turn is None else whole))
+    aside = sorted({*np.flatnonzero(~used).tolist(), *np.flatnonzero(used)[list(fit.set_aside)].tolist()})
+    return replace(fit, problem=problem, set_aside=tuple(aside))
+
+
+def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
+    figures = estimate_noise(data, noise)
+    frames = FRAMES[:1] if data.tool_known else FRAMES
+    lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
+    whole = model.with_effects(*lacking, *model.effects)
+    problem = start_frames(Problem(whole, data, make_weights(data, figures)))
+    whole, session = problem.model, problem.model.in_role(Role.SESSION_FRAMES)
+    if session is not None and session is not model.in_role(Role.SESSION_FRAMES):
+        lacking.append(session)
+    frame = model.in_role(Role.INSTRUMENT_FRAME)
+    place = None if frame is None else elsewhere(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
+    if frame is not None and place is not None:
+        problem = seen_from(problem, place)
+        lacking.append(frame)
+    nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
+    masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
+    if lacking:
+        return _placed(problem, figures, masks)
+    aside = far_off(problem, problem.weights)
+    values = problem.weights.values.copy()
+    values[list(aside)] = 0.0
+    problem = problem.weighted(Weights(values, problem.weights.turn))
+    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, aside)
+
+
+def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
+    """Frames fitted to positions alone where these determine them; orientations tell the turn of the tool then.
+
+    What orientations have in common, such as a probe that was mounted anew, would turn the instrument, and move the
+    points with it.
+    """
+    data, terms = problem.data, Terms(masks, robust=True)
+    if len(data.observations) == 1 or data.observed.name != "position":
+        return solve(problem, figures, terms)
+    points = replace(data, rotation=None, joint=None)
+    alone = Problem(problem.model, points, make_weights(points, figures))
+    try:
+        fit = solve(alone, figures, terms)
+    except PostprocError:  # too few points
+        return solve(problem, figures, terms)
+    if any(key == "instrument_frame" for key, _ in fit.held):
+        return solve(problem, figures, terms)
+    placed = problem.at(fit.model.effects)
+    if "tool_frame" in masks and masks["tool_frame"].any():
+        placed = turned_tool(placed)
+    weights, aside = reweighted(placed, problem.weights, figures, False)
+    placed = placed.weighted(weights)
+    at = slope(placed, masks, set(), {})
+    return Fit(placed, masks, at.held, (), at.columns, at.penalty, figures, aside)
+
+
+def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
+    """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
+    if type(effect).structures():
+        return np.ones(len(effect.vector()), dtype=bool)
+    chosen = np.zeros(len(effect.vector()), dtype=bool)
+    for form in type(effect).variants(problem.sensitivity.state, effect):
+        if len(form.refit) == len(chosen):
+            chosen |= form.refit
+    return chosen

@@ -1,0 +1,175 @@
+"""What free functions of the channels make of a residual: how much of it is noise, and how far they would bring it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.estimation.channels import fit_channels
+from postproc.estimation.errors import rms
+from postproc.estimation.held_out import contiguous_blocks
+from postproc.estimation.solution import Solution
+from postproc.model.derivatives.places import INSTRUMENT
+
+NUMBERS = 450
+"""Measured numbers that are looked at: 150 positions, or 75 poses of six encoders."""
+RATIOS = (0.1, 1.0, 10.0, 100.0)
+"""Variance of the free function in units of that of the noise; its prior is flat in the logarithm."""
+WIDTHS = (0.03, 0.1, 0.3, 1.0)
+"""Lengths over which a free function changes, as shares of a channel's range."""
+OWN = {"q": WIDTHS, "load": WIDTHS[1:], "v": WIDTHS[2:], "dir": WIDTHS[2:3]}
+"""Channels by which a joint may move itself, and the lengths that they can carry."""
+SLOW = ("temperature", "time", "session")
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """What the residual of a fit consists of.
+
+    Args:
+        noise: share of its variance that follows no channel, in (0, 1].
+        held_out: error of what is observed [m], [rad] of angles, that the likeliest free function leaves on rows it has
+            not seen.
+    """
+
+    noise: float
+    held_out: float
+
+
+def split_residual(fit: Solution) -> Leftover:
+    """Split the residual of a fit in what follows the channels and what does not, without naming any physics.
+
+    The residual is noise and a Gaussian process: joints and the instrument move by free functions of channels, with
+    covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by a channel of its own, every joint by
+    any channel, by all angles at once, by the slow channels), or none at even odds; every one, and every ratio of
+    variances, counts by its restricted likelihood, so that what the fitted parameters took on is allowed for. Blocks
+    are left out in closed form, fitted parameters and all, e_B = (P_BB)^-1 (P y)_B. Sources: Patterson and Thompson
+    (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
+    """
+    columns = fit.observed.columns
+    some = fit.problem.weights.used[:, columns].any(axis=1)
+    width = columns.stop - columns.start
+    rows = np.flatnonzero(some)[:: max(1, -(-int(some.sum()) * width // NUMBERS))]
+    used = fit.problem.weights.used[rows, columns].ravel()
+    field = _Field.of(fit, rows, used)
+    if len(rows) < 20 or field.freedom < 20:
+        return Leftover(1.0, fit.held_out_rms)
+    alone = field.restricted(field.own)
+    evidence, variance, best, chosen = [alone[0]], [alone[1]], alone[0], field.own
+    several = list(_processes(fit, rows, used))
+    for process in several:
+        for ratio in RATIOS:
+            covariance = ratio * process + field.own
+            likelihood, left = field.restricted(covariance)
+            evidence.append(likelihood - np.log(len(several) * len(RATIOS)))
+            variance.append(left)
+            if likelihood > best:
+                best, chosen = likelihood, covariance
+    weight = np.exp(np.array(evidence) - max(evidence))
+    noise = float(weight @ variance / weight.sum() / alone[1])
+    blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], width)[used]
+    each = np.zeros(len(used))
+    each[used] = field.held_out(chosen, blocks)
+    out = np.zeros(fit.problem.weights.values.shape)
+    out[rows, columns] = each.reshape(-1, width)
+    error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, columns]
+    return Leftover(min(noise, 1.0), min(rms(error), fit.held_out_rms))
+
+
+@dataclass(frozen=True)
+class _Field:
+    """Whitened errors y (N,), columns U (N, p) of the fitted parameters, and the covariance (N, N) beside any process.
+
+    That is the noise, 1, and what the penalties of the model's own free functions allow.
+    """
+
+    y: Array
+    U: Array
+    own: Array
+
+    @classmethod
+    def of(cls, fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
+        """The errors of some rows of a fit, of the numbers that are used."""
+        size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
+        place = np.cumsum(fit.problem.weights.used.ravel()) - 1
+        at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
+        soft = fit.penalty > 0
+        own = fit.columns[at][:, soft] / fit.penalty[soft]
+        U = np.linalg.qr(np.hstack([fit.problem.taken, fit.columns[:, ~soft]])[at])[0]
+        return cls(fit.linear.residual[at], U, np.eye(len(at)) + own @ own.T)
+
+    @property
+    def freedom(self) -> int:
+        """Numbers less fitted parameters."""
+        return int(self.U.shape[0] - self.U.shape[1])
+
+    def restricted(self, covariance: Array) -> tuple[float, float]:
+        """Logarithm of the restricted likelihood with the noise's variance at its best, and that variance."""
+        from scipy.linalg import cholesky, solve_triangular
+
+        lower = cholesky(covariance, lower=True, check_finite=False)
+        white = solve_triangular(lower, np.column_stack([self.U, self.y]), lower=True, check_finite=False)
+        triangle = np.linalg.qr(white, mode="r")
+        size = np.abs(np.diag(triangle))
+        variance = float(size[-1] ** 2) / self.freedom
+        scale = float(np.log(np.diag(lower)).sum() + np.log(size[:-1]).sum())
+        return -0.5 * self.freedom * float(np.log(max(variance, 1e-300))) - scale, variance
+
+    def held_out(self, covariance: Array, blocks: NDArray[np.int_]) -> Array:
+        """(N,) errors of the prediction of every block from the others, parameters fitted without it."""
+        from scipy.linalg import cho_factor, cho_solve
+
+        factor = cho_factor(covariance, check_finite=False)
+        inverse = cho_solve(factor, np.eye(len(self.y)), check_finite=False)
+        known = inverse @ self.U
+        P = inverse - known @ np.linalg.solve(self.U.T @ known, known.T)
+        weighted = P @ self.y
+        out = np.empty(len(self.y))
+        for block in np.unique(blocks):
+            at = np.flatnonzero(blocks == block)
+            out[at] = np.linalg.lstsq(P[np.ix_(at, at)], weighted[at], rcond=1e-9)[0]
+        return out
+
+
+def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
+    """Covariances (N, N) of free functions, with a mean variance of 1, at the coordinates that are used."""
+    problem = fit.problem
+    named = fit_channels(fit)
+    near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
+    J = problem.whitened.matrix[rows][:, fit.observed.columns]
+    moves = (J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3])
+    turn = moves[0]
+    anywhere = np.sum([_moved(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
+    for kind, widths in OWN.items():
+        own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
+        for width in widths if own else ():
+            yield _unit(
+                np.sum([_moved(turn[:, :, j : j + 1]) * _alike(square, width) for j, square in own], axis=0), used
+            )
+    angles = [near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near]
+    slow = [near[name] for name in SLOW if name in near]
+    for width in WIDTHS[2:] if angles else ():
+        yield _unit(anywhere * np.mean([_alike(square, width) for square in near.values()], axis=0), used)
+        yield _unit(anywhere * _alike(np.sum(angles, axis=0), width), used)
+    if slow:
+        yield _unit(anywhere * np.mean([_alike(square, WIDTHS[2]) for square in slow], axis=0), used)
+
+
+def _moved(J: Array) -> Array:
+    """(n, k, n, k) J J^T of every pair of rows."""
+    return np.asarray(np.einsum("nij,mkj->nimk", J, J, optimize=True))
+
+
+def _alike(square: Array, width: float) -> Array:
+    """(n, 1, n, 1) covariance exp(-d^2 / 2 w^2) of a free function over squared distances (n, n)."""
+    return np.asarray(np.exp(-0.5 * square / width**2)[:, None, :, None])
+
+
+def _unit(covariance: Array, used: NDArray[np.bool_]) -> Array:
+    flat = covariance.reshape(len(used), len(used))
+    flat = flat if used.all() else flat[np.ix_(used, used)]
+    return np.asarray(flat / max(float(np.trace(flat)) / len(flat), 1e-300))

@@ -1,0 +1,44 @@
+"""A fitted model beside the nominal arm: one that is farther off is not given to anybody."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.diagnostics import PostprocError
+from postproc.effects.roles import FRAMES
+from postproc.estimation.errors import distances
+from postproc.estimation.fitted import Fit
+from postproc.measure.consensus import agreement
+
+FEWEST = 8
+"""Rows of which a median tells anything."""
+FARTHER, LEAST_M = 1.2, 5e-5
+"""So many times as far as the nominal arm, and by so much [m]: least squares give most rows a little away for a few."""
+
+
+def no_farther_than_nominal(fit: Fit) -> None:
+    """Compare the median distance that a fit leaves with that of the nominal arm where the rows agree that it stands.
+
+    A fit that rows have led astray which cannot be right is far from most of the others. Without frames among the
+    effects nobody can tell (DAT030 speaks of that).
+
+    Raises:
+        PostprocError: DAT039.
+    """
+    if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAMES):
+        return
+    agreed = agreement(fit.data, fit.model.robot)
+    if len(agreed.rows) < FEWEST or not agreed.near:
+        return
+    nominal = float(np.median(np.linalg.norm(agreed.error, axis=1)))
+    left = float(np.median(distances(fit.problem.error[agreed.rows, :3])))
+    if left < max(FARTHER * nominal, nominal + LEAST_M):
+        return
+    message = (
+        f"half of the rows lie over {1e3 * left:.3f} mm from the fitted model, and {1e3 * nominal:.3f} mm from the "
+        "nominal arm: the model is worse than none and is not written"
+    )
+    help_ = (
+        "some rows are not what the table says (DAT007, DAT013, DAT025 name the likely ones): correct or leave them out"
+    )
+    raise PostprocError.of("DAT039", message, fit.data.source, help=help_, exit_code=1)

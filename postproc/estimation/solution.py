@@ -1,0 +1,216 @@
+"""A fitted model as least squares found it: parameters, residuals, errors on rows it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.errors import rms
+from postproc.estimation.held_out import contiguous_blocks, hold_out, standardised
+from postproc.estimation.independent import independent_share, record_share, repeated_share
+from postproc.estimation.linear import Linear, basis_of
+from postproc.estimation.problem import Problem
+from postproc.estimation.solving.step import Masks
+from postproc.measure.checks.repeats import Noise
+from postproc.measure.measurements import Measurements
+from postproc.measure.observations import Observation
+from postproc.model.arm import Model
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A fitted model as least squares found it.
+
+    Args:
+        problem: the fitted model beside the measurements.
+        free: parameters that were fitted, by effect: masks over ``effect.vector()``.
+        held: parameters that the data cannot determine, as (effect, index).
+        at_bound: parameters that stopped at a bound.
+        columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
+        penalty: (p,) weights of the smoothness penalty, 0 where there is none.
+        noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
+        strength: of the smoothness penalty by effect.
+    """
+
+    problem: Problem
+    free: Masks
+    held: tuple[tuple[str, int], ...]
+    at_bound: tuple[tuple[str, int], ...]
+    columns: Array
+    penalty: Array
+    noise: Noise
+    set_aside: tuple[int, ...] = ()
+    strength: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        """The fitted model."""
+        return self.problem.model
+
+    @property
+    def data(self) -> Measurements:
+        """The rows that were fitted."""
+        return self.problem.data
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[str, int], ...]:
+        """(effect, index in its vector) of every column."""
+        out = set(self.held) | set(self.at_bound)
+        every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
+        return tuple(p for p in every if p not in out)
+
+    @cached_property
+    def left_out(self) -> list[tuple[int, int]]:
+        """File and row number of rows that were set aside, or cannot be right."""
+        data = self.data
+        some = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.set_aside}
+        return sorted(some | data.wrong)
+
+    @cached_property
+    def unknown(self) -> tuple[tuple[str, int], ...]:
+        """What the data does not determine: what is held, and what a form left out that no row could have told.
+
+        Lost motion of a joint that was approached from one side alone is null in a fit of the other joints' for no
+        reason of its own.
+        """
+        found = list(self.held)
+        for effect in self.model.effects:
+            mask = self.free.get(effect.key, np.zeros(0, dtype=bool))
+            left = effect.amplitudes() & ~mask if mask.any() else np.zeros(0, dtype=bool)
+            if left.any():
+                size = ordinary_sizes(effect, self.model.robot)[left]
+                columns = self.linear.project(self.problem.columns(effect, left) * size)
+                silent = np.sum(columns**2, axis=0) < self.variance
+                found += [(effect.key, int(i)) for i in np.flatnonzero(left)[silent]]
+        return tuple(found)
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The fit as a linear problem: residual and a basis of its columns, in as many numbers as are independent."""
+        return replace(self._linear, serial=self.serial)
+
+    @cached_property
+    def _linear(self) -> Linear:
+        """The same for rows that know nothing of each other.
+
+        Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
+        """
+        soft = np.flatnonzero(self.penalty)
+        y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
+        turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
+        share = independent_share(self.problem.residual, turns, self.problem.row)
+        return Linear(y, self.basis(), self.problem.row, min(share, self.told))
+
+    def basis(self, share: float = 1.0) -> Array:
+        """(N, k) of what the fit can still move, with what stands beside the model, at a share of the penalty."""
+        own = basis_of(self.columns, share * self.penalty)
+        return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
+
+    @cached_property
+    def serial(self) -> float:
+        """Share of the rows that count as independent."""
+        # What stopped at a bound did so for the same reason as what is missing.
+        stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
+        return record_share(self.problem, self._linear, stopped)
+
+    def _stopped(self, effect: Effect) -> Array:
+        mask = np.zeros(len(effect.vector()), dtype=bool)
+        mask[[i for key, i in self.at_bound if key == effect.key]] = True
+        return self.problem.columns(effect, mask)
+
+    def _vector(self) -> Array:
+        values = {e.key: e.vector() for e in self.model.effects}
+        return np.array([values[key][i] for key, i in self.parameters])
+
+    @cached_property
+    def told(self) -> float:
+        """Share of the measured numbers that tell something new: repeats have rounded angles in common."""
+        turn = self.problem.weights.turn
+        return 1.0 if turn is None else repeated_share(turn, self.data.repeats)
+
+    @cached_property
+    def freedom(self) -> float:
+        """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
+        return self.told * len(self.problem.residual) - self.linear.parameters
+
+    @cached_property
+    def variance(self) -> float:
+        """Residual variance over the stated one, sum of squares over the degrees of freedom."""
+        return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(p, p) (A^T A + penalty)^-1."""
+        length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
+        scale = np.where(length > 0, length, 1.0)
+        A = self.columns / scale
+        inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
+        return np.asarray(inverse / np.outer(scale, scale))
+
+    @cached_property
+    def surer(self) -> float:
+        """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
+
+        A free function that few poses determine is surer than it is right: the same rows chose its prior.
+        """
+        if not self.penalty.any():
+            return 1.0
+        linear, observed = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
+        observed[:, self.observed.columns] = True
+        out = standardised(linear.residual, linear.nuisance, self.data.repeats[linear.row])
+        square = np.mean(out[observed[self.problem.weights.used]] ** 2)
+        return max(float(square) / max(self.variance, 1e-300), 1.0)
+
+    @property
+    def observed(self) -> Observation:
+        """The kind of measured numbers that the figures speak of, with their unit."""
+        return self.data.observed
+
+    @cached_property
+    def rms(self) -> float:
+        """Error per axis (or joint) of what is observed, of the rows in the fit [m], [rad] of angles."""
+        return rms(self._in_fit(self.observed_error))
+
+    @property
+    def observed_error(self) -> Array:
+        """(n, k) measured minus predicted of what is observed [m], [rad] of angles; NaN where not measured."""
+        return self.problem.error[:, self.observed.columns]
+
+    @cached_property
+    def position_error(self) -> Array:
+        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        return self._in_fit(self.problem.error[:, :3])
+
+    def _in_fit(self, error: Array) -> Array:
+        error = error.copy()
+        error[list(self.set_aside)] = np.nan
+        return error
+
+    @cached_property
+    def held_out_error(self) -> Array:
+        """(n, k) error of what is observed as the other blocks predict it [m], [rad]: ten blocks, repeats together."""
+        return self.held_out_by(contiguous_blocks(self.data.repeats))
+
+    def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
+        """(n, k) the same for other blocks, (n,) the number of each row's."""
+        linear = self.linear
+        out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
+        return self.problem.weights.measured(out)[:, self.observed.columns]
+
+    @cached_property
+    def held_out_rms(self) -> float:
+        """Root mean square error per axis [m], [rad] of angles, of rows left out block by block."""
+        return rms(self.held_out_error)
+
+    @cached_property
+    def _square(self) -> float:
+        """Residual variance of what is observed [m^2], [rad^2] of angles, per number and degree of freedom."""
+        error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
+        return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)

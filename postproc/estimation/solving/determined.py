@@ -1,0 +1,103 @@
+"""Which parameters the data determines, and the residual's slope by them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.roles import Role
+from postproc.estimation.problem import Problem
+from postproc.estimation.solving.step import Masks, Name, Slope, sizes
+
+NEARBY = 3.0
+"""Ordinary sizes by which places deviate from the origin of their body."""
+
+
+def slope(
+    problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float], before: Collection[Name] = ()
+) -> Slope:
+    """The slope by all free parameters that the data determines, effect by effect; the others are held.
+
+    A parameter is held where a change of ten ordinary sizes, or as large as itself, would stay below the noise of the
+    whole data set, or where it only repeats what stands before it (rank 1e-7).
+
+    Args:
+        before: what the slope before had; where two do the same, the choice is not made anew at every step.
+    """
+    kept: list[Array] = []
+    parameters: list[Name] = []
+    held: list[Name] = []
+    basis = np.zeros((len(problem.residual), 0))
+    for effect in problem.model.effects:
+        mask = np.array(masks[effect.key], dtype=bool)
+        mask[[i for key, i in frozen if key == effect.key]] = False
+        if not mask.any():
+            continue
+        index = np.flatnonzero(mask)
+        columns = problem.slopes(effect, mask)
+        if effect.roughness() is not None:
+            # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
+            good = np.einsum("np,np->p", columns, columns) > 0
+        else:
+            good = np.zeros(len(index), dtype=bool)
+            far = np.maximum(10 * sizes(problem, effect), np.abs(effect.vector()))[index]
+            first = np.array([(effect.key, int(i)) in before for i in index])
+            for some in (first, ~first):
+                if some.any():
+                    good[some], basis = _determined(columns[:, some], far[some], basis)
+        kept.append(columns if good.all() else columns[:, good])
+        parameters += [(effect.key, int(i)) for i in index[good]]
+        held += [(effect.key, int(i)) for i in index[~good]]
+    whole = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
+    penalty = _penalty(problem, parameters, strength)
+    anchor = np.hypot(penalty, _weak(problem, parameters))
+    return Slope(whole, tuple(parameters), tuple(held), penalty, anchor, problem.weights)
+
+
+def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Which columns say something new beside a basis, and the basis with them."""
+    from scipy.linalg import qr
+
+    length = np.linalg.norm(columns, axis=0)
+    alive = length > 0
+    unit = columns / np.where(alive, length, 1.0)
+    for _ in range(2):
+        unit = unit - basis @ (basis.T @ unit)
+    # Pivoting is slow on long columns: their triangle holds the same lengths and angles.
+    triangle, pivot = qr(np.linalg.qr(unit, mode="r"), mode="r", pivoting=True)
+    diagonal = np.zeros(len(ordinary))
+    diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
+    good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
+    return good, np.hstack([basis, np.linalg.qr(unit[:, good])[0]]) if good.any() else basis
+
+
+def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, float]) -> Array:
+    weights = {}
+    for effect in problem.model.effects:
+        rough = effect.roughness()
+        if rough is not None:
+            weights[effect.key] = strength.get(effect.key, 0.01) * rough / effect.scale()
+    return np.array([weights[key][i] if key in weights else 0.0 for key, i in parameters])
+
+
+def _weak(problem: Problem, parameters: list[Name]) -> Array:
+    every = {e.key: pull(problem, e) for e in problem.model.effects}
+    return np.array([every[key][i] for key, i in parameters])
+
+
+def pull(problem: Problem, effect: Effect) -> Array:
+    """(p,) weights of a weak pull to null, for amplitudes with a deviation of thirty ordinary sizes, but for frames.
+
+    It is far below the noise of anything that the data determines, and keeps what it barely determines from running
+    away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal fits lies one that an arm
+    may have.
+    """
+    if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
+        return np.zeros(len(effect.vector()))
+    places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
+    wide = np.where(effect.amplitudes(), 30.0, np.where(places, NEARBY, np.inf))
+    return np.asarray(1 / (wide * sizes(problem, effect)))

@@ -1,0 +1,104 @@
+"""How rows and orientations weigh in a fit, by the residual they leave."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.estimation.problem import Problem, Weights
+from postproc.measure.checks.repeats import Noise
+from postproc.measure.measurements import Measurements
+
+WHOLE, FEWEST = 0.97, 3
+"""Cosine that each of so many poses must reach: errors without a reason do so for one of six joints once in 6000."""
+
+
+def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
+    """Weights by the present residual, and the rows that are set aside.
+
+    Args:
+        base: weights by the instrument's noise alone. robust: Huber weights for all rows.
+    """
+    aside = far_off(problem, base)
+    values = _balanced(base, problem.data, problem.error, figures)
+    if robust:
+        values = values * _huber(problem, values)[:, None]
+    values[list(aside)] = 0.0
+    return Weights(values, base.turn), aside
+
+
+def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
+    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty.
+
+    By each kind of what was measured alone: one may be weighed too much before its noise is known. None
+    where all of them are off as if the same joint had turned: they show what the model lacks.
+    """
+    squares = problem.weighted(weights).squares()
+    kinds = [squares[:, kind.columns].sum(axis=1) for kind in problem.data.observations]
+    far = np.flatnonzero(np.any([kind > max(100 * np.median(kind), 1e-12) for kind in kinds], axis=0))
+    return tuple(int(i) for i in far) if len(far) <= max(1, len(squares) // 20) and not _turned(problem, far) else ()
+
+
+def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
+    """Whether rows of several poses are all off as if one joint had turned.
+
+    A turn of joint j moves the point along its column J_j of the Jacobian, a typing error along any direction, which
+    reaches the cosine c to J_j in k poses with the probability (1 - c)^k.
+    """
+    rows = rows[np.isfinite(problem.error[rows, :3]).all(axis=1)]
+    rows = rows[np.unique(problem.data.repeats[rows], return_index=True)[1]]
+    if len(rows) < FEWEST:
+        return False
+    off, turned = problem.error[rows, :3], problem.some(rows).sensitivity.matrix[:, :3, :6]
+    size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
+    cosine = np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300)
+    return bool((cosine.min(axis=0) > WHOLE).any())
+
+
+def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
+    """What is measured beside what is observed weighted by its own residual where repeats did not give its noise.
+
+    The sigma that a table states for a row is that of its position. What else was measured there may scatter with it or
+    be as good as everywhere: whichever makes the residuals likelier.
+
+    Args:
+        every: (n, r) what is left of each number.
+    """
+    values = weights.values.copy()
+    first, *others = sorted(data.observations, key=lambda kind: kind != data.observed)
+    scale = values[:, first.columns].max(axis=1)
+    typical = np.sqrt(np.mean(scale[scale > 0] ** -2.0)) if scale.any() else 1.0
+    share = np.where(scale > 0, scale * typical, 1.0)[:, None]
+    whitened = weights.whiten(np.nan_to_num(every)[:, :, None])[:, first.columns, 0]
+    reference = robust_rms(whitened[values[:, first.columns] > 0])
+    for kind in others:
+        known = figures.rotation if kind.name == "orientation" else None
+        error, used = every[:, kind.columns], values[:, kind.columns] > 0
+        if not used.any():
+            continue
+        seen = used.any(axis=1)
+        with_it = _surprise(error * share) - np.mean(np.log(share[seen])) < _surprise(error)
+        form = share if with_it else np.ones_like(share)
+        own = robust_rms(error * form)
+        level = (reference or 1.0) / own if known is None and own > 0 else values[:, kind.columns]
+        values[:, kind.columns] = used * level * form
+    return values
+
+
+def robust_rms(error: Array) -> float:
+    """1.4826 times the median absolute value of the finite numbers."""
+    good = error[np.isfinite(error)]
+    return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
+
+
+def _surprise(error: Array) -> float:
+    """Minus the mean log likelihood of numbers of one scatter, each at most as surprising as three deviations."""
+    scatter = robust_rms(error)
+    return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0
+
+
+def _huber(problem: Problem, values: Array) -> Array:
+    length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
+    limit = 1.5 * float(np.median(length))
+    return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300))))

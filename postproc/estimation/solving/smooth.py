@@ -1,0 +1,106 @@
+"""How fine and how smooth a free function should be: the likeliest, whatever else is fitted beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.estimation.fitted import Fit
+from postproc.estimation.linear import Linear, basis_of
+from postproc.estimation.problem import Problem
+
+STRENGTHS = np.geomspace(1e-3, 1e3, 121)
+ENOUGH = 8000
+"""Measured numbers on which the choice is made; long records are thinned to that."""
+HALF = 0.5
+"""Share of the numbers, parameters taken off, that a free function may take up at most."""
+AS_MUCH = 1.0
+"""A coarser function says as much where its log likelihood is lower by no more than this."""
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """A free function as the data can carry it: its resolution, with null amplitudes, and its strength."""
+
+    effect: Effect
+    strength: float
+    likelihood: float
+
+
+def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
+    """Resolution and penalty of one free function with the largest restricted likelihood, without refitting the model.
+
+    Near its solution the fit is linear in the amplitudes, y = A b + C x + noise, with nothing known of b and x of
+    variance s^2 / (f v)^2 for the strength f and the roughness v. With M the projection on what A leaves, and V diag(l)
+    V^T = v^-1 C^T M C v^-1, the likelihood of M y is, up to a constant and with s at its best,
+
+    -(N - p) / 2 log(y^T M y - sum of (V^T v^-1 C^T M y)^2 / (l + f^2)) - 1/2 sum of log(1 + l / f^2).
+
+    The penalty, not the number of coefficients, keeps the function smooth: more of them than rows do no harm.
+    Source: Patterson and Thompson (1971); for smoothing Wahba (1985).
+
+    Args:
+        fit: a place to stand on, of rows enough; state: of all rows, which tell how fine it can be.
+    """
+    effect = fit.model.effect(key)
+    assert effect is not None
+    y, others, soft = _beside(fit, key)
+    known, few = Linear(y, basis_of(others, soft), fit.problem.row), fit.problem
+    kinds = [(likeliest(known, few, forms[0]), forms[1:]) for forms in effect.resolutions(state)]
+    chosen, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
+    best = chosen.likelihood
+    for form in coarser:
+        found = likeliest(known, few, form)
+        if found.likelihood < best - AS_MUCH:
+            break
+        chosen, best = found, max(best, found.likelihood)
+    return chosen
+
+
+def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
+    """The strength of one form that is likeliest."""
+    rough = form.roughness()
+    assert rough is not None
+    columns = few.columns(form, np.ones(len(rough), dtype=bool)) * (form.scale() / rough)
+    value, vector = np.linalg.eigh(columns.T @ known.project(columns))
+    value = np.maximum(value, 0.0)
+    told = (vector.T @ (columns.T @ known.rest)) ** 2
+    square = STRENGTHS[:, None] ** 2
+    left = known.square - np.sum(told / (value + square), axis=1)
+    freedom = len(known.residual) - known.parameters
+    likelihood = -0.5 * (freedom * np.log(np.maximum(left, 1e-300)) + np.sum(np.log1p(value / square), axis=1))
+    # A function that takes up everything is as likely at any strength below: nothing is left that could be noise.
+    likelihood[np.sum(value / (value + square), axis=1) > HALF * freedom] = -np.inf
+    best = int(np.argmax(likelihood))
+    return Smoothness(form, float(STRENGTHS[best]), float(likelihood[best]))
+
+
+def enough_for_smoothness(problem: Problem) -> Problem:
+    """One pose in every so many of a problem, as many as the choice needs; itself where it has no more."""
+    step = -(-len(problem.residual) // ENOUGH)
+    return problem if step < 2 else problem.some(problem.data.one_in(step))
+
+
+def effective_parameters(fit: Fit, key: str) -> float:
+    """How many parameters of a free function the data moves: fewer than it has, since a penalty holds them."""
+    own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
+    others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
+    return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
+
+
+def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
+    """What is to be told, y = r + A x, columns and penalties of all effects but one."""
+    problem = fit.problem
+    columns, y = [problem.taken], problem.residual.copy()
+    for effect in problem.model.effects:
+        mask = np.full(len(effect.vector()), effect.key == key)
+        mask[[i for k, i in fit.parameters if k == effect.key]] = True
+        own = problem.columns(effect, mask)
+        y += own @ effect.vector()[mask]
+        columns += [own] if effect.key != key else []
+    soft = np.concatenate([np.zeros(problem.taken.shape[1]), fit.penalty[[k != key for k, _ in fit.parameters]]])
+    return y, np.hstack(columns), soft

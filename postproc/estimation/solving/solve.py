@@ -1,0 +1,234 @@
+"""The iteration of a fit: steps along a slope that is renewed where the model bends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.estimation.fitted import Fit
+from postproc.estimation.problem import Problem
+from postproc.estimation.solving.determined import slope
+from postproc.estimation.solving.reweight import reweighted
+from postproc.estimation.solving.step import Masks, Name, Slope, sizes
+from postproc.measure.checks.repeats import Noise
+
+SWEEPS = 40
+ROUNDS = 6
+"""Sweeps in which weights follow the residual; twice as many for robust fits."""
+BENT = 0.02
+"""Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
+FAITHFUL = 5e-3
+"""The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
+SETTLED, ROUGHLY = 1e-7, 1e-4
+"""Share of the sum of squares below which a step is none; for a fit that only has to be compared with others."""
+FEWEST = 4
+"""Poses of which a model of an arm could be made."""
+NOTHING = 1e-3
+"""Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
+LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2
+"""Damping with which steps begin to be held back and below which they are free again, and the share of the foretold
+fall below which a step is none. Freed too soon, every second step in a bent valley begins from ``LEAST`` anew."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What a fit moves, and on which terms.
+
+    Args:
+        free: which entries of an effect's vector are fitted; all that its variants free where an effect is not named.
+        strength: of the smoothness penalty by effect; the likeliest, with the resolution of the free function, where
+            it is not given.
+        robust: Huber weights for all rows; rows far off are set aside in any case and named.
+        closely: share of the sum of squares below which a step is none.
+        determined: what a fit of the same rows with fewer effects has found. What stands for an effect that it lacked
+            must not stay: where this fit cannot determine it, it goes back to null.
+        beside: (n, r, k) what stands beside the model (`Problem`).
+    """
+
+    free: Masks = field(default_factory=dict)
+    strength: Mapping[str, float] = field(default_factory=dict)
+    robust: bool = False
+    closely: float = SETTLED
+    determined: frozenset[Name] = frozenset()
+    beside: Array | None = None
+
+
+def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
+    """Least squares by Levenberg and Marquardt inside the bounds; rows far off are set aside on the way.
+
+    One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
+    where a slope that still holds there foretells nothing. What was held because it only repeats what has stopped at a
+    bound since is determined then, and goes on in its place.
+
+    Args:
+        noise: of the instrument. terms: with masks for all effects.
+        fresh: effects that no fit has seen.
+
+    Raises:
+        PostprocError: DAT020, fewer measured numbers than parameters.
+    """
+    base = problem.weights
+    aside: tuple[int, ...] = ()
+    stopped, replaced, returned = set[Name](), set[Name](), set[Name]()
+    at: Slope | None = None
+    place, good, damping = problem, False, 0.0
+    prior = _prior(problem, fresh, terms.determined)
+    kept: tuple[Name, ...] = ()
+
+    def sloped(frozen: Set[Name] = frozenset()) -> Slope:
+        return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
+
+    for sweep in range(SWEEPS):
+        if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
+            weights, aside = reweighted(problem, base, noise, terms.robust)
+            if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
+                problem, at, good = problem.weighted(weights), at and at.reweighted(weights), False
+        if at is None:
+            at, place, good = sloped(), problem, True
+            # Coefficients of a free function are told by its smoothness where the data is silent.
+            _enough(problem, int(np.sum(at.penalty == 0.0)))
+            kept = at.parameters
+            problem = _held_at_prior(problem, at, prior, fresh, returned)
+            if problem is not place:
+                at = None
+                continue
+        little = max(terms.closely, NOTHING / len(problem.residual)) * at.cost(problem) + 1e-12
+        further, fallen, stopped, held_back = advance(problem, at, little, damping, 10 if good else 2)
+        damping = held_back if good else damping
+        settled = fallen <= little
+        if settled and good:
+            more = _giving_way(at, stopped, sloped)
+            if not more:
+                break
+            replaced, at = replaced | more, None
+            continue
+        bends = np.inf if further is problem else at.bends(problem, further)
+        good = good and bends < FAITHFUL and at.still_holds(problem, further)
+        problem = further
+        if not good and (settled or bends > BENT):
+            at = None
+    stopped |= replaced
+    # Screening looks for directions beside these columns: they must be those of the very place.
+    if at is None or place is not problem or stopped.intersection(at.parameters):
+        at = sloped(stopped)
+    bound = tuple(sorted(stopped))
+    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, dict(terms.strength))
+
+
+def _giving_way(at: Slope, stopped: set[Name], beside: Callable[[set[Name]], Slope]) -> set[Name]:
+    """Of what has stopped at a bound, only that gives way for whose sake alone something is held.
+
+    Args:
+        beside: the slope with some names held.
+    """
+    freed = set(at.held).difference(beside(stopped).held) if stopped else set()
+    return {p for p in stopped if freed and freed.intersection(beside(stopped - {p}).held)}
+
+
+def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
+    """Where parameters stand that the data cannot determine, by effect.
+
+    Null for what stands for a new effect or stood for it before; else what the model knows.
+    """
+    prior = {}
+    for effect in problem.model.effects:
+        x, amplitude = effect.vector(), effect.amplitudes()
+        gone = [amplitude[i] and (effect.key in fresh or (effect.key, i) in determined) for i in range(len(x))]
+        prior[effect.key] = np.where(gone, effect.null_vector(), x)
+    return prior
+
+
+def _held_at_prior(
+    problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
+) -> Problem:
+    """The problem with what is held where it belongs, once each; frames and free functions stay.
+
+    So does what is new where others could make up for it by wild values alone, or what its fitted parameters need: a
+    slack length says nothing without the hose.
+
+    Args:
+        returned: what has been put back, which grows: what is just about determined might come and go for ever.
+    """
+    effects = []
+    for effect in problem.model.effects:
+        x, held = effect.vector(), {i for key, i in at.held if key == effect.key}
+        back = np.array([i in held and (effect.key, i) not in returned for i in range(len(x))])
+        back &= x != prior[effect.key]
+        if effect.key in fresh:
+            back &= effect.amplitudes()  # where the points of a new hose are is a guess
+        there = effect.with_vector(np.where(back, prior[effect.key], x))
+        known = effect.is_frame or effect.roughness() is not None or not back.any()
+        mute = there.is_null and any(key == effect.key for key, _ in at.parameters)
+        change = prior[effect.key] - x
+        if known or mute or (effect.key in fresh and not _made_up_for(problem, at, effect, back, change)):
+            effects.append(effect)
+        else:
+            effects.append(there)
+            returned |= {(effect.key, i) for i in np.flatnonzero(back).tolist()}
+    changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
+    return problem.at(effects) if changed else problem
+
+
+def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
+    """Whether fitted parameters can take over what a change of held ones takes away, and stay of ordinary size.
+
+    What is larger than that already may become smaller. A turn of the last joint makes up for any direction of what
+    turns the tool, but by far too large an angle.
+    """
+    wanted = problem.slopes(effect, mask) @ change[mask]
+    step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
+    every = [e for e in problem.model.effects if not e.is_frame]
+    here = {(e.key, i): x for e in every for i, x in enumerate(e.vector())}
+    size = {(e.key, i): x for e in every for i, x in enumerate(sizes(problem, e))}
+    others = [(name, by) for name, by in zip(at.parameters, step, strict=True) if name in here]
+    return all(abs(here[name] + by) <= max(10 * size[name], abs(here[name])) for name, by in others)
+
+
+def _enough(problem: Problem, fitted: int) -> None:
+    rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
+    numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
+    if poses < min(FEWEST, rows):
+        # Rows of one pose tell the noise, and nothing of the arm.
+        numbers, told = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
+    if numbers <= fitted:
+        message = f"{told} cannot determine {fitted} parameters"
+        help_ = "measure more poses, or fit fewer effects"
+        raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
+
+
+def advance(
+    problem: Problem, at: Slope, little: float, damping: float, tries: int
+) -> tuple[Problem, float, set[Name], float]:
+    """A step at which the cost falls, held back until it does; by how much, what stops at a bound, the next damping.
+
+    The more a step does of what the slope foretells, the less the next one is held back (Nielsen 1999).
+
+    Args:
+        little: a fall that is none.
+    """
+    stopped: set[Name] = set()
+    now = at.cost(problem)
+    for _ in range(tries):
+        step, stopped = at.damped(damping).step(problem)
+        foretold = now - at.foretold(problem, step)
+        if foretold <= little:
+            break
+        trial = at.moved(problem, step)
+        try:
+            cost = at.cost(trial)
+        except PostprocError:
+            cost = np.inf
+        faithful = (now - cost) / foretold
+        if faithful > UNFAITHFUL:
+            damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
+            if damping < FREED:
+                damping = 0.0 if faithful > 0.25 else LEAST
+            return trial, now - cost, stopped, damping
+        damping = max(4 * damping, LEAST)
+    return problem, 0.0, stopped, damping

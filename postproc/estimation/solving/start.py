@@ -1,0 +1,118 @@
+"""Where the instrument stands and what the tool is, before the first step of a fit.
+
+Closed form, no guess from the user.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_in_role
+from postproc.effects.roles import Role
+from postproc.estimation.problem import Problem
+from postproc.measure.alignment import Alignment, align
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
+
+FEWEST = 4
+"""Points that place an instrument."""
+
+
+def start_frames(problem: Problem) -> Problem:
+    """Give null `instrument_frame` and `tool_frame` effects the values that the nominal arm suggests.
+
+    Sessions that saw the arm from another place than the first one get a frame of their own, in a `session` effect.
+    """
+    data = problem.data
+    rows = np.asarray(np.isfinite(data.position).all(axis=1))
+    if data.state.session is None or problem.model.in_role(Role.INSTRUMENT_FRAME) is None:
+        return _placed(problem, rows)
+    session = data.state.session_of_rows
+    first = np.asarray(rows & (session == session[np.argmax(rows)]))
+    moved = _moved(_placed(problem, first), session, rows) if first.sum() >= FEWEST else {}
+    if not moved:
+        return _placed(problem, rows)
+    begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
+    frame = begun.model.in_role(Role.INSTRUMENT_FRAME)
+    assert frame is not None
+    known = begun.model.in_role(Role.SESSION_FRAMES)
+    steps: dict[str, Array] = {}
+    if known is not None:
+        names = vars(known)["session"]
+        steps = dict(zip(names, np.hstack(list(known.vector().reshape(2, len(names), 3))), strict=True))
+    steps |= {name: _vector(place) - frame.vector() for name, place in moved.items()}
+    step = np.array(list(steps.values()))
+    frames = effect_in_role(Role.SESSION_FRAMES).null(session=tuple(steps))
+    frames = frames.with_vector(np.concatenate([step[:, :3].ravel(), step[:, 3:].ravel()]))
+    others = [e for e in begun.model.effects if e.role not in (Role.INSTRUMENT_FRAME, Role.SESSION_FRAMES)]
+    # Frames come first: what does the same as they (joint 1) is held against them.
+    return begun.at([frame, frames, *others])
+
+
+def _moved(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
+    """Sessions whose points are far from where the arm is and near it from another place."""
+    places = {name: elsewhere(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
+    return {name: place for name, place in places.items() if place is not None}
+
+
+def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
+    """From where the instrument saw some rows, if that is far from where the model has it, and fits far better."""
+    error = np.linalg.norm(begun.error[rows, :3], axis=1)
+    if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
+        return None
+    place = align(begun.rest.T_reference_tcp[rows], begun.data.position[rows], tool=False)
+    return place if place.typical < np.median(error) / CLEARER else None
+
+
+def seen_from(problem: Problem, place: Alignment) -> Problem:
+    """The problem with its instrument there."""
+    every = problem.model.effects
+    return problem.at([e.with_vector(_vector(place)) if e.role is Role.INSTRUMENT_FRAME else e for e in every])
+
+
+def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
+    """The problem with its null frames where some rows see them."""
+    model, data = problem.model, problem.data
+    frame, tool = model.in_role(Role.INSTRUMENT_FRAME), model.in_role(Role.TOOL_FRAME)
+    fresh = [e for e in (frame, tool) if e is not None and e.is_null]
+    if not fresh or rows.sum() < FEWEST or frame is None or not frame.is_null:
+        return problem
+    T = PlacedArm(model.robot, data.state.T_reference_base).flange(data.state.q)
+    nominal = data.state.T_flange_tcp if data.tool_known else model.T_flange_tcp
+    free_tool = tool is not None and tool.is_null
+    aligned = align((T @ nominal)[rows], data.position[rows], tool=free_tool)
+    new: dict[str, Effect] = {"instrument_frame": frame.with_vector(_vector(aligned))}
+    if free_tool and tool is not None:
+        turn = np.zeros(3)
+        if data.rotation is not None:
+            R = aligned.T_instrument_base[:3, :3]
+            seen = (np.swapaxes((T @ nominal)[:, :3, :3], 1, 2) @ R.T @ data.rotation)[rows]
+            good = np.isfinite(seen).all(axis=(1, 2))
+            if good.any():
+                turn = Rotation.from_matrix(seen[good]).mean().as_rotvec()
+        new["tool_frame"] = tool.with_vector(np.concatenate([aligned.tool, turn]))
+    return problem.at([new.get(e.key, e) for e in model.effects])
+
+
+def turned_tool(problem: Problem) -> Problem:
+    """The problem with its tool turned as measured orientations say, as they are seen on the average."""
+    tool, rotation = problem.model.in_role(Role.TOOL_FRAME), problem.data.rotation
+    if tool is None or rotation is None:
+        return problem
+    off = np.swapaxes(problem.T_instrument_tcp[:, :3, :3], 1, 2) @ rotation
+    good = np.isfinite(off).all(axis=(1, 2))
+    if not good.any():
+        return problem
+    x = tool.vector()
+    turn = Rotation.from_rotvec(x[3:]) * Rotation.from_matrix(off[good]).mean()
+    whole = tool.with_vector(np.concatenate([x[:3], turn.as_rotvec()]))
+    return problem.at([whole if e.role is Role.TOOL_FRAME else e for e in problem.model.effects])
+
+
+def _vector(place: Alignment) -> Array:
+    """(6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base as the instrument sees it."""
+    T = place.T_instrument_base
+    return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()])

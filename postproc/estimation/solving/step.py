@@ -1,0 +1,177 @@
+"""One step of a fit: the residual's slope by the parameters, and where the normal equations lead inside the bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.linear import MANY
+from postproc.estimation.problem import Problem, Weights
+
+SMALL = 0.3
+"""Share of its ordinary size by which a parameter may move without changing the others' columns."""
+
+DAMPING = 1e-9
+"""Least pull on a column of unit length, a hundredth of what a column must say of its own to be fitted."""
+
+Masks = Mapping[str, NDArray[np.bool_]]
+Name = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The residual's slope at one point, good for as long as the model hardly bends.
+
+    Args:
+        columns: (N, p) whitened derivatives by the parameters that the data determines, as (effect, index).
+        held: parameters that it does not. penalty: (p,) weights of smoothness. anchor: (p,) with the weak pull to null.
+        weights: with which the columns are whitened.
+        damping: pull towards where the model stands, on columns of unit length (Levenberg 1944, Marquardt 1963).
+    """
+
+    columns: Array
+    parameters: tuple[Name, ...]
+    held: tuple[Name, ...]
+    penalty: Array
+    anchor: Array
+    weights: Weights
+    damping: float = 0.0
+
+    def values(self, problem: Problem) -> Array:
+        """(p,) the parameters of a model."""
+        vectors = {e.key: e.vector() for e in problem.model.effects}
+        return np.array([vectors[key][i] for key, i in self.parameters])
+
+    def cost(self, problem: Problem) -> float:
+        """Sum of squares with what penalty and anchor count."""
+        pulled = self.anchor * self.values(problem)
+        return float(problem.residual @ problem.residual + pulled @ pulled)
+
+    @cached_property
+    def length(self) -> Array:
+        """(p,) lengths of the columns with their anchors; 1 where there is nothing."""
+        length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
+        return np.where(length > 0, length, 1.0)
+
+    @cached_property
+    def factor(self) -> Array:
+        """R of [A; anchor] = Q R, columns of unit length; many through the normal equations (the steps correct it)."""
+        # What hardly anything determines is damped, so that every step has one solution.
+        pull = np.maximum(self.anchor / self.length, DAMPING)
+        if len(self.parameters) > MANY:
+            from scipy.linalg import LinAlgError, cholesky
+
+            gram = (self.columns.T @ self.columns) / np.outer(self.length, self.length)
+            gram[np.diag_indices_from(gram)] += pull**2
+            try:
+                return np.asarray(cholesky(gram, overwrite_a=True, check_finite=False))
+            except LinAlgError:
+                pass
+        return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
+
+    def damped(self, damping: float) -> Slope:
+        """The same slope, its steps held back."""
+        if damping == self.damping:
+            return self
+        other = replace(self, damping=damping)
+        held = np.vstack([self.factor, np.sqrt(damping) * np.eye(len(self.parameters))])
+        other.__dict__.update(length=self.length, factor=np.linalg.qr(held, mode="r"))
+        return other
+
+    def solved(self, right: Array) -> Array:
+        """(A^T A + anchor^2)^-1 of one or several columns, by the semi-normal equations (Bjoerck 1996, Sec. 2.4.6)."""
+        from scipy.linalg import cho_solve
+
+        scaled = (right.T / self.length).T
+        return np.asarray((cho_solve((self.factor, False), scaled, check_finite=False).T / self.length).T)
+
+    def still_holds(self, problem: Problem, further: Problem) -> bool:
+        """Whether it is the slope of a further place as well: nothing that forms an effect, and no big move."""
+        every = {e.key: e.amplitudes() for e in problem.model.effects}
+        forms = not all(every[key][i] for key, i in self.parameters)
+        move = np.abs(self.values(further) - self.values(problem))
+        return not forms and bool((move < SMALL * self._over(problem, lambda e: sizes(problem, e))).all())
+
+    def bends(self, problem: Problem, further: Problem) -> float:
+        """How much the model misses what the slope foretells between two places, as a share of that."""
+        foretold = self.columns @ (self.values(further) - self.values(problem))
+        missed = problem.residual - foretold - further.residual
+        return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
+
+    def foretold(self, problem: Problem, step: Array) -> float:
+        """The cost a step farther, as the slope has it."""
+        rest = problem.residual - self.columns @ step
+        pulled = self.anchor * (self.values(problem) + step)
+        return float(rest @ rest + pulled @ pulled)
+
+    def reweighted(self, weights: Weights) -> Slope | None:
+        """The same slope with other weights; None where they use rows that it has not seen."""
+        old, new = self.weights, weights
+        if (new.used & ~old.used).any():
+            return None
+        kept = new.used[old.used]
+        ratio = new.values[new.used] / old.values[new.used]
+        columns = self.columns if kept.all() else self.columns[kept]
+        return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
+
+    def step(self, problem: Problem) -> tuple[Array, set[Name]]:
+        """(p,) the best step inside the bounds, as the slope has it, and the parameters that stop at one.
+
+        Least squares in a box. Of what would leave it, x_B, the rest is eliminated: the cost is (x_B - a_B)^T K^-1
+        (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This small problem is solved with
+        bounds (Lawson and Hanson 1974, Ch. 23), again with more in it until nothing else leaves.
+        """
+        x = self.values(problem)
+        lowest, highest = self._over(problem, lambda e: e.bounds()[0]), self._over(problem, lambda e: e.bounds()[1])
+        reach = self._over(problem, _reach)
+        low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
+        aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
+        boxed = np.zeros(len(x), dtype=bool)
+        while (outside := ~boxed & ((step < low) | (step > high))).any():
+            boxed |= outside
+            moves = self.solved(np.eye(len(x))[:, boxed])
+            inside = _boxed(aim[boxed], moves[boxed], low[boxed], high[boxed])
+            step = aim - moves @ np.linalg.solve(moves[boxed], aim[boxed] - inside)
+            step[boxed] = inside
+        stopped = boxed & ((x + step <= lowest) | (x + step >= highest))
+        return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
+
+    def moved(self, problem: Problem, step: Array) -> Problem:
+        """The problem a step farther, inside the bounds."""
+        changes: dict[str, Array] = {e.key: e.vector().copy() for e in problem.model.effects}
+        for (key, i), change in zip(self.parameters, step, strict=True):
+            changes[key][i] += change
+        return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
+
+    def _over(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
+        every = {e.key: figure(e) for e in problem.model.effects}
+        return np.array([every[key][i] for key, i in self.parameters])
+
+
+def sizes(problem: Problem, effect: Effect) -> Array:
+    """(p,) ordinary sizes of the parameters of an effect on the arm of a problem."""
+    return ordinary_sizes(effect, problem.model.robot)
+
+
+def _reach(effect: Effect) -> Array:
+    """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
+    return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
+
+
+def _boxed(aim: Array, covariance: Array, low: Array, high: Array) -> Array:
+    """The point of a box that is nearest to another in the metric of a covariance, min |L^-1 (x - a)|^2 for L L^T."""
+    from scipy.linalg import solve_triangular
+    from scipy.optimize import lsq_linear
+
+    unit = np.sqrt(np.diag(covariance))
+    lower = np.linalg.cholesky(covariance / np.outer(unit, unit))
+    metric = solve_triangular(lower, np.eye(len(aim)), lower=True)
+    best = lsq_linear(metric, metric @ (aim / unit), (low / unit, high / unit), method="bvls")
+    return np.asarray(np.clip(best.x * unit, low, high))

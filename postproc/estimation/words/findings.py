@@ -1,0 +1,119 @@
+"""Findings about the data that a fit brings to light: rows that stand out, a stated noise that repeats contradict."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.diagnostics import Diagnostic
+from postproc.estimation.errors import distances
+from postproc.estimation.fitted import Fit
+from postproc.estimation.recorded import recorded_model
+from postproc.estimation.unseen import anywhere
+from postproc.estimation.words.wording import joined
+from postproc.measure.checks.repeats import Noise, estimate_noise
+from postproc.measure.measurements import Measurements
+from postproc.measure.trajectory import is_record
+from postproc.model.uncertainty import predict_sigma
+
+RARE = 1e-3
+"""Chance that any row of clean data stands out as much."""
+DOUBTFUL = 0.01
+"""Chance that repeats scatter as much beyond a noise that was stated rightly."""
+MANY = 1e6
+"""Degrees of freedom of a noise that was stated."""
+TOO_LOUD, FEW = 5.0, 20
+"""No noise is so many times what a fit with so many numbers to spare leaves."""
+
+SHOWN = 9
+"""Rows that are named beside the one that stands out most."""
+ELSEWHERE, FAR = 100, 3.0
+"""Poses between the joint angles of a record, and so many times its held-out error a prediction there may be off."""
+
+
+def data_findings(fit: Fit) -> list[Diagnostic]:
+    """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
+    from scipy.special import fdtrc
+
+    found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
+    own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
+    if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
+        message = (
+            f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
+            f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
+        )
+        found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
+    size = 1e3 * distances(fit.observed_error)
+    for i in fit.set_aside:
+        message = f"{fit.data.name(i)} lies {size[i]:.2f} {unit} from the fitted model, far more than any other"
+        message += "; it is left out"
+        help_ = "measure the row again; if it repeats, it shows something that the model lacks"
+        found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
+    if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):
+        message = (
+            f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
+        )
+        if others := [fit.data.name(i) for i in rows[1:]]:
+            more = [f"{len(others) - SHOWN} more"] if len(others) > SHOWN else []
+            message += f"; so do {joined([*others[:SHOWN], *more])}"
+        help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
+        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
+    return found
+
+
+def some_of_many(data: Measurements) -> list[Diagnostic]:
+    """DAT037 where a table has more rows than a fit takes."""
+    if not data.whole:
+        return []
+    message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
+    return [Diagnostic("DAT037", "info", message, data.source, help="so many leave nothing uncertain")]
+
+
+def too_loud(fit: Fit) -> list[Diagnostic]:
+    """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
+    stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
+    if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
+        return []
+    message = (
+        f"the stated noise of {1e3 * stated:.3f} {unit} cannot be: the fit leaves {1e3 * fit.rms:.3f} {unit} per "
+        f"{fit.observed.each}"
+    )
+    help_ = f"is it in {'micrometres' if unit == 'mm' else 'another unit'}? It counts in {unit}"
+    return [Diagnostic("DAT027", "warning", message, fit.data.source, help=help_)]
+
+
+def one_path(fit: Fit) -> list[Diagnostic]:
+    """DAT032 where rows of a moving arm are predicted far better than what lies between their joint angles."""
+    state = fit.data.state
+    if not is_record(state) or fit.observed.name != "position":
+        return []
+    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0), ELSEWHERE)
+    away = float(np.sqrt(np.mean(predict_sigma(recorded_model(fit), between) ** 2)))
+    if away < FAR * fit.held_out_rms:
+        return []
+    message = (
+        f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "
+        f"axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
+    )
+    help_ = "measure single poses all over the workspace (`postproc plan`), or further paths"
+    return [Diagnostic("DAT032", "warning", message, fit.data.source, help=help_)]
+
+
+def larger_noise(fit: Fit) -> Noise:
+    """The noise of a fit, or that of the repeats where these scatter more than was stated."""
+    own = estimate_noise(fit.data, error=fit.observed_error)
+    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
+
+
+def _ratio(own: Noise, stated: Noise) -> float:
+    return ((own.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
+
+
+def standing_out(fit: Fit) -> NDArray[np.int_]:
+    """Rows in use that lie farther off than noise explains (chi-square, corrected for their number)."""
+    from scipy.special import chdtrc
+
+    used = fit.problem.weights.used
+    square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
+    rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
+    return np.flatnonzero((rare < RARE) & used.any(axis=1))

@@ -1,0 +1,133 @@
+"""Fitted numbers, places and probabilities as people read them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.effects.parameters import unit_suffix
+from postproc.estimation.fitted import Fit
+
+FREE = "any smooth function of the channels"
+FEW = 12  # parameters of one effect that are told one by one
+BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
+
+
+def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]:
+    """Name, value, standard deviation and unit of every parameter of an effect that was fitted.
+
+    Names as ``half_gap[2]`` or ``mass[body 3]``; lengths, angles and times in thousandths, what is derived from them
+    (rad/(N m), m/s, 1/K) in millionths.
+    """
+    effect = fit.model.effect(key)
+    if effect is None:
+        return
+    for i, ((name, unit), value) in enumerate(zip(_entries(effect), effect.vector(), strict=True)):
+        if (key, i) in fit.sigma:
+            factor, shown = _readable(unit)
+            yield name, factor * float(value), factor * fit.sigma[key, i], shown
+
+
+def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:
+    """``half_gap[2] 0.109 ± 0.001 mrad`` for every fitted parameter of an effect; only their number if more than most.
+
+    The value has the digits that its standard deviation leaves it.
+    """
+    values = list(fitted_values(fit, key))
+    if len(values) > most:
+        return [f"{len(values)} numbers, in the model file"]
+    width = max((len(name) for name, *_ in values), default=0)
+    return [f"{name:{width}s} {with_sigma(value, sigma)} {unit}".rstrip() for name, value, sigma, unit in values]
+
+
+def place(label: str) -> str:
+    """The forms of an effect as one phrase.
+
+    ``joint 2; joint 3`` is ``joints 2 and 3``; ``joint 2, order 6; joint 2, order 7`` is ``joint 2, orders 6 and 7``.
+    """
+    label = label.replace("joints 1, 2, 3, 4, 5 and 6", "all joints")
+    parts = [re.fullmatch(r"(joint|body) (\d(?: and \d)*)(?:, order (\d+))?", part) for part in label.split("; ")]
+    found = [m for m in parts if m]
+    if len(found) < len(parts) or len({(m[1], m[3] is None) for m in found}) > 1:
+        return label
+    orders: dict[str, list[str]] = {}
+    for m in found:
+        orders.setdefault(m[2], []).append(m[3])
+    if found[0][3]:
+        return "; ".join(f"{found[0][1]} {number}, {_several('order', some)}" for number, some in orders.items())
+    return _several(found[0][1], sorted(number for m in found for number in m[2].split(" and ")))
+
+
+def _several(word: str, numbers: Sequence[str]) -> str:
+    plural = {"joint": "joints", "body": "bodies", "order": "orders"}[word]
+    return f"{word if len(numbers) == 1 else plural} {joined(numbers)}"
+
+
+def held_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:
+    """Parameters by effect and index: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``."""
+    names = {e.key: [name for name, _ in _entries(e)] for e in fit.model.effects}
+    return grouped(f"{key} {names[key][i]}" for key, i in which)
+
+
+def grouped(names: Iterable[str]) -> str:
+    """Entries of the same array together: ``turn[x y z], shift[body 2, z; body 3, x]``."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        array, _, index = name.partition("[")
+        found.setdefault(array, []).append(index.rstrip("]"))
+    between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in found.items()}
+    return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in found.items())
+
+
+def joined(words: Sequence[str], last: str = "and") -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def p_text(p: float) -> str:
+    """A probability: ``0.37``, ``6e-125``, ``< 1e-300``."""
+    return f"{p:.2f}" if p > 0.005 else f"{p:.0e}" if p > 1e-300 else "< 1e-300"
+
+
+def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
+    """Name and unit of every entry of the effect's vector, with the joint, body or session that it stands for."""
+    chosen = {name: getattr(effect, name) for name in effect.structures()}
+    for name, meta in effect.parameters().items():
+        axes = []
+        for word, length in zip(meta.shape, effect.shape(name), strict=True):
+            tied = {} if isinstance(word, int) else {k: v for k, v in chosen.items() if isinstance(v, tuple)}
+            tied = {k: v for k, v in tied.items() if word in tied and len(v) == length}
+            if isinstance(word, str) and word in tied and isinstance(tied[word][0], str):
+                tied = {word: tied[word]}  # a name says it all
+            plain = [f"body {i}" if length == BODIES else str(i + 1) for i in range(length)]
+            axes.append([", ".join(f"{k} {_choice(v[i])}" for k, v in tied.items()) or plain[i] for i in range(length)])
+        if meta.labels and axes:
+            axes[-1] = list(meta.labels)
+        for index in product(*axes):
+            yield name.replace(unit_suffix(meta.unit), "") + (f"[{', '.join(index)}]" if index else ""), meta.unit
+
+
+def _choice(value: object) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _readable(unit: str) -> tuple[float, str]:
+    if unit in ("m", "rad", "s"):
+        return 1e3, f"m{unit}"
+    if unit.startswith(("m/", "rad/")):
+        return 1e6, f"\N{MICRO SIGN}{unit}"
+    if unit.startswith("1/"):
+        return 1e6, f"1e-6/{unit[2:]}"
+    return 1.0, "" if unit == "1" else unit
+
+
+def with_sigma(value: float, sigma: float) -> str:
+    """``0.109 ± 0.001``: the value has the digits that its standard deviation leaves it."""
+    if not sigma > 0 or not 1e-3 <= max(abs(value), sigma) < 1e6:
+        return f"{value:.3g} ± {sigma:.2g}"
+    digits = max(0, 1 - int(np.floor(np.log10(sigma))))
+    return f"{value:.{digits}f} ± {sigma:.{digits}f}"

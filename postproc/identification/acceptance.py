@@ -1,0 +1,208 @@
+"""Whether an effect that was fitted in full is worth it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.estimation.fitted import Fit
+from postproc.estimation.held_out import contiguous_blocks, neighbouring_blocks
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.linear import Linear, basis_of
+from postproc.estimation.problem import Problem, at_least_ordinary
+from postproc.estimation.solving.solve import SETTLED, Terms
+from postproc.estimation.worth import schwarz
+from postproc.identification.candidates.candidate import Candidate, Screen, kind
+from postproc.identification.candidates.composition import columns_of, linear_part
+from postproc.identification.candidates.forms import ordinary
+from postproc.identification.candidates.nonlinear import refit_form
+from postproc.identification.evidence import CLEARLY, DECADES, MATERIAL, QUIET, SIGNIFICANT, WIDE, laplace
+from postproc.model.arm import Model
+from postproc.patterns.place import with_and_without_a_row
+
+
+def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
+    """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
+    mask = linear_part(candidate.effect, candidate.free)
+    size = ordinary(problem.model, candidate.effect, mask)
+    columns = columns_of(problem, candidate.effect, candidate.free)
+    s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
+    weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
+    x = candidate.effect.vector().copy()
+    x[mask] += size * np.linalg.solve(columns.T @ linear.project(columns) + weak, columns.T @ linear.rest)
+    low, high = candidate.effect.bounds()
+    return candidate.effect.with_vector(np.clip(x, low, high))
+
+
+def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
+    """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
+    if candidate.fit is not None:
+        model, new = candidate.fit.model, candidate.effect
+    else:
+        model, new = base.model, candidate.effect
+        if new.is_null:
+            new = with_amplitudes(base.problem, base.linear, candidate)
+        if type(new).load is not Effect.load:
+            # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
+            model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
+    strength = {k: v for k, v in base.strength.items() if k != candidate.key}
+
+    def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
+        masks, known = {**base.free, candidate.key: free}, frozenset(base.parameters)
+        terms = Terms(masks, strength, closely=closely, determined=known, beside=base.problem.beside)
+        try:
+            return fit_model(start, base.data, [effect], noise=base.noise.stated, terms=terms)
+        except PostprocError:
+            return None
+
+    after = fitted(model, new, candidate.free)
+    if after is None or not (none := impossible(after, candidate.key)).any():
+        return after
+    # What no arm can be is held at null, and the rest fitted again, if anything is left.
+    found = after.model.effect(candidate.key) or new
+    left = candidate.free & ~none
+    if not (left & found.amplitudes()).any():
+        return after
+    return fitted(after.model, found.with_vector(np.where(none, found.null_vector(), found.vector())), left) or after
+
+
+def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
+    """(p,) what no arm can have of an effect: it says so, or the fit has stopped at a bound that is not nothing."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return np.zeros(0, dtype=bool)
+    none = effect.impossible(fit.model.robot, {e.key: e for e in fit.model.effects})
+    stopped = np.isin(np.arange(len(none)), [i for k, i in fit.at_bound if k == key])
+    return np.asarray(none | (stopped & effect.amplitudes() & (effect.vector() != effect.null_vector())))
+
+
+def fitted_best(
+    base: Fit, screen: Screen, candidate: Candidate, closely: float = SETTLED
+) -> tuple[Candidate, Fit] | None:
+    """The best of a candidate's starts after full fits, with its fit; None where none settles."""
+    found: list[tuple[Candidate, Fit]] = []
+    for start in refit_form(screen, base.linear, candidate).starts or (candidate,):
+        after = refit(base, start, closely)
+        if after is not None:
+            found.append((judged(base, after, start), after))
+            if is_white(after):
+                break
+    best = max(found, key=lambda pair: pair[0].evidence, default=None)
+    fewer = best and _without_idle(base, *best, closely)
+    return max((pair for pair in (best, fewer) if pair), key=lambda pair: pair[0].evidence, default=None)
+
+
+def _without_idle(base: Fit, one: Candidate, after: Fit, closely: float) -> tuple[Candidate, Fit] | None:
+    """A candidate fitted again without the joints at which its fit finds nothing; None where it finds something at all.
+
+    What moves every joint may be the best form for the sake of two. The knees of the others are anywhere, some where a
+    single row tells them, and such a fit foretells no unseen row.
+    """
+    effect, free = one.effect, one.free
+    if not one.forming or base.model.effect(one.key) is not None:
+        return None
+    alike = (v for v in effect.variants(base.problem.sensitivity.state, effect) if kind(v.effect) == kind(effect))
+    some = [v for v in alike if not (v.refit & ~free).any()]
+    narrow = [v for v in some if v.count == min(w.count for w in some)]
+    sigma = np.array([after.sigma.get((one.key, i), np.inf) for i in range(len(free))])
+    told = effect.vector() ** 2 > np.log(base.linear.freedom) * sigma**2
+    kept = [v for v in narrow if (told & v.free).any()]
+    if not 0 < len(kept) < len(narrow):
+        return None
+    left = free & ~np.any([v.refit for v in narrow if not (told & v.free).any()], axis=0)
+    bare = effect.with_vector(np.where(left, effect.vector(), effect.null_vector()))
+    label, count = "; ".join(v.label for v in kept), min(one.count, int(left.sum()))
+    fewer = replace(one, effect=bare, free=left, label=label, count=count, starts=(), fit=None)
+    less = refit(base, fewer, closely)
+    return None if less is None else (judged(base, less, fewer), less)
+
+
+def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
+    """The candidate with the fall of its full refit in place of the linear one; worth nothing where no arm is so.
+
+    What the refit leaves counts at the weights of the base, as it does for whatever is not fitted in full: rows that
+    only stand out beside the candidate stand out beside its rivals, too.
+    """
+    before = base.linear.square
+    own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
+    rest = min(after.linear.square + float(same @ same - own @ own), before)
+    freedom = base.linear.freedom
+    linear = max(before - candidate.fall, 1e-12 * before)
+    gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
+    effect = after.model.effect(candidate.key) or candidate.effect
+    if candidate.curved:
+        # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
+        worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
+    else:
+        worth = candidate.evidence + gained
+    if impossible(after, candidate.key).any():
+        worth = -np.inf
+    free = after.free.get(candidate.key, candidate.free)
+    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, fit=after)
+
+
+def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
+    """What an effect of a full fit is worth beside the base, all its parameters counted (`laplace`)."""
+    effect = after.model.effect(key)
+    own = np.array([k == key for k, _ in after.parameters])
+    index = np.array([i for k, i in after.parameters if k == key], dtype=int)
+    if effect is None or not len(index):
+        return -np.inf
+    others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
+    columns = after.columns[:, own]
+    return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
+
+
+def is_white(fit: Fit) -> bool:
+    """Whether nothing but noise is left, as far as that is known."""
+    return fit.noise.sigma is not None and fit.variance < QUIET
+
+
+def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
+    """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
+
+    Neighbours share what a model lacks, and what helps one block by chance harms the next.
+    """
+    return _falls(after.held_out_error, before.held_out_error, contiguous_blocks(before.data.repeats), errors)
+
+
+def reaches_further(after: Fit, before: Fit) -> bool:
+    """Whether a fit clearly predicts poses better that are unlike all that it has seen.
+
+    Where more than noise is left, poses that are alike share it, and anything flexible tells one by the other: in file
+    order a block has its like in the next ones. What an arm has, it has in all its joint space.
+    """
+    blocks = neighbouring_blocks(before.data.repeats, before.data.state.q)
+    return _falls(after.held_out_by(blocks), before.held_out_by(blocks), blocks, CLEARLY)
+
+
+def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float) -> bool:
+    """Whether the sum of squares of (n, 3) errors falls by so many standard errors over the blocks.
+
+    Or does so in more blocks, and by more, than in which it rises: signed ranks (Wilcoxon 1945). A block that nothing
+    but itself determines is off by anything, and one that gains far more than the others is no doubt.
+    """
+    # `scipy.stats.wilcoxon` gives the same, but takes a second to load.
+    gain = np.bincount(blocks, np.nansum(before**2 - after**2, axis=1))
+    rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))
+    clearly = gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain))
+    return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))
+
+
+def convincing(candidate: Candidate, base: Fit) -> bool:
+    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
+    before = base.linear.square
+    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT and candidate.fall > MATERIAL * before
+
+
+def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
+    """Whether an effect is worth nothing without the row that gains most by it."""
+    linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
+    both = with_and_without_a_row(linear, columns)
+    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
+    return best.evidence + min(0.0, less - whole) < 0

@@ -1,0 +1,246 @@
+"""Add effects to a model, refit everything, and show the error fall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_library, find_effect
+from postproc.estimation.errors import mm
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.nominal import no_farther_than_nominal
+from postproc.estimation.recorded import recorded_model
+from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.solve import Terms
+from postproc.estimation.words.record import figures_json, fit_json
+from postproc.identification.acceptance import fitted_best
+from postproc.identification.candidates.candidate import Screen
+from postproc.identification.candidates.composition import compose
+from postproc.identification.refits import thinned
+from postproc.identification.refits import without as without_some
+from postproc.measure.measurements import Measurements
+from postproc.measure.observations import Observation
+from postproc.measure.read.columns import columns_of
+from postproc.model.arm import Model
+from postproc.watch import Watch, unwatched
+
+HELPS = 0.005
+"""Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
+LITTLE = 0.05
+"""Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
+
+
+@dataclass(frozen=True)
+class FitFigures:
+    """What is told of a fit that is not kept: a fit of many rows holds much memory.
+
+    Args:
+        rms, held_out_rms: of what was observed [m], [rad] of angles.
+    """
+
+    rms: float
+    held_out_rms: float
+    observed: Observation
+
+    @classmethod
+    def of(cls, fit: Fit) -> FitFigures:
+        return cls(fit.rms, fit.held_out_rms, fit.observed)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One rung of the ladder: what was added, the fit after it, its model, the share of the way from base to floor."""
+
+    name: str
+    fit: Fit | FitFigures
+    model: Model
+    share: float | None = None
+
+
+@dataclass(frozen=True)
+class Addition:
+    """A model with further effects.
+
+    Args:
+        ladder: base, then one rung for each effect; the last one holds the fit.
+        without: the final fit with one effect left out, by key.
+        floor: noise per axis, or the bound of any function where no noise is known [m].
+    """
+
+    ladder: tuple[Step, ...]
+    without: dict[str, FitFigures]
+    floor: float
+
+    @property
+    def before(self) -> Fit | FitFigures:
+        return self.ladder[0].fit
+
+    @property
+    def fit(self) -> Fit:
+        """The final fit."""
+        return cast(Fit, self.ladder[-1].fit)
+
+    @property
+    def model(self) -> Model:
+        """The new model with its table [fit], ready to be written."""
+        return recorded_model(self.fit)
+
+    def as_json(self) -> dict[str, Any]:
+        """``postproc/fit/1`` with the ladder and the leave-one-out table."""
+        return {
+            **fit_json(self.fit, figures_json(self.before)),
+            self.fit.observed.key("floor"): mm(self.floor),
+            "ladder": [{"step": s.name, **figures_json(s.fit), "share_of_way": s.share} for s in self.ladder],
+            "leave_one_out": [{"without": key, **figures_json(f)} for key, f in self.without.items()],
+        }
+
+    def text(self) -> str:
+        """How far the error fell, then the ladder and the leave-one-out table."""
+        first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
+        helps = last < (1 - HELPS) * first
+        known, unit, each = self.fit.parts.level is not None, self.fit.observed.unit, self.fit.observed.each
+        floor = "the noise is" if known else "any smooth function of the channels would leave"
+        floor = f"{floor} {1e3 * self.floor:.3f} {unit}"
+        names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
+        gone, unseen = self.ladder[-1].share, "on rows that the fit has not seen"
+        falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
+        said = f"O{unseen[1:]}, {falls}"
+        if not helps:
+            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
+            said += f"{first:.3f} before"
+        elif gone is not None and gone < LITTLE:
+            helps, said = False, f"Adding {names} hardly helps: {unseen}, {falls}"
+        lines = [
+            f"{said}; {floor}.",
+            "The next `compensate` with this model corrects what it now predicts."
+            if helps
+            else "Keep the model as it was, and ask `diagnose` what it lacks.",
+            "",
+            f"{'ladder':28s} rms {unit}  held-out {unit}  way to {'the noise' if known else 'that bound'}",
+        ]
+        for s in self.ladder:
+            way = "" if s.share is None else f"{100 * s.share:5.0f} %"
+            lines.append(f"  {s.name:24s} {1e3 * s.fit.rms:8.3f} {1e3 * s.fit.held_out_rms:10.3f}     {way}")
+        lines += ["", f"{'leave one out':28s} rms {unit}  held-out {unit}"]
+        lines += [f"  - {k:22s} {1e3 * f.rms:8.3f} {1e3 * f.held_out_rms:10.3f}" for k, f in self.without.items()]
+        return "\n".join(lines)
+
+
+def add_effects(
+    model: Model,
+    data: Measurements,
+    keys: Sequence[str],
+    extra_effects: Iterable[type[Effect]] = (),
+    *,
+    noise: float | None = None,
+    watch: Watch = unwatched,
+) -> Addition:
+    """Add effects by key one after another, each in the form that suits the data, and refit everything.
+
+    Args:
+        extra_effects: classes beside the library's. watch: is told what is done, and which share of the work is.
+
+    Raises:
+        PostprocError: EFF020 for an unknown key, DAT021 where the data lacks a channel that an effect reads.
+    """
+    library = effect_library()
+    library.update({cls.key: cls for cls in extra_effects})
+    classes = [find_effect(key, library) for key in keys]
+    data = data.in_order
+    added = _added(model, data, classes, noise, watch)
+    told = added.fit.data.rounded
+    if told is None or told == rounded(added.fit):
+        return added
+    return _added(model, replace(data, rounded=not told), classes, noise, watch)
+
+
+def _added(
+    model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None, watch: Watch
+) -> Addition:
+    watch("the model as it came", 0.0)
+    base = fit_model(model, data, noise=noise)
+    # Forms are chosen on as many rows as tell them, and fitted to all.
+    found = start = thinned(base, noise)
+    steps, bound = [Step("base", FitFigures.of(base), base.model)], base.smooth_bound
+    every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
+    total = len(classes) + len(every) + 2
+    for k, cls in enumerate(classes):
+        watch(f"`{cls.key}`", (k + 1) / total)
+        found = grown(found, cls, noise)
+        if cls is not classes[-1]:
+            rung = _on_all_rows(base, start, found, noise)
+            steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
+    added = [cls for cls in classes if model.effect(cls.key) is None]
+    found = _beside_each_other(found, added if len(classes) > 1 else [], noise)
+    watch("all of it", (len(classes) + 1) / total)
+    final = _on_all_rows(base, start, found, noise)
+    no_farther_than_nominal(final)
+    steps.append(Step(f"+ {classes[-1].key}", final, final.model))
+    level = final.parts.level
+    floor = bound if level is None else level
+    top = steps[0].fit.held_out_rms
+    if top > floor:
+        shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
+        steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
+    without: dict[str, FitFigures] = {}
+    for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
+        watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
+        # Of many rows what the slope foretells is near enough: nobody fits them ten times.
+        fit = _without(final, effect.key, noise) if start is base else without_some(final, [effect.key])
+        # The frames of sessions that saw the arm from elsewhere come back by themselves.
+        if fit.model.effect(effect.key) is None:
+            without[effect.key] = FitFigures.of(fit)
+    return Addition(tuple(steps), without, floor)
+
+
+def _on_all_rows(base: Fit, start: Fit, found: Fit, noise: float | None) -> Fit:
+    """What was found on some rows, fitted to all; free functions get the smoothness that these can carry."""
+    if start is base:
+        return found
+    known = frozenset(base.parameters + found.parameters)
+    # A start that some of the rows have settled needs no step below a third of a standard deviation.
+    closely = 0.1 / len(base.problem.residual)
+    terms = Terms({**base.free, **found.free}, base.strength, closely=closely, determined=known)
+    return fit_model(base.model.with_effects(*found.model.effects), base.data, noise=noise, terms=terms)
+
+
+def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
+    """A fit with one more effect, in the form that the data prefers.
+
+    With the likeliest penalty for free functions.
+    """
+    missing = cls.missing(fit.problem.sensitivity.state)
+    if missing:
+        columns = ", ".join(map(columns_of, missing))
+        message = f"`{cls.key}` reads {columns}: the measurements have no such column"
+        raise PostprocError.of("DAT021", message, fit.data.source, help="measure with that channel")
+    screen = Screen(fit.problem, {cls.key: cls})
+    candidate = compose(screen, fit.linear, cls.key)
+    if candidate is None:
+        return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
+    found = fitted_best(fit, screen, candidate)
+    if found is None:
+        message = f"the fit with `{cls.key}` does not settle on this data"
+        raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")
+    return found[1]
+
+
+def _beside_each_other(final: Fit, added: Sequence[type[Effect]], noise: float | None) -> Fit:
+    """Every added effect in the form that suits it with all the others in: the first found its own without them."""
+    for cls in added:
+        anew = grown(_without(final, cls.key, noise), cls, noise)
+        final = anew if anew.held_out_rms < (1 - HELPS) * final.held_out_rms else final
+    return final
+
+
+def _without(final: Fit, key: str, noise: float | None) -> Fit:
+    kept = [e for e in final.model.effects if e.key != key]
+    free = {e.key: final.free[e.key] for e in kept}
+    strength = {k: v for k, v in final.strength.items() if k != key}
+    return fit_model(final.model.with_effects(*kept), final.data, noise=noise, terms=Terms(free, strength))

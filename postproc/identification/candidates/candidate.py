@@ -1,0 +1,165 @@
+"""What could be missing: one effect at its best, and the forms of every effect on one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.sums import SumOfTerms
+from postproc.estimation.fitted import Fit
+from postproc.estimation.problem import Problem, Weights
+from postproc.estimation.solving.step import Masks
+from postproc.identification.candidates.forms import Form, Forms, forms_of
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """The best composition of one effect's forms on this data.
+
+    Args:
+        key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
+            the odds against this form among all that were tried.
+        visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
+            tried.
+        starts: itself and its next best forms, where its worth must be found by full fits.
+        fit: the full fit that it was judged by.
+    """
+
+    key: str
+    effect: Effect
+    free: NDArray[np.bool_]
+    label: str
+    evidence: float
+    fall: float
+    count: int
+    searched: float
+    visible: float
+    p_value: float
+    starts: tuple[Candidate, ...] = ()
+    fit: Fit | None = None
+
+    @property
+    def forming(self) -> int:
+        """How many parameters only form the effect: a knee, the ends of a hose."""
+        return int((self.free & ~self.effect.amplitudes()).sum())
+
+    @property
+    def far(self) -> bool:
+        """Whether its forms may all be far from the truth: a grid of knees is fine enough, one of points is not."""
+        return 2 * self.forming > int(self.free.sum())
+
+    @property
+    def curved(self) -> bool:
+        """Whether a linear problem is not enough.
+
+        Parameters that form the effect move its columns, and so does the compliance that its load acts through.
+        """
+        return self.forming > 0 or type(self.effect).load is not Effect.load
+
+
+LIKE = 0.01
+"""Share by which weights may differ and are still the same."""
+
+
+@dataclass
+class FormCache:
+    """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
+
+    Args:
+        weights: with which it is whitened; those of orientations follow what a fit leaves of them.
+        forms: of every effect where the model has nothing of it, by its key and what the model has that they depend on;
+            by_load: (n, r, 6) whitened displacement by a unit of every load, for some springs and number of poses.
+    """
+
+    weights: Weights | None = None
+    forms: dict[tuple[str, ...], Forms] = field(default_factory=dict)
+    by_load: dict[Hashable, Array] = field(default_factory=dict)
+
+    def at(self, weights: Weights) -> FormCache:
+        """The same where the weights are nearly those before, else a new one."""
+        old = self.weights
+        if old is None or not np.array_equal(old.used, weights.used):
+            return FormCache(weights)
+        if old.turn is None or weights.turn is None:
+            turned = old.turn is not weights.turn
+        else:
+            turned = not np.allclose(old.turn, weights.turn, atol=LIKE)
+        return FormCache(weights) if turned or not np.allclose(old.values, weights.values, rtol=LIKE) else self
+
+
+@dataclass
+class Screen:
+    """Forms of every testable effect on one problem, made once and screened often.
+
+    Args:
+        free: what the fit moves; held: forms of effects that the model holds.
+    """
+
+    problem: Problem
+    classes: Mapping[str, type[Effect]]
+    free: Masks = field(default_factory=dict)
+    stock: FormCache = field(default_factory=FormCache)
+    held: dict[str, Forms] = field(default_factory=dict)
+
+    def forms(self, key: str, current: Effect | None) -> Forms:
+        """What may be missing of an effect, or be added to what a search has of it (``current``).
+
+        Of a sum always the terms alone: `beside` puts one after those that are there.
+        """
+        cls, held = self.classes[key], self.problem.model.effect(key)
+        known = (key, *self._depends_on(cls))
+        if issubclass(cls, SumOfTerms) or (current is None and held is None):
+            if known not in self.stock.forms:
+                self.stock.forms[known] = forms_of(self.problem, cls)
+            return self.stock.forms[known]
+        alone = self.stock.forms.get(known, ())
+        if current is not None:
+            return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
+        if key not in self.held and held is not None:
+            found = forms_of(self.problem, cls, held, alone)
+            self.held[key] = Forms.of(g for f in found if (g := self._more(f, held)) is not None)
+        return self.held[key]
+
+    def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
+        """Effects of the model that change how one moves the arm: springs under its load, loads that it follows."""
+        springs, loads = cls.load is not Effect.load, "load" in cls.reads
+        model = self.problem.model.effects
+        return tuple(
+            e.key for e in model if (springs and "load" in e.reads) or (loads and type(e).load is not Effect.load)
+        )
+
+    def odds(self, key: str, current: Effect | None) -> Array:
+        """(M,) how ordinary each form is, 0 where what is there leaves no room for it."""
+        forms, there = self.forms(key, current), current or self.problem.model.effect(key)
+        odds = np.array([form.odds for form in forms], dtype=float)
+        cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
+        return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
+
+    def rarity(self, key: str) -> float:
+        """2 log of the odds against one effect among all that are tried; what the model has may lack more of it."""
+        return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
+
+    def beside(self, form: Form, current: Effect | None) -> Form:
+        """A form with what is there before it."""
+        there = current or self.problem.model.effect(form.key)
+        return form.beside(there) if isinstance(there, SumOfTerms) else form
+
+    def _more(self, form: Form, held: Effect) -> Form | None:
+        """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
+
+        What the fit already moves cannot be missing, even where it stands at a bound.
+        """
+        moved = self.free.get(held.key)
+        if len(form.refit) != len(held.vector()) or moved is None:
+            return form if len(form.refit) > len(held.vector()) else None
+        return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
+
+
+def kind(effect: Effect) -> tuple[object, ...]:
+    return tuple(getattr(effect, name) for name in effect.structures())

@@ -1,0 +1,191 @@
+"""The best composition of an effect's forms: score tests of all, then more of its own while each is worth it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem
+from postproc.estimation.worth import f_test
+from postproc.identification.candidates.candidate import Candidate, Screen, kind
+from postproc.identification.candidates.forms import Form, Forms, forms_nearby, ordinary
+from postproc.identification.evidence import DIM, Gain, gain, gains
+
+EACH = 2
+"""Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
+DEEPEST = 8
+"""Terms of one effect that are searched one after another."""
+
+
+def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
+    """The best composition of an effect's forms: the best one, then more of its own while each is worth its parameters.
+
+    Twice: from the best form on, and of the narrowest alone, so that nothing is fitted that only goes with the rest
+    (all joints for the sake of three). None where no form moves anything.
+    """
+    forms = screen.forms(key, None)
+    price = _prices(screen.odds(key, None)) + screen.rarity(key)
+    if not np.isfinite(price).any():
+        return None
+    measured = gains(linear, forms)
+    worth = measured.evidence - price
+    best = int(np.argmax(worth))
+    seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
+    narrow = int(forms.width[seen].min(initial=forms.width.max()))
+    thin = seen[forms.width[seen] == narrow]
+    # A free function grows finer, too.
+    widest = np.inf if forms[best].effect.roughness() is not None else narrow
+    starts = [(best, np.inf), (int(thin[np.argmax(worth[thin])]), widest)] if len(thin) else []
+    if len(thin) == len(seen) or starts[:1] == starts[1:]:
+        starts = starts[:1]
+    visible = float(measured.visible[seen].max(initial=0.0))
+    found = [
+        _grow(screen, linear, screen.beside(forms[i], None), measured.of(i), float(price[i]), w) for i, w in starts
+    ]
+    if not found:
+        form = screen.beside(forms[best], None)
+        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, float(price[best]), visible, 1.0)
+    chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
+    if not chosen.curved:
+        return chosen
+    some = ((forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth))
+    others = [_told(linear, f.key, f.effect, f.refit, f.label, brought, cost) for f, brought, cost in some]
+    return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
+
+
+def _prices(odds: Array) -> Array:
+    """(M,) what each form costs for having been searched, 2 log of the odds against it beforehand.
+
+    A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
+    best of many is good by chance (Davies 1987).
+    """
+    with np.errstate(divide="ignore"):
+        return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
+
+
+def _starts(forms: Forms, worth: Array) -> list[int]:
+    """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
+    order = np.argsort(-worth, kind="stable").tolist()
+    kinds = [kind(form.effect) for form in forms]
+    return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
+
+
+def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
+    """A form with more of its own while each is worth its parameters, of those that move no more than ``widest``."""
+    outer, total = linear, linear.square
+    beside = np.zeros(len(form.refit), dtype=bool)
+    if form.along is not None:
+        linear = linear.extended(form.along)
+        beside = form.refit & form.effect.amplitudes() & ~form.screened
+    effect, free, labels, whole = form.effect, form.refit, [form.label], first
+    searched = price + type(effect).unlikely
+    columns = _columns(screen.problem, form, free)
+    for _ in range(1, DEEPEST):
+        if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):
+            nearest, whole, cost = nearer
+            effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
+            searched += cost
+        # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
+        inner = linear.extended(columns, DIM**0.5)
+        found = _further(screen, inner, form.key, effect, widest) if whole.evidence > searched else None
+        if found is None:
+            break
+        option, cost = found
+        new = option.effect
+        same = kind(new) == kind(effect)
+        mask = option.refit | free if same else option.refit
+        counted = mask & ~beside if len(mask) == len(beside) else mask
+        further, base, along = linear, whole, np.zeros_like(beside)
+        if same and option.along is not None:
+            # Neither does what goes along with a further term tell anything for it.
+            along = option.refit & new.amplitudes() & ~option.screened & ~free
+            counted &= ~along
+            further = linear.extended(option.along)
+            base = gain(further, columns_of(screen.problem, effect, free & ~beside))
+        wide = _columns(screen.problem, option, counted, columns)
+        forming = int((mask & ~new.amplitudes()).sum())
+        flexible = new.roughness() is not None
+        trial = gain(further, wide, forming, flexible)
+        if trial.evidence - cost <= base.evidence:
+            break
+        linear, beside = further, beside | along
+        # A free function in another resolution is the same thing better said.
+        labels = [*(labels[:-1] if flexible else labels), option.label]
+        effect, free, whole, columns = new, mask, trial, wide
+        searched += cost
+    label = "; ".join(text for text in labels if text)
+    worth = whole.evidence
+    if form.along is not None and worth > searched:
+        # What is fitted along tells nothing alone, but with the effect it is a part of it.
+        worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
+    told = _told(linear, form.key, effect, free, label, whole, searched)
+    return replace(told, evidence=worth - searched, fall=whole.fall + total - linear.square)
+
+
+def _told(
+    linear: Linear, key: str, effect: Effect, free: NDArray[np.bool_], label: str, gain_: Gain, searched: float
+) -> Candidate:
+    before, worth = linear.square, gain_.evidence - searched
+    p = corrected(f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count), searched)
+    return Candidate(key, effect, free, label, worth, gain_.fall, gain_.count, searched, gain_.visible, p)
+
+
+def _sharpened(
+    problem: Problem, linear: Linear, effect: Effect, gain_: Gain, new: int
+) -> tuple[Form, Gain, float] | None:
+    """The effect with its new terms where they explain most, what it brings there, and what it cost to look.
+
+    Not the last alone: where the first was found, the others were missing.
+
+    None where it stays as it is.
+    """
+    best, paid = None, 0.0
+    while near := forms_nearby(problem, effect, new):
+        odds = np.array([form.odds for form in near])
+        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(linear, near)
+        k = int(np.argmax(brought.evidence - costs))
+        if brought.evidence[k] - costs[k] <= gain_.evidence:
+            break
+        best, effect, gain_, paid = near[k], near[k].effect, brought.of(k), paid + float(costs[k])
+    return None if best is None else (best, gain_, paid)
+
+
+def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: float) -> tuple[Form, float] | None:
+    """What is best added to an effect, and its price; None where nothing is worth that."""
+    forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
+    if not forms:
+        return None
+    worth = np.where(forms.width <= widest, gains(inner, forms).evidence - prices, -np.inf)
+    k = int(np.argmax(worth))
+    return None if worth[k] <= 0 else (screen.beside(forms[k], effect), float(prices[k]))
+
+
+def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
+    """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
+    whole = form.columns if before is None else np.hstack([before, form.columns])
+    alike = form.along is None and whole.shape[1] == linear_part(form.effect, mask).sum()
+    return whole if alike else columns_of(problem, form.effect, mask)
+
+
+def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Columns of the amplitudes of a mask for their ordinary sizes.
+
+    What forms the effect has none while they are null.
+    """
+    part = linear_part(effect, mask)
+    return problem.columns(effect, part) * ordinary(problem.model, effect, part)
+
+
+def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The amplitudes of a mask: what forms the effect has no column while the amplitudes are null."""
+    return mask & effect.amplitudes()
+
+
+def corrected(p: float, searched: float) -> float:
+    """A p value after a search."""
+    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0

@@ -1,0 +1,177 @@
+"""Forms of effects as whitened columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array, blocks
+from postproc.effects.base import Effect, Variant
+from postproc.effects.similarity import ordinary_sizes
+from postproc.effects.sums import SumOfTerms
+from postproc.estimation.problem import Problem
+from postproc.model.arm import Model
+
+CHUNK = 4e6
+"""Numbers in the columns of forms that are screened together: 32 MB."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """One way in which an effect could act on this data.
+
+    Args:
+        key: of the effect; label: which form.
+        effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
+        columns: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
+            they are.
+        forming: how many parameters beyond the screened ones a full fit would move.
+        along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
+        odds: how ordinary the form is beside the others. sign: 1 for a single amplitude that can only be positive.
+    """
+
+    key: str
+    label: str
+    effect: Effect
+    refit: NDArray[np.bool_]
+    columns: Array
+    screened: NDArray[np.bool_]
+    forming: int = 0
+    along: Array | None = None
+    odds: float = 1.0
+    sign: int = 0
+
+    @property
+    def width(self) -> int:
+        return int(self.screened.sum())
+
+    def beside(self, effect: SumOfTerms) -> Form:
+        """A term of a sum after those of an effect: it moves the arm as it does alone."""
+        assert isinstance(self.effect, SumOfTerms)
+        marked = self.effect.with_vector(self.screened.astype(float))
+        whole, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
+        every = np.ones(len(whole.vector()), dtype=bool)
+        return replace(self, effect=whole, refit=every, screened=last.vector() > 0)
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Forms of one width w side by side.
+
+    Args:
+        index: (M,) which forms; values: (N, M w) their columns, gram: (M, w, w) and their products.
+        forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function; sign: (M,) as
+            in `Form`. along: as in `Form`, of a form that has some, which stands alone.
+    """
+
+    index: NDArray[np.int_]
+    values: Array
+    gram: Array
+    forming: NDArray[np.int_]
+    flexible: NDArray[np.bool_]
+    sign: NDArray[np.int_]
+    along: Array | None = None
+
+    @classmethod
+    def of(cls, some: Sequence[Form], index: Sequence[int]) -> Stack:
+        values = np.hstack([form.columns for form in some])
+        C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
+        numbers = ([f.forming, f.effect.roughness() is not None, f.sign] for f in some)
+        forming, flexible, sign = np.array(list(numbers), dtype=int).T
+        return cls(
+            np.array(index), values, C.transpose(0, 2, 1) @ C, forming, flexible.astype(bool), sign, some[0].along
+        )
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Forms of an effect, stacked once for all screenings: their columns are views of the stacks."""
+
+    every: tuple[Form, ...] = ()
+    stacks: tuple[Stack, ...] = ()
+
+    @classmethod
+    def of(cls, every: Iterable[Form]) -> Forms:
+        forms, stacks, alike = list(every), list[Stack](), dict[tuple[int, int], list[int]]()
+        for i, form in enumerate(forms):
+            alike.setdefault((form.width, -1 if form.along is None else i), []).append(i)
+        for (width, _), index in alike.items():
+            for rows in blocks(len(index), max(1, int(CHUNK / forms[index[0]].columns.size))):
+                stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))
+                for k, i in enumerate(index[rows]):
+                    forms[i] = replace(forms[i], columns=stacks[-1].values[:, k * width : (k + 1) * width])
+        return cls(tuple(forms), tuple(stacks))
+
+    def __len__(self) -> int:
+        return len(self.every)
+
+    def __getitem__(self, at: int) -> Form:
+        return self.every[at]
+
+    def __iter__(self) -> Iterator[Form]:
+        return iter(self.every)
+
+    @cached_property
+    def width(self) -> NDArray[np.int_]:
+        """(M,) how many amplitudes of each are screened."""
+        return np.array([form.width for form in self], dtype=int)
+
+
+def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Iterable[Form] = ()) -> Forms:
+    """All forms of one effect on the data of a problem; those that move nothing are left out.
+
+    Args:
+        alone: forms where the model has nothing of it: while all is small, what nothing else forms moves the arm beside
+            others as it does alone.
+    """
+    found: list[Form | None] = []
+    small = current is not None and current.is_null and bool(current.amplitudes().all())
+    known = {form.label: form for form in alone if form.label} if small else {}
+    for v in cls.variants(problem.sensitivity.state, current):
+        same = known.get(v.label)
+        fresh = current is None or len(v.free) == len(current.vector())
+        if same is None or same.width != v.free.sum():
+            found.append(make_form(problem, v, fresh))
+        else:
+            along = same.along if fresh else None
+            found.append(replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along))
+    return Forms.of(form for form in found if form is not None)
+
+
+def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
+    """Forms of an effect that say one of its new terms a little differently, each with the columns of all its terms."""
+    near = effect.nearby(new) if isinstance(effect, SumOfTerms) else ()
+    every = (replace(v, free=v.refit) for v in near)
+    return Forms.of(form for v in every if (form := make_form(problem, v, fresh=False)) is not None)
+
+
+def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
+    """The whitened columns of a variant, None where they vanish on this data.
+
+    Args:
+        fresh: the variant has no more terms than the model holds (those that it holds are free in its fit already).
+    """
+    size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
+    basis = None if v.effect.missing(state) else v.effect.basis(state)
+    if basis is None:
+        columns = problem.columns(v.effect, v.free) * size
+    else:
+        columns = problem.turns[:, basis.joint[v.free]] * (basis.values[:, v.free] * size)[problem.row]
+    if not np.isfinite(columns).all() or not columns.any():
+        return None
+    forming = int((v.refit & ~v.effect.amplitudes()).sum())
+    extra = v.refit & v.effect.amplitudes() & ~v.free
+    along = problem.columns(v.effect, extra) if fresh and extra.any() else None
+    sign = int(v.free.sum() == 1 and (v.effect.bounds()[0] == v.effect.null_vector())[v.free].all())
+    key = type(v.effect).key
+    return Form(key, v.label, v.effect, v.refit, columns, v.free, forming, along, v.odds, sign)
+
+
+def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Ordinary size of the parameters of a mask on an arm; rough shares of a free function are smaller than smooth."""
+    size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
+    return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

@@ -1,0 +1,222 @@
+"""What forms an effect, a knee or the ends of a hose, where it explains most, before anything is fitted in full."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.asking import displacement_of, loads_of
+from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.linear import Linear
+from postproc.estimation.problem import Problem, Weights
+from postproc.estimation.solving.determined import pull
+from postproc.estimation.worth import f_test
+from postproc.identification.candidates.candidate import Candidate, Screen, kind
+from postproc.identification.candidates.composition import corrected
+from postproc.identification.evidence import NEARLY, laplace
+from postproc.model.derivatives.places import carried, placed
+
+POSES = 120
+"""Poses on which a shape is looked for; parameters of the fit ask for more."""
+STAGES = ((3, 6), (6, 4), (25, 3))
+"""Steps of a search, and how many laws, pairs of bodies .. go on after them, each from its best start.
+
+No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
+"""
+ENOUGH = 3e-3
+"""Share of the sum of squares below which a step is the last."""
+AT_LAST = 60, 1e-6
+"""Steps on all poses in the end, and that share: a full fit follows, whose every step costs as much as ten of these."""
+TWICE = 2.0
+"""As much more of the sum of squares may an effect take off in the end as after the first steps."""
+
+
+@dataclass(frozen=True)
+class SubsampledProblem:
+    """Some poses of a problem, and what the fitted parameters leave of their residual.
+
+    Args:
+        problem: those poses; linear: its residual with the fitted parameters of the whole.
+        known: what `by_load` has worked out.
+    """
+
+    problem: Problem
+    linear: Linear
+    known: dict[Hashable, Array] = field(default_factory=dict)
+
+    def answers(self, effects: Sequence[Effect]) -> Array:
+        """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
+        seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
+        answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
+        if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
+            moves = [placed(displacement_of(e, seen.state)) for e in effects]
+            for at in sorted({at for moved in moves for at in moved}):
+                parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]
+                answer += seen.matrix[:, :, at : at + 6] @ np.stack(parts, axis=2)
+        if cls.load is not Effect.load:
+            for at, every in carried(loads_of(effects, seen.state)).items():
+                answer += self.by_load(at) @ every
+        return np.asarray(answer[self.problem.weights.used])
+
+    def by_load(self, first: int) -> Array:
+        """(n, r, 6) whitened displacement by a unit of the joints' torques, or of the wrench on a body."""
+        seen = self.problem.softer
+        at = len(self.problem.data), first, *(e.key for e in seen.springs)
+        if at not in self.known:
+            unit = np.zeros((6, len(seen.state), 54))
+            unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
+            found = np.zeros((*seen.matrix.shape[:2], 6))
+            for k, one in enumerate(unit):
+                found[:, :, k] = seen.by_places(seen.by_load(one, seen.state))
+            self.known[at] = found
+        return self.known[at]
+
+
+def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
+    """Every k-th pose of a problem, as many as a shape needs.
+
+    With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
+    there is one, counts by the share f of the rows.
+    """
+    problem, known = screen.problem, screen.stock.by_load
+    step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
+    if step == 1:
+        return SubsampledProblem(problem, linear, known)
+    some = np.arange(len(problem.data)) % step == 0
+    few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
+    kept = some[linear.row]
+    U = linear.nuisance[kept]
+    gram = U.T @ U + (np.eye(U.shape[1]) - linear.nuisance.T @ linear.nuisance) / step
+    value, vector = np.linalg.eigh(gram)
+    good = value > 1e-9
+    basis = U @ (vector[:, good] / np.sqrt(value[good]))
+    return SubsampledProblem(
+        few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial), known
+    )
+
+
+def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
+    """A candidate with what forms it where it explains most, from all of its starts; laws that come near are kept.
+
+    What the model holds already is where a fit has put it.
+
+    Args:
+        least: evidence below which it is of no interest, and is left as it was.
+    """
+    held = screen.problem.model.effect(candidate.key) is not None
+    if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
+        return candidate
+    seen = subsampled(screen, linear)
+    some = list(candidate.starts)
+    for tries, enough in STAGES:
+        moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
+        some = _one_of_each([c for c, _ in moved])[:enough]
+        if tries == STAGES[0][0]:
+            some += [other for c in some for other in _relatives(screen, c)]
+        share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
+        if -linear.freedom * np.log1p(-share) - candidate.searched < least:
+            return candidate
+    whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
+    some = [_moved(whole, c, *AT_LAST)[0] for c in some]
+    every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
+    near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
+    return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
+
+
+def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
+    """A candidate's `Effect.relatives`, at the price of being rarer."""
+    every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
+    return [replace(start, effect=v.effect, label=v.label, searched=start.searched - 2 * np.log(v.odds)) for v in every]
+
+
+def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
+    """The first candidate of every law, pair of bodies .."""
+    found: dict[tuple[object, ...], Candidate] = {}
+    for c in candidates:
+        found.setdefault(kind(c.effect), c)
+    return list(found.values())
+
+
+def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
+    effect, left = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
+    return replace(start, effect=effect), left
+
+
+def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
+    """A candidate at values that were found on some rows, judged on all of them by everything that it moves there."""
+    effect = start.effect
+    columns = screen.problem.columns(effect, start.free)
+    inside = linear.project(columns)
+    x, index, amplitude = effect.vector(), np.flatnonzero(start.free), effect.amplitudes()[start.free]
+    low, high = effect.bounds()
+    own = index[amplitude]
+    best = np.linalg.lstsq(inside[:, amplitude], linear.rest, rcond=1e-9)[0]
+    x[own] = np.clip(best, low[own], high[own])
+    fall = float(x[own] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[own])[amplitude])
+    rest = max(linear.square - fall, 0.0)
+    effect = effect.with_vector(x)
+    worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.searched
+    p = corrected(f_test(linear.square, rest, start.count, linear.freedom - start.count), start.searched)
+    return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
+
+
+def optimise_nonlinear(
+    seen: SubsampledProblem,
+    effect: Effect,
+    free: NDArray[np.bool_],
+    tries: int = STAGES[-1][0],
+    closely: float = ENOUGH,
+) -> tuple[Effect, float]:
+    """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
+
+    In the end with the weak pulls of a fit (`determined.pull`).
+
+    Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
+    1973): amplitudes, knees and points go together, for a point in space cannot be found on a grid of points.
+    """
+    from scipy.optimize import least_squares
+
+    index = np.flatnonzero(free)
+    x, amplitude = effect.vector().copy(), effect.amplitudes()[index]
+    size = ordinary_sizes(effect, seen.problem.model.robot)[index]
+    low, high = (bound[index] for bound in effect.bounds())
+    inside = 1e-6 * np.minimum(size, high - low)
+
+    def at(z: Array) -> Effect:
+        y = x.copy()
+        y[index] = z
+        return effect.with_vector(y)
+
+    def project(effects: Sequence[Effect]) -> Array:
+        return seen.linear.project(seen.answers(effects))
+
+    # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
+    weak = pull(seen.problem, effect)[index] * (closely < ENOUGH)
+
+    def rest(z: Array) -> Array:
+        return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
+
+    def slope(z: Array) -> Array:
+        step = np.where(z + inside > high, -inside, inside)
+        found = project([at(z), *(at(z + one) for one in np.diag(step))])
+        return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
+
+    begin = x[index].copy()
+    if effect.is_null:
+        # Where the amplitudes vanish nothing forms an effect: those that the data suggests.
+        ones = begin * ~amplitude + np.diag(size)[amplitude]
+        C = project([at(one) for one in ones])
+        s2 = float(seen.linear.rest @ seen.linear.rest) / max(len(C), 1)
+        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.rest)
+        begin[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
+    start = np.clip(begin, low + inside, high - inside)
+    scale = np.where(amplitude, size, 0.5 * size)
+    bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
+    found = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
+    left = found.fun[: len(seen.linear.rest)]
+    return at(found.x), float(left @ left)

@@ -1,0 +1,91 @@
+"""The laws that were found as curves: how far each joint is turned along each angle, to be drawn and to be said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.asking import displacement_of
+from postproc.effects.base import Effect, State
+from postproc.estimation.channels import shown, unit_of
+from postproc.estimation.errors import mm
+from postproc.estimation.fitted import Fit
+
+PLACES = 121
+"""Angles at which a curve is told."""
+NOTHING = 1e-9
+"""Turn [rad] below which a joint does not follow an angle."""
+
+
+@dataclass(frozen=True)
+class JointCurve:
+    """How far an effect turns one joint along one angle beside its mean, the others in the middle of their range.
+
+    Args:
+        joint: from 1; channel: the angle, ``q2``; at: (k,) its values [rad], over the measured range.
+        turn: (k,) [rad]; sigma: (k,) standard deviation of that [rad].
+    """
+
+    joint: int
+    channel: str
+    at: Array
+    turn: Array
+    sigma: Array
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of ``missing[].law``: degrees and milliradians."""
+        unit, factor = unit_of(self.channel)
+        return {
+            "joint": self.joint,
+            "channel": self.channel,
+            "unit": unit,
+            "at": np.round(self.at * factor, 3).tolist(),
+            "turn_mrad": [mm(x) for x in self.turn],
+            "sigma_mrad": [mm(x) for x in self.sigma],
+        }
+
+    def text(self) -> str:
+        """``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``: where it is least and most."""
+        ends = sorted((int(np.argmin(self.turn)), int(np.argmax(self.turn))))
+        said = ", ".join(f"{1e3 * self.turn[k]:.2f} mrad near {shown(self.channel, self.at[k])}" for k in ends)
+        return f"joint {self.joint} along {self.channel}: {said}, \N{PLUS-MINUS SIGN} {1e3 * np.median(self.sigma):.2f}"
+
+
+def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
+    """The curves of an effect that turns joints by what the angles alone tell; none of others."""
+    effect = fit.model.effect(key)
+    if effect is None or effect.reads != ("q",):
+        return
+    q = fit.data.state.q
+    index = [k for k, (name, _) in enumerate(fit.parameters) if name == key]
+    fitted = np.array([i for name, i in fit.parameters if name == key], dtype=int)
+    covariance = fit.covariance[np.ix_(index, index)]
+    for k in np.flatnonzero(np.ptp(q, axis=0) > 0):
+        at = np.linspace(q[:, k].min(), q[:, k].max(), PLACES)
+        along = np.tile(np.median(q, axis=0), (PLACES, 1))
+        along[:, k] = at
+        turn, slope = _turns(effect, fit.data.state.rows(np.zeros(PLACES, dtype=int)).with_(q=along))
+        for j in np.flatnonzero(np.ptp(turn, axis=0) > NOTHING):
+            known = slope[:, j, fitted] - slope[:, j, fitted].mean(axis=0)  # offsets take up its mean
+            sigma = np.sqrt(np.maximum(np.einsum("np,pq,nq->n", known, covariance, known), 0.0))
+            yield JointCurve(int(j) + 1, f"q{k + 1}", at, turn[:, j] - turn[:, j].mean(), sigma)
+
+
+def _turns(effect: Effect, state: State) -> tuple[Array, Array]:
+    """(n, 6) turn of every joint [rad], and (n, 6, p) its derivative by every parameter."""
+
+    def turned(x: Array) -> Array:
+        joint = displacement_of(effect.with_vector(x), state).joint
+        return np.zeros((len(state), 6)) if joint is None else joint
+
+    x, basis = effect.vector(), effect.basis(state)
+    if basis is None:
+        steps = np.diag(1e-3 * effect.scale())
+        return turned(x), np.stack([(turned(x + s) - turned(x - s)) / (2 * s.max()) for s in steps], axis=2)
+    slope = np.zeros((len(state), 6, len(x)))
+    slope[:, basis.joint, np.arange(len(x))] = basis.values
+    return turned(x), slope

@@ -1,0 +1,150 @@
+"""Which physics is missing: a verdict with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_library
+from postproc.estimation.channels import channels
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.words.findings import data_findings
+from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.diagnosis import Diagnosis, Verdict
+from postproc.identification.forward import search, with_patterns
+from postproc.identification.lack_of_fit import lacks_fit
+from postproc.identification.refits import refit_all, thinned, without
+from postproc.identification.state import SearchState, SelectedEffect
+from postproc.identification.words.sentences import too_few
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.columns import columns_of
+from postproc.model.arm import Model
+from postproc.patterns.dictionary import patterns
+from postproc.patterns.instrument_model import Sight
+from postproc.patterns.suspects import Suspect, by_channel
+from postproc.watch import Watch, unwatched
+
+
+def diagnose(
+    model: Model,
+    data: Measurements,
+    extra_effects: Iterable[type[Effect]] = (),
+    *,
+    noise: float | None = None,
+    watch: Watch = unwatched,
+) -> Diagnosis:
+    """Find which effects a model lacks on measurements, or what the remaining structure follows.
+
+    Forward selection by marginal likelihood with a full refit of every effect that is taken, a backward check, and free
+    patterns of the channels as rivals: where a pattern without a name explains clearly more than the whole library, the
+    verdict is "unknown".
+
+    Args:
+        extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
+        watch: is told what is done, and which share of the work is.
+    """
+    library = effect_library()
+    library.update({cls.key: cls for cls in extra_effects})
+    data = data.in_order
+    found = _diagnosed(model, data, library, noise, watch)
+    told = found.final.data.rounded
+    if told is None or told == rounded(found.final):
+        return found
+    # What was missing looked like rounded angles, or hid them.
+    return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
+
+
+def _diagnosed(
+    model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
+) -> Diagnosis:
+    watch("the model as it came", 0.0)
+    base = fit_model(model, data, noise=noise)
+    measured = base.problem.sensitivity.state
+    carried = model.station is not None and bool(model.station.joints)
+    library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
+    untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
+    classes = {k: c for k, c in library.items() if k not in untestable}
+    start = thinned(base, noise)
+    state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
+    every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
+    watch("every effect alone", 0.1)
+    begin = SearchState(start, start, classes, every)
+    first = begin.ranked
+    watch("effects and patterns one after another", 0.3)
+    found = with_patterns(search(begin)).without_forms()
+    del begin
+    watch("all of it on all rows", 0.8)
+    named = found.beside(())
+    final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
+    missing = _steps(named.missing, final)
+    lacking = lacks_fit(final)
+    # A few numbers for each parameter follow anything.
+    suspects = () if too_few(base) and not missing else _suspects(named, found.outside, bool(lacking))
+    told: Verdict = "complete" if lacking is False else "unknown"
+    verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else told
+    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
+    held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
+    return Diagnosis(
+        verdict=verdict,
+        base=base,
+        final=final,
+        told=found.fit if found.outside else final,
+        screened=start,
+        searched=named.fit,
+        missing=missing,
+        candidates=tuple(first),
+        untestable=untestable,
+        blind={key: why for key, why in blind.items() if key not in held},
+        suspects=suspects,
+        beside=found.outside[1:] if suspects else (),
+        lacking=lacking,
+        floor=final.parts.level,
+        bound=base.smooth_bound,
+        diagnostics=(*base.data.diagnostics, *data_findings(final)),
+    )
+
+
+def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffect, ...]:
+    """What is missing with the held-out error of each step on the way (`without`); a map is called what it is at last.
+
+    Args:
+        final: with all that is missing.
+    """
+    some = [m.candidate for m in missing]
+    last = [(final.model.effect(c.key), c) for c in some]
+    told = [replace(c, label=e.label) if e is not None and e.label else c for e, c in last]
+    fits = [without(final, [c.key for c in some[k:]]) for k in range(1, len(some))]
+    steps = zip(missing, told, [*fits, final], strict=False)
+    return tuple(replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps)
+
+
+def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:
+    """What the remaining structure follows; empty where nothing is clearly above the noise.
+
+    Args:
+        named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left
+            than the noise.
+    """
+    first = named.patterns_left()
+    if not (outside or lacking or first):
+        return ()
+    if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
+        first = outside[0].seen_by(named.fit.problem, named.fit.linear)
+    others = [s for s in named.look.suspects() if not any(s is one for one in first)]
+    return tuple(by_channel([*first, *others], outside[1:]))
+
+
+def _why_untestable(cls: type[Effect], fit: Fit) -> str:
+    missing = cls.missing(fit.problem.sensitivity.state)
+    return f"the table has no {' and no '.join(map(columns_of, missing))}"
+
+
+def _why_blind(candidate: Candidate) -> str:
+    if candidate.visible < 0.05:
+        return "these poses do not move it, or the fitted parameters can do exactly the same"
+    return f"an effect of ordinary size would stand out by only {candidate.visible:.1f} standard deviations in all"

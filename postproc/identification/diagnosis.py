@@ -1,0 +1,147 @@
+"""What a diagnosis found: the verdict, the fits and figures behind it, and what became of levels held out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic
+from postproc.estimation.errors import mm, rms
+from postproc.estimation.fitted import Fit
+from postproc.estimation.held_out import contiguous_blocks, hold_out
+from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.state import SelectedEffect
+from postproc.patterns.suspects import Suspect
+
+Verdict = Literal["complete", "missing", "unknown"]
+CLEARLY = 0.98
+"""Share of the error without an effect below which a level is predicted better with it."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One level that was held out.
+
+    Args:
+        name: the level; rows: how many it has. before, after: rms of what was observed there, predicted by a fit
+            without these rows [m], [rad] of angles: of the model as it came, and with all that was found.
+        without: the same with all but one of the effects that were found, by its key. untold: effects of which the
+            other levels determine nothing.
+    """
+
+    name: str
+    rows: int
+    before: float
+    after: float
+    without: Mapping[str, float]
+    untold: tuple[str, ...] = ()
+
+    def carries(self, key: str) -> bool | None:
+        """Whether an effect predicts this level better than the others do without it; None where no fit can tell."""
+        return None if key in self.untold else self.after < CLEARLY * self.without[key]
+
+
+@dataclass(frozen=True)
+class Intervention:
+    """What was found, asked for each level of one channel that no fit has seen."""
+
+    channel: str
+    levels: tuple[Level, ...]
+    unit: str
+
+    def fails(self, key: str) -> list[str]:
+        """Levels to which an effect that was found does not carry over."""
+        return [level.name for level in self.levels if level.carries(key) is False]
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of a diagnosis, ``hold_out``."""
+        return {
+            "channel": self.channel,
+            "levels": [
+                {
+                    "level": level.name,
+                    "rows": level.rows,
+                    f"rms_{self.unit}": mm(level.before),
+                    f"rms_{self.unit}_after": mm(level.after),
+                    "does_not_carry_over": [key for key in level.without if level.carries(key) is False],
+                    "cannot_be_told": list(level.untold),
+                }
+                for level in self.levels
+            ],
+        }
+
+    def text(self) -> str:
+        """A line for each level, then the names that do not carry over."""
+        lines = [f"Held out by {self.channel}, {self.unit} on rows of a level that no fit has seen:"]
+        width = max(len(level.name) for level in self.levels)
+        for level in self.levels:
+            lines.append(
+                f"  {level.name:{width}s}  {level.rows:5d} rows   {1e3 * level.before:.3f} as it came, "
+                f"{1e3 * level.after:.3f} with what was found"
+            )
+        for key in self.levels[0].without:
+            if levels := self.fails(key):
+                lines.append(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict.
+
+    Args:
+        base: the model as it came, fitted again; final: with the missing effects.
+        screened, searched: the same on the rows that were searched, every k-th pose of many: those of the candidates
+            and of the suspects.
+        missing: in the order of selection; candidates: every effect of the library on the base, best first.
+        suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
+        blind: effects that this data could not have shown, with the reason.
+        hold_out: what was found, asked for levels of a channel that no fit has seen; None where nobody asked.
+        told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
+        lacking: whether more is left than the noise, None where nothing tells how large that is.
+        floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
+            reaches [m].
+    """
+
+    verdict: Verdict
+    base: Fit
+    final: Fit
+    told: Fit
+    screened: Fit
+    searched: Fit
+    missing: tuple[SelectedEffect, ...]
+    candidates: tuple[Candidate, ...]
+    untestable: Mapping[str, str]
+    blind: Mapping[str, str]
+    suspects: tuple[Suspect, ...]
+    beside: tuple[Suspect, ...]
+    lacking: bool | None
+    floor: float | None
+    bound: float
+    hold_out: Intervention | None = None
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def unnamed(self) -> float | None:
+        """Held-out rms [m] of the searched rows with the patterns that remain without a name; None where none does."""
+        if not self.suspects:
+            return None
+        fit = self.searched
+        told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
+        known = fit.linear.extended(np.hstack(told))
+        out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
+        return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
+
+    @property
+    def untold(self) -> bool:
+        """Whether nothing was found, and nothing tells whether what is left is noise."""
+        return self.lacking is None and not self.missing and not self.suspects
+
+    @property
+    def misleading(self) -> bool:
+        """Whether rows that the fit has not seen are predicted worse with the patterns that remain than without."""
+        return self.unnamed is not None and self.unnamed > self.searched.held_out_rms

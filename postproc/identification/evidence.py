@@ -1,0 +1,190 @@
+"""What effects and patterns are worth, as 2 log of odds, and the thresholds of the search in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.fitted import Fit
+from postproc.estimation.linear import Linear
+from postproc.estimation.solving.determined import NEARBY
+from postproc.estimation.worth import schwarz
+from postproc.identification.candidates.forms import Forms, Stack
+from postproc.patterns.screening import UNNAMED_LOG_PRIOR
+from postproc.robot.arm import Robot
+
+SIGNIFICANT = 5e-3
+"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
+MATERIAL = 0.01
+"""An effect must explain at least this share of what is left, however many rows make it significant."""
+CLEARLY = 2.0
+"""Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
+QUIET = 1.2
+"""Residual variance, in that of the repeats, at which no other start can be better."""
+CLOSE = 8.0
+"""Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
+TELLING = 9.0
+"""Square of the deviations by which two effects must differ to be told apart."""
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+NEARLY = 16.0
+"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
+CERTAIN, DOUBTFUL = 3.0, 15.0
+"""As many times `MATERIAL` must a pattern explain of what is left where repeats tell how much of it is noise, and where
+none do: what one function of the angles leaves looks like another one."""
+WIDE = 3.0
+DECADES = (0.1, 1.0, 10.0, 100.0)
+"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""
+DIM = 1e-6
+"""Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a form would bring.
+
+    Args:
+        fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
+        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the
+            same.
+        evidence: 2 log of the odds against nothing, before counting how many forms were tried.
+    """
+
+    fall: float
+    count: int
+    visible: float
+    evidence: float
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of M forms, (M,) each."""
+
+    fall: Array
+    count: NDArray[np.int_]
+    visible: Array
+    evidence: Array
+
+    def of(self, m: int) -> Gain:
+        return Gain(float(self.fall[m]), int(self.count[m]), float(self.visible[m]), float(self.evidence[m]))
+
+
+def gains(linear: Linear, forms: Forms) -> Gains:
+    """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
+    stacks = [(s, linear if s.along is None else linear.extended(s.along)) for s in forms.stacks]
+    order = np.argsort(np.concatenate([s.index for s, _ in stacks]))
+    found = [_gains(beside, s) for s, beside in stacks]
+    return Gains(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gains)))
+
+
+def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
+    """The gain of (N, m) columns, each for an ordinary size of its parameter."""
+    one = np.zeros(1, dtype=int)
+    stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
+    return _gains(linear, stack).of(0)
+
+
+def _gains(linear: Linear, stack: Stack) -> Gains:
+    """What each of M groups of columns C would bring.
+
+    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
+    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
+    decade more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
+    Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
+    """
+    before, freedom, forming = linear.square, float(linear.freedom), stack.forming
+    M, width = stack.gram.shape[:2]
+    if freedom < 2:
+        return Gains(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
+    inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
+    along = (stack.values.T @ linear.rest).reshape(M, width)
+    length = np.diagonal(stack.gram, axis1=1, axis2=2)
+    G = stack.gram - inside.transpose(0, 2, 1) @ inside
+    value, vector = np.linalg.eigh(G)
+    value = np.maximum(value, 0.0)
+    part = np.einsum("mij,mi->mj", vector, along) ** 2
+    # How much of each direction the fitted parameters leave, against what it is in columns of length one.
+    seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
+    count = seen.sum(axis=1)
+    fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
+    left = freedom - count - forming
+    s2 = np.maximum(before - fall, 1e-12 * before) / np.maximum(left, 1.0)
+    worth = np.full(M, -np.inf)
+    for decade in DECADES:
+        wide = ((WIDE * decade) ** 2 / s2)[:, None]
+        q = np.sum(wide * part / (1 + wide * value), axis=1)
+        gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
+        worth = np.maximum(worth, gained - np.sum(np.log1p(wide * value), axis=1) - 2 * abs(np.log(decade)))
+    # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
+    worth -= 0.5 * forming * np.log(freedom)
+    # A hose only pulls: what it would have to push explains nothing.
+    pushes = (stack.sign == 1) & (along[:, 0] < 0)
+    worth[pushes], fall[pushes] = -np.inf, 0.0
+    # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
+    for m in np.flatnonzero(stack.flexible):
+        worth[m] = min(worth[m], schwarz(before, fall[m], count[m], freedom, 1.0))
+    good = (count > 0) & (left >= 1)
+    visible = np.sqrt(value.sum(axis=1))
+    every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
+    return Gains(*(np.where(good, found, nothing) for found, nothing in every))
+
+
+def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
+    """What parameters are worth where they have been fitted, 2 log of odds, each counted by what it moves.
+
+    nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
+    with S and S' the sums of squares without them and with them, C their columns at the fit, and W how far each
+    parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms the effect by
+    its own size. A point or a knee that the data hardly sees costs hardly anything. The a are the amplitudes and the
+    places of either sign, in three ordinary sizes: a hose that is tied a metre and a half below the floor is a weight.
+    Source: MacKay (2003), Ch. 27.
+
+    Args:
+        linear: the fit without them; rest: S'. gram: (p, p) C^T M C; index: (p,) which of the effect they are.
+    """
+    before, freedom = linear.square, linear.freedom
+    x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
+    places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
+    outside = float(np.sum((effect.vector()[places] / (NEARBY * effect.scale()[places])) ** 2))
+    s2 = rest / max(freedom - len(x), 1)
+    worth = -np.inf
+    for decade in DECADES:
+        scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
+        strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0)
+        far = s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + outside)
+        gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
+        worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
+    return worth
+
+
+def log_evidence(base: Fit, fit: Fit, names: Sequence[float], patterns: Sequence[float]) -> float:
+    """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
+
+    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
+    base. Each part costs what it was searched for, and a pattern the odds of something without a name: five weak
+    effects that stand in for one smooth pattern lose against it.
+
+    Args:
+        names, patterns: 2 log of the odds against each among all that were tried.
+    """
+    first, after = base.linear, fit.linear
+    added = max(after.parameters - first.parameters, 1)
+    gained = schwarz(first.square, first.square - left_by(base, fit), added, first.freedom, 1.0)
+    return gained - sum(names) - sum(UNNAMED_LOG_PRIOR + paid for paid in patterns)
+
+
+def left_by(before: Fit, after: Fit) -> float:
+    """The sum of squares that a fit leaves, at the weights of the base.
+
+    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
+    geometric mean.
+    """
+    weights, others = before.problem.weights, after.problem.weights
+    both = weights.used & others.used
+    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))

@@ -1,0 +1,176 @@
+"""The search for what a model lacks: the best by log evidence, confirmed on rows held out, again; and one pass back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.effects.sums import SumOfTerms
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.solving.solve import Terms
+from postproc.identification.acceptance import (
+    convincing,
+    is_white,
+    judged,
+    lives_on_a_row,
+    predicts_better,
+    reaches_further,
+    refit,
+)
+from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.candidates.composition import compose
+from postproc.identification.evidence import NEAR
+from postproc.identification.indistinguishable import indistinguishable
+from postproc.identification.state import SearchState, SelectedEffect
+from postproc.patterns.suspects import Suspect
+
+MOST = 6
+"""Effects and patterns that are taken at most."""
+ROUNDS = 2
+"""Times that a search goes on after its pass back at most."""
+PATTERNS = 3
+"""Patterns that stand beside one another at most."""
+
+
+def search(start: SearchState) -> SearchState:
+    """What a model lacks: effects of the library, and patterns without a name where these are worth more.
+
+    1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
+       `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
+    and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
+    5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
+    were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
+    """
+    state = backward(forward(start))
+    for _ in range(ROUNDS if state.keys or state.outside else 0):
+        bare, most = state.beside(()), len(state.outside) - 1
+        other = forward(bare, unnamed=most < 0)
+        if other is bare:
+            break
+        other = backward(other) if most < 0 else with_patterns(backward(other), most)
+        if other.log_evidence <= state.log_evidence:
+            break
+        state = other
+    return state
+
+
+def forward(state: SearchState, unnamed: bool = True) -> SearchState:
+    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later.
+
+    Args:
+        unnamed: whether patterns are asked, too.
+    """
+    refused: set[str] = set()
+    for _ in range(MOST):
+        name = next((c for c in state.ranked if c.key not in refused and convincing(c, state.fit)), None)
+        left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
+        pattern = next(iter(left), None)
+        if pattern is not None and (name is None or pattern.evidence > _beside(name, pattern)):
+            if len(state.outside) == PATTERNS:
+                break
+            state, refused = state.beside((*state.outside, pattern)), set()
+        elif name is not None:
+            taken = accepted(state, name)
+            state, refused = (taken, set()) if taken is not None else (state, refused | {name.key})
+        else:
+            break
+    return state
+
+
+def _beside(name: Candidate, pattern: Suspect) -> float:
+    """What a name is worth beside a pattern, which may be the effect's own law in fewer numbers."""
+    same = set(pattern.channels) <= set(type(name.effect).laws_of)
+    return name.evidence / NEAR if same else name.evidence
+
+
+def accepted(state: SearchState, best: Candidate) -> SearchState | None:
+    """The state with an effect in the model and everything refitted; None where the data does not confirm it.
+
+    It must not live on a single row, and rows that the fit has not seen must be predicted better. Where more than noise
+    is left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
+    block, and in parts of the joint space that the fit has not seen, too.
+    """
+    before = state.fit
+    if lives_on_a_row(before, best):
+        return None
+    after = refit(before, best)
+    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else 1.0):
+        return None
+    if not (is_white(after) or reaches_further(after, before)):
+        return None
+    taken = judged(before, after, best)
+    return None if taken.evidence < 0 else state.with_effect(SelectedEffect(taken), after)
+
+
+def backward(state: SearchState) -> SearchState:
+    """One pass back by what the whole is worth (`SearchState.log_evidence`): each effect stays, goes, or gives way.
+
+    What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
+    patterns are found anew; and what is then worth most may be the same effect in another form, another one, or none.
+    Where that changed something, the pass begins again with what is left.
+    """
+    done: set[str] = set()
+    for _ in range(MOST**2):
+        one = next((m for m in state.missing if m.key not in done and m.key not in state.given), None)
+        if one is None:
+            break
+        done.add(one.key)
+        bare = state.without(one.key)
+        mine = next((c for c in bare.ranked if c.key == one.key), None)
+        needed = mine is not None and convincing(mine, bare.fit)
+        rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
+        best = max(rivals, key=lambda s: s.log_evidence, default=state)
+        if best is not state:
+            state, done = best, set()
+            continue
+        alike, unseen = indistinguishable(bare.ranked, one.candidate, bare.fit, state.fit)
+        state = state.told(replace(one, alike=alike, unseen=unseen))
+    return state
+
+
+def _instead(
+    state: SearchState, bare: SearchState, one: SelectedEffect, mine: Candidate | None
+) -> Iterator[SearchState]:
+    """What may stand in the place of an effect: nothing, it in another form, what is worth most, or a freer function.
+
+    Nothing where it is not needed, or patterns may tell what it told; but only where both fits use the same rows: what
+    the effect has told of others may be mistakes.
+
+    Args:
+        mine: the effect as it would be taken beside the others; None where it is not needed.
+    """
+    effect = state.fit.model.effect(one.key)
+    empty = with_patterns(bare, len(state.outside)) if state.outside else bare
+    if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
+        yield empty
+    if len(state.missing) + len(state.outside) > 1:
+        if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
+            yield from filter(None, [accepted(bare, mine)])
+        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit))
+        other = next(others, None)
+        if other is not None and (mine is None or other.evidence > mine.evidence):
+            yield from filter(None, [accepted(bare, other)])
+    for kept, key in effect.generalised() if isinstance(effect, SumOfTerms) else ():
+        part = bare if kept is None else bare.with_effect(*_only(bare, one, kept))
+        found = compose(part.screen, part.fit.linear, key) if key in state.classes else None
+        yield from filter(None, [None if found is None else accepted(part, found)])
+
+
+def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[SelectedEffect, Fit]:
+    """A part of an effect, and the fit that has no more of it."""
+    fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
+    terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
+    after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
+    return replace(one, candidate=replace(one.candidate, effect=kept, free=free, fit=None)), after
+
+
+def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
+    """The state with the patterns that its fit leaves, found anew, each the strongest beside those before it."""
+    left = state.beside(())
+    while len(left.outside) < most and (found := left.patterns_left()):
+        left = left.beside((*left.outside, found[0]))
+    return left

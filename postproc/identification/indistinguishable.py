@@ -1,0 +1,113 @@
+"""What the data does not tell from an effect that was found: what explains the same, and what hides behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.estimation.fitted import Fit
+from postproc.estimation.linear import Linear
+from postproc.estimation.worth import schwarz
+from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.candidates.composition import columns_of
+from postproc.identification.evidence import CLOSE, DIM, TELLING
+
+PARTS, SHARE = 20, 0.7
+"""Random parts of the poses that are asked, and how many poses each has."""
+MOST = 8
+"""Rivals that are asked, the best by evidence first."""
+FREE = 1e-3
+"""Share of its penalty that a free function keeps where it is asked what it could do."""
+
+
+def indistinguishable(
+    ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.
+
+    Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or a part of
+    the poses would have named them (`contenders`). What is not
+    seen: most of what the effect would do on its own is what the fit with the chosen one can do as well.
+
+    Args:
+        ranking, before: every effect on the fit without the chosen one; after: the fit with it.
+    """
+    linear = before.linear
+
+    def plain(c: Candidate) -> float:
+        return schwarz(linear.square, c.fall, c.count, linear.freedom, 1.0)
+
+    others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
+    alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
+    alike |= set(contenders(ranking, chosen, before))
+    further = [c for c in others if c.key not in alike]
+    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row) if further else after.linear
+    unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))
+    return tuple(c.key for c in others if c.key in alike), unseen
+
+
+def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bool:
+    """Whether most of what an effect would explain on its own is what a fit without it can do as well.
+
+    Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
+    (v_i^T C^T M y)^2, of which the fit with the chosen effect leaves the share l_i: below a few times the noise nobody
+    can tell the two apart. A free function can do anything, and being hidden says nothing of it.
+    """
+    effect = candidate.effect
+    if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
+        return False
+    alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
+    value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
+    seen = value > DIM * np.max(value, initial=0.0)
+    unit = vector[:, seen] / np.sqrt(value[seen])
+    left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
+    explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
+    # What is no more than noise says nothing: many such directions are not one effect that hides.
+    hidden = (explained > TELLING * after.variance) & (explained * left < TELLING * after.variance)
+    return bool(explained[hidden].sum() > 0.5 * explained.sum())
+
+
+def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> list[str]:
+    """Effects that are worth more than the chosen one on one random part of the poses in twenty at least.
+
+    Evidence counts on rows that are independent of each other beside the model. Where the model misses more than noise,
+    a difference of evidence says less than it seems, and other poses would have named another effect: what resampling
+    does not settle, the data does not tell (stability selection: Meinshausen and Buehlmann 2010). On a part, the gain
+    nu log(S / S') is counted anew, and what an effect pays stays as it is.
+
+    Args:
+        ranking, before: every effect on the fit without the chosen one.
+    """
+    rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None][:MOST]
+    if not rivals:
+        return []
+    asked = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]
+    linear, groups = before.linear, before.data.repeats[before.linear.row]
+    columns = [columns_of(before.problem, c.effect, c.free) for c in asked]
+
+    def gains(kept: NDArray[np.bool_]) -> Array:
+        """(c,) what each brings on some of the rows."""
+        basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
+        rest = y - basis @ (basis.T @ y)
+        before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]
+        after = np.maximum(before - np.array(falls), 1e-12 * before)
+        return np.asarray(np.mean(kept) * linear.freedom * np.log(before / after))
+
+    paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in asked]
+    poses, random = np.unique(groups), np.random.default_rng(0)
+    parts = [random.choice(poses, round(SHARE * len(poses)), replace=False) for _ in range(PARTS)]
+    worth = np.array([gains(np.isin(groups, some)) - paid for some in parts])
+    won = np.asarray((worth[:, 1:] > worth[:, :1]).any(axis=0))
+    return [c.key for c, wins in zip(rivals, won, strict=True) if wins]
+
+
+def _fall(columns: Array, basis: Array, rest: Array) -> float:
+    """What columns take off the sum of squares beside a basis."""
+    own = columns - basis @ (basis.T @ columns)
+    length = np.linalg.norm(own, axis=0)
+    unit = np.linalg.qr(own[:, length > 0] / length[length > 0])[0]
+    return float(np.sum((unit.T @ rest) ** 2))

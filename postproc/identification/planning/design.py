@@ -1,0 +1,178 @@
+"""Greedy optimal design: which of many poses adds most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.estimation.fitted import Fit
+from postproc.estimation.problem import Problem
+from postproc.estimation.solving.step import Name
+from postproc.identification.candidates.candidate import Screen
+from postproc.identification.candidates.composition import compose
+from postproc.identification.candidates.forms import ordinary
+from postproc.identification.candidates.nonlinear import refit_form
+
+
+def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
+    """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes.
+
+    Their prior precision.
+    """
+    old, new, tied = [], [], []
+    for effect in fit.model.effects:
+        if effect.key in without:
+            continue
+        mask = np.asarray(fit.free[effect.key], dtype=bool)
+        size = ordinary(fit.model, effect, mask)
+        old.append(fit.problem.columns(effect, mask) * size)
+        new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
+        tied.append(np.full(len(size), 1e-6 if effect.is_frame else 1 / 30**2))
+    return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
+
+
+NEVER = 10.0
+"""A parameter that all poses of the pool together leave so unsure, in ordinary sizes, no pose determines."""
+
+
+def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[Name], list[Name]]:
+    """Greedy D-optimal choice.
+
+    Returns:
+        the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before and after; the
+        parameters that are the worst of that; those that no pose determines.
+    """
+    A, Z, tied = _columns(fit, pool)
+    P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
+    entries = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
+    frames = {e.key for e in fit.model.effects if e.is_frame}
+    arm = np.array([key not in frames for key, _ in entries])
+    width = np.sqrt(np.diag(P))
+    every = Z.reshape(-1, Z.shape[2])
+    told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    known = arm & told
+    before = float(width[known].max(initial=0.0))
+    worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
+    chosen: list[int] = []
+    for _ in range(n):
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
+        gain = np.linalg.slogdet(S)[1]
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        P = _updated(P, Z[best])
+    after = np.sqrt(np.diag(P))
+    return (
+        chosen,
+        before,
+        float(after[known].max(initial=0.0)),
+        worst,
+        [entries[i] for i in np.flatnonzero(arm & ~told)],
+    )
+
+
+def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
+    """Greedy T-optimal choice for two effects, each at the size that the data suggests (or an ordinary one)."""
+    A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
+    screen = Screen(fit.problem, {cls.key: cls for cls in pair})
+    sides: list[_Side] = []
+    forms = []
+    for cls in pair:
+        effect, mask = _form(fit, pool, screen, cls)
+        size = ordinary(fit.model, effect, mask)
+        old = fit.problem.columns(effect, mask) * size
+        new = pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
+        if not new.any():
+            message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
+            raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
+        forms.append((old, new))
+    for this, other in ((0, 1), (1, 0)):
+        x = _size(fit, forms[this][0])
+        regress = np.hstack([A, forms[other][0]])
+        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], 1 / 30**2)]))
+        P = np.linalg.inv(regress.T @ regress + prior)
+        s_old = forms[this][0] @ x
+        s_new = forms[this][1] @ x
+        sides.append(
+            _Side(np.concatenate([Z, forms[other][1]], axis=2), s_new, P, regress.T @ s_old, float(s_old @ s_old))
+        )
+    before = min(side.distance() for side in sides)
+    chosen: list[int] = []
+    for _ in range(n):
+        gain = np.sum([side.gain() / max(side.total, 1e-12) for side in sides], axis=0)
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        for side in sides:
+            side.take(best)
+    return chosen, before, min(side.distance() for side in sides)
+
+
+@dataclass
+class _Side:
+    """One effect's signal against everything else.
+
+    Regressors Z (c, 3, p) and signal s (c, 3) on the pool, P = (Z'Z)^-1 so far.
+    """
+
+    Z: Array
+    s: Array
+    P: Array
+    cross: Array
+    total: float
+
+    def rest(self) -> Array:
+        return np.asarray(self.s - self.Z @ (self.P @ self.cross))
+
+    def gain(self) -> Array:
+        """(c,) growth of what is left of the signal by each candidate, e^T (I + z P z^T)^-1 e."""
+        e = self.rest()
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
+        return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
+
+    def take(self, index: int) -> None:
+        z, s = self.Z[index], self.s[index]
+        self.P = _updated(self.P, z)
+        self.cross = self.cross + z.T @ s
+        self.total += float(s @ s)
+
+    def distance(self) -> float:
+        """What is left of the signal, in standard deviations of the noise of all data."""
+        return float(np.sqrt(max(self.total - float(self.cross @ self.P @ self.cross), 0.0)))
+
+
+def _updated(P: Array, z: Array) -> Array:
+    """(P^-1 + z^T z)^-1 by the matrix inversion lemma."""
+    Pz = P @ z.T
+    return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))
+
+
+def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
+    held = fit.model.effect(cls.key)
+    if held is not None:
+        return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
+    candidate = compose(screen, fit.linear, cls.key)
+    if candidate is not None:
+        candidate = refit_form(screen, fit.linear, candidate)
+        return candidate.effect, candidate.free & candidate.effect.amplitudes()
+    effect = fit.model.effect(cls.key) or cls.null()
+    for form in cls.variants(pool.sensitivity.state, None):
+        return form.effect, np.asarray(form.free)
+    return effect, effect.amplitudes()
+
+
+def _size(fit: Fit, columns: Array) -> Array:
+    """Amplitudes in ordinary sizes.
+
+    Those of the data with a pull towards ordinary ones, at least an ordinary one in all.
+    """
+    linear = fit.linear
+    projected = linear.project(columns)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
+    size = float(np.linalg.norm(x))
+    return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

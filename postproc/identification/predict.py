@@ -1,0 +1,153 @@
+"""Predicted poses for the rows of a table.
+
+With the standard deviation of the pose, that of a measurement of it, and a word about where the model does not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.effects.contract import State
+from postproc.effects.roles import Role
+from postproc.estimation.errors import distances
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import evaluate
+from postproc.estimation.solving.session_laws import session_laws
+from postproc.estimation.solving.start import FEWEST
+from postproc.measure.checks.readings import SUSPICIOUS_M
+from postproc.measure.measurements import Measurements
+from postproc.measure.read.columns import columns_of
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.model.uncertainty import beyond_range, derivatives, predict_sigma
+
+HEADER = "pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One predicted position per row of the table, in the instrument's frame.
+
+    Args:
+        pose_id: (n,) labels. position: (n, 3) [m], NaN where the row has no commanded joints.
+        sigma: (n,) of the true pose per axis [m], NaN where the model file has no covariance.
+        measured: (n,) of a measurement of it: with the noise of instrument and arm, NaN where that is not known.
+        diagnostics: effects and channels for which the model does not hold here, where the instrument stands.
+    """
+
+    pose_id: tuple[str, ...]
+    position: Array
+    sigma: Array
+    measured: Array
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def as_csv(self) -> str:
+        """Columns of ``HEADER``, one row per input row, same order; empty where unknown."""
+        lines = [HEADER]
+        columns = np.column_stack([self.position, self.sigma, self.measured]) * 1e3
+        for label, row in zip(self.pose_id, columns, strict=True):
+            lines.append(",".join([label, *(f"{x:.5f}" if np.isfinite(x) else "" for x in row)]))
+        return "\n".join(lines) + "\n"
+
+
+def predict_rows(model: Model, data: Measurements, place: bool = False) -> Prediction:
+    """Predict where the real TCP is for every row of a table.
+
+    Args:
+        place: the instrument stands where the rows that hold a measured position see it, not where the model has it.
+
+    Raises:
+        PostprocError: DAT034 where a law in the order of rows belongs to another table; DAT035 where too few rows place
+            the instrument.
+    """
+    good = np.asarray(np.isfinite(data.state.q).all(axis=1))
+    seen = np.asarray(good & np.isfinite(data.position).all(axis=1))
+    placed = _place(model, data.rows(seen)) if place else None
+    found = [] if placed is None else [_placed_finding(placed)]
+    known = model if placed is None else placed.model
+    some = data.rows(good)
+    found += session_laws(model, data)
+    state = some.state if data.tool_known else some.state.with_(T_flange_tcp=model.T_flange_tcp)
+    position, sigma, measured = np.full((len(data), 3), np.nan), *np.full((2, len(data)), np.nan)
+    position[good] = predict(known, state)[:, :3, 3]
+    sigma[good] = predict_sigma(known, state, instrument=placed is None)
+    if placed is not None:
+        sigma[good] = np.hypot(sigma[good], _sigma_of_place(placed, state))
+    measured[good] = np.hypot(sigma[good], _noise(model, some))
+    if placed is None:
+        found += _elsewhere(model, data, seen, position)
+    found += [*_left_out(model, state, data), *_beyond(model, state, data)]
+    return Prediction(data.pose_id, position, sigma, measured, tuple(found))
+
+
+def _noise(model: Model, data: Measurements) -> Array:
+    """(n,) noise of a measured position [m]: that of the fit, or of the row's own instrument and the fitted arm."""
+    noise, arm = model.fit.get("noise_mm"), model.fit.get("noise_repeatability_mm")
+    level = np.full(len(data), np.nan if noise is None else 1e-3 * float(noise))
+    if data.sigma is None or arm is None:
+        return level
+    return np.where(np.isfinite(data.sigma), np.hypot(data.sigma, 1e-3 * float(arm)), level)
+
+
+def _place(model: Model, seen: Measurements) -> Fit:
+    """The model with its instrument where some measured rows see it, that alone fitted."""
+    if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST:
+        message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
+        help_ = f"measure {FEWEST} poses at least, far from each other and not in line"
+        raise PostprocError.of("DAT035", message, seen.source, help=help_)
+    bare = model.with_effects(*(e for e in model.effects if e.role is not Role.INSTRUMENT_FRAME))
+    placed = evaluate(bare, replace(seen, rotation=None, joint=None))
+    if any(key == "instrument_frame" for key, _ in placed.held):
+        message = f"the {len(seen)} measured positions stand in line: they do not place the instrument"
+        raise PostprocError.of("DAT035", message, seen.source, help="measure poses far from each other, not in line")
+    return placed
+
+
+def _placed_finding(placed: Fit) -> Diagnostic:
+    rows = len(placed.data) - len(placed.set_aside)
+    message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
+    return Diagnostic("DAT035", "info", message, placed.data.source)
+
+
+def _sigma_of_place(placed: Fit, state: State) -> Array:
+    """(n,) what the place of the instrument adds per axis [m]: D C D^T of its six numbers."""
+    D = derivatives(placed.model, state, placed.parameters)[0]
+    return np.sqrt(np.einsum("nip,pq,niq->n", D, placed.covariance, D) / 3)
+
+
+def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], position: Array) -> Iterator[Diagnostic]:
+    """DAT035 where measured positions of the same rows show that the instrument stands elsewhere."""
+    off = distances(data.position[seen] - position[seen])
+    if not len(off) or np.median(off) < SUSPICIOUS_M:
+        return
+    message = f"the measured positions lie {1e3 * np.median(off):.0f} mm from the predicted ones in the median row"
+    help_ = "is the instrument set up anew? `--place` places it by these rows"
+    if model.in_role(Role.INSTRUMENT_FRAME) is None:
+        help_ = f"the model does not know where the instrument stands; {help_.partition('? ')[2]}"
+    yield Diagnostic("DAT035", "warning", message, data.source, help=help_)
+
+
+def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
+    """DAT021 for effects that read what the table does not have."""
+    for effect in model.effects:
+        if (unread := effect.missing(state)) and not effect.is_null and "session" not in unread:
+            message = f"`{effect.key}` is left out: the table has no {' and no '.join(map(columns_of, unread))}"
+            help_ = "record it, or fit a model without the effect"
+            if "row" in unread:
+                help_ = "rows of the table that it was fitted to are numbered with `--rows-in-order`; else leave it out"
+            yield Diagnostic("DAT021", "warning", message, data.source, help=help_)
+
+
+def _beyond(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
+    """DAT023 for channels beyond the measured range."""
+    for beyond in beyond_range(model, state):
+        count = int(beyond.rows.sum())
+        rows = "1 row leaves" if count == 1 else f"{count} rows leave"
+        message = f"{rows} the range in which the model was measured: {beyond.text}"
+        yield Diagnostic("DAT023", "warning", message, data.source, help="measure there before relying on it")

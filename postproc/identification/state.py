@@ -1,0 +1,170 @@
+"""Where a search stands: the model as it came, what was taken, and what that leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.leftover import SLOW
+from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
+from postproc.identification.candidates.ranking import ranking
+from postproc.identification.evidence import CERTAIN, DOUBTFUL, MATERIAL, log_evidence
+from postproc.identification.refits import refit_all
+from postproc.measure.trajectory import is_record
+from postproc.patterns.dictionary import Patterns
+from postproc.patterns.screening import UNNAMED_LOG_PRIOR
+from postproc.patterns.suspects import Look, Suspect, look
+
+
+@dataclass(frozen=True)
+class SelectedEffect:
+    """An effect that the model lacks.
+
+    Args:
+        candidate: what it is; alike: effects that explain this data nearly as well; unseen: effects that would not be
+            seen beside it; held_out_after: held-out rms once it and those before it are in [m].
+    """
+
+    candidate: Candidate
+    alike: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+    held_out_after: float = float("nan")
+
+    @property
+    def key(self) -> str:
+        return self.candidate.key
+
+    @property
+    def not_separable(self) -> tuple[str, ...]:
+        """What this data does not tell it from."""
+        return (*self.alike, *self.unseen)
+
+
+@dataclass(frozen=True)
+class SearchState:
+    """What a search has taken so far, and what that leaves.
+
+    Args:
+        base: the model as it came; fit: with what was taken. classes: what may be missing, by key; patterns: that may
+            stand beside it. missing, outside: the effects and the patterns that were taken.
+        stock: columns of forms for the rows in use, which all states of a search share. plain: the same before any
+            pattern was put beside it.
+    """
+
+    base: Fit
+    fit: Fit
+    classes: Mapping[str, type[Effect]]
+    patterns: Patterns | None
+    missing: tuple[SelectedEffect, ...] = ()
+    outside: tuple[Suspect, ...] = ()
+    stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
+    plain: SearchState | None = field(default=None, repr=False)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the effects that were taken."""
+        return tuple(m.key for m in self.missing)
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """What all that was taken is worth beside the base (`evidence.log_evidence`)."""
+        names = [m.candidate.searched for m in self.missing]
+        return log_evidence(self.base, self.fit, names, [s.searched for s in self.outside])
+
+    @cached_property
+    def given(self) -> frozenset[str]:
+        """Keys of what the model had before the search."""
+        return frozenset(e.key for e in self.base.model.effects)
+
+    @cached_property
+    def screen(self) -> Screen:
+        problem = self.fit.problem
+        used = problem.weights.used.tobytes()
+        self.stock[used] = self.stock.get(used, FormCache()).at(problem.weights)
+        return Screen(problem, self.classes, self.fit.free, self.stock[used])
+
+    @cached_property
+    def ranked(self) -> list[Candidate]:
+        """Every testable effect at its best on what the fit leaves, best first."""
+        return ranking(self.fit, self.screen)
+
+    @cached_property
+    def look(self) -> Look:
+        """Every pattern on what the fit leaves."""
+        assert self.patterns is not None
+        return look(self.fit.problem, self.fit.linear, self.patterns)
+
+    def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
+        """The patterns that are worth their search and explain a share of what is left, strongest first.
+
+        What follows the time from pose to pose is not the arm's.
+
+        Args:
+            asked: only those that are worth so much are sure to be found.
+        """
+        known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
+        nu, square = self.fit.linear.freedom, self.fit.linear.square
+        if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
+            return []  # what leaves no more than the noise is worth less
+
+        def enough(suspect: Suspect) -> bool:
+            slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
+            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * MATERIAL * self.fit.linear.square
+
+        return [s for s in self.look.suspects(asked) if s.evidence > 0 and enough(s)]
+
+    def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
+        """With other patterns beside the fit, and everything fitted again.
+
+        Without any, the state that they were put beside; else what only forms an effect stays as it is: what the
+        patterns tell would bend it.
+        """
+        if list(map(id, outside)) == list(map(id, self.outside)):
+            return self
+        if not outside and self.plain is not None:
+            return self.plain
+        fit = self.fit
+        moves = np.concatenate([one.moves for one in outside], axis=2) if outside else None
+        free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in fit.model.effects}
+        terms = Terms(free, fit.strength, False, ROUGHLY, frozenset(fit.parameters), moves)
+        after = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms)
+        plain = (self.plain if self.outside else self) if outside else None
+        return replace(self, fit=after, outside=outside, plain=plain)
+
+    def without_forms(self) -> SearchState:
+        """The same once nobody asks for the columns of forms any more, which hold most of the memory of a search."""
+        self.stock.clear()
+        for state in (self, self.plain):
+            if state is not None:
+                state.__dict__.pop("screen", None)
+        return self
+
+    def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
+        """With one more effect, and the fit that has it; more of an effect that stands there goes with it."""
+        at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
+        if at < len(self.missing):
+            first, more = self.missing[at], one.candidate
+            told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
+            label = "; ".join(filter(None, told))
+            paid = first.candidate.searched + more.searched
+            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
+            one = replace(first, candidate=replace(whole, searched=paid))
+        return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
+
+    def told(self, one: SelectedEffect) -> SearchState:
+        """The same with more that is known of one of its effects."""
+        plain = None if self.plain is None else self.plain.told(one)
+        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
+
+    def without(self, key: str) -> SearchState:
+        """The same without one of its effects, everything else fitted again."""
+        others = tuple(m for m in self.missing if m.key != key)
+        fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
+        return replace(self, fit=fit, missing=others, plain=None)

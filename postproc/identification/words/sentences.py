@@ -1,0 +1,183 @@
+"""A diagnosis in a few sentences that a welding engineer understands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.estimation.fitted import Fit
+from postproc.estimation.solving.smooth import effective_parameters
+from postproc.estimation.words.wording import joined, place
+from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.state import SelectedEffect
+from postproc.patterns.suspects import Suspect
+
+NAMED = 3
+"""So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
+REPEATED = 10
+"""Poses that tell the noise to a sixth when they are measured three times each."""
+HARDLY = 0.2
+"""Share below which patterns are no law: what is left follows something else."""
+WHOLE = 0.9
+"""Share of what stands above the noise that the law of a pattern explains."""
+LITTLE = 0.02
+"""Share of the error by which a significant effect lowers it, and no user will notice."""
+
+
+def headline(d: Diagnosis) -> str:
+    """The verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
+    rest = d.unnamed if d.verdict == "unknown" and d.missing and not d.misleading else None
+    # Patterns are known on the rows that were searched: both figures are of those.
+    first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
+    before, after, unit = 1e3 * first, 1e3 * last, f"{d.base.observed.unit} per {d.base.observed.each}"
+    noise = f" The noise is {1e3 * d.floor:.3f} {unit}." if d.floor else ""
+    left = f"{before:.3f} {unit} on rows the fit has not seen"
+    if (d.verdict == "complete" or d.untold) and too_few(d.base):
+        count, parameters = len(d.base.problem.residual), len(d.base.parameters)
+        return (
+            f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
+            f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
+        )
+    if d.verdict == "complete" and d.floor is None:
+        return (
+            f"Nothing stands out: what is left ({left}) is no more than how well arm and instrument repeat, as stated."
+        )
+    if d.verdict == "complete":
+        return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
+    if d.untold:
+        return (
+            f"Nothing stands out, but this data cannot tell whether what is left ({left}) is noise: {_would_tell(d)}."
+        )
+    every = [_named(d, m) for m in d.missing]
+    names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
+    them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
+    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} {unit}."
+    little = joined([f"`{key}`" for key in of_little_worth(d)])
+    fell += noise + (f" Significant, but worth next to nothing: {little}." if little else "")
+    if d.verdict == "missing":
+        what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
+        return f"The model lacks {names}{what}. {fell}"
+    found = (
+        f"The model lacks {names}, and something else that no effect of the library explains. {fell} "
+        if d.missing
+        else ""
+    )
+    if not d.suspects:
+        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
+    s = d.suspects[0]
+    same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
+    own = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
+    at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
+    follows = f"The remaining structure sits at {at} and follows {own} ({s.pattern}{_extent(d, s)})."
+    if s.channel == "row":
+        follows += " If the rows stand in the order of measuring, something moved or drifted there."
+    lead = found or "Something is missing that no effect of the library explains. "
+    if s.share + sum(other.share for other in d.beside) < HARDLY:
+        return f"{lead}More is left than noise; {_of_strongest(s, own, at)}.{noise if not d.missing else ''}"
+    own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
+    if lacking := to_record(d):
+        own = (
+            f"Record {joined([f'`{name}`' for name in lacking])} first: the pattern may stand for what that would tell."
+        )
+    elif d.misleading:
+        own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
+    return f"{lead}{follows} {own}{noise if not d.missing else ''}"
+
+
+def _of_strongest(s: Suspect, channels: str, at: str) -> str:
+    """How little the strongest pattern explains."""
+    return f"the strongest pattern, at {at} along {channels} ({s.pattern}), explains {100 * s.share:.0f} % of it"
+
+
+def _would_tell(d: Diagnosis) -> str:
+    """Why nothing tells the noise, and what would."""
+    lacks = (
+        "the arm's own repeatability is not known" if d.base.noise.instrument else "no pose was measured often enough"
+    )
+    return f"{lacks}. Measure {REPEATED} poses three times each, or state the noise (`--noise`)"
+
+
+def to_record(d: Diagnosis) -> list[str]:
+    """Columns that the table lacks where the patterns leave part of what stands above the noise: these are no law yet.
+
+    From which side a joint comes and what the arm carries move every arm. Where nobody wrote them down, what they do
+    looks like a law of whatever stands in the table, which explains some of it.
+    """
+    if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= WHOLE:
+        return []
+    state = d.base.data.state
+    lacking = [("dir1` to `dir6", state.approach), ("payload_kg", state.payload_mass)]
+    return [name for name, column in lacking if column is None]
+
+
+def doubts(d: Diagnosis) -> Iterator[str]:
+    """What else explains this data as well, where the headline has no room, and what it would not show beside it."""
+    if d.lacking is None and d.verdict == "missing":
+        yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
+    for m in d.missing:
+        if m.alike[NAMED:]:
+            yield f"As far as this data can tell, `{m.candidate.key}` may be {_any_of(m.alike)} as well."
+        if m.unseen:
+            yield f"Beside `{m.candidate.key}` this data would not show {_any_of(m.unseen)}."
+
+
+def _extent(d: Diagnosis, s: Suspect) -> str:
+    """How far a joint is turned by it, between the rows where it is least and most; empty elsewhere."""
+    if not s.where.startswith("joint") or s.place.shape[2] != 1:
+        return ""
+    turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
+    return f", {1e3 * float(np.ptp(turned)):.2g} mrad in all"
+
+
+def suspect_size(fit: Fit, suspect: Suspect) -> Array:
+    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
+    columns = fit.linear.project(suspect.columns(fit.problem))
+    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
+
+
+def of_little_worth(d: Diagnosis) -> list[str]:
+    """Keys of effects that are significant, and lower the error by next to nothing; not known beside what remains."""
+    if d.verdict == "unknown":
+        return []
+    before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
+    pairs = zip(d.missing, before, strict=False)
+    return [m.candidate.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]
+
+
+def too_few(fit: Fit) -> bool:
+    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
+    return fit.freedom < 2 * len(fit.parameters)
+
+
+def _named(d: Diagnosis, m: SelectedEffect) -> str:
+    """An effect with its place, and what explains this data as well; among others a free function says what it is."""
+    where = place(m.candidate.label)
+    if len(d.missing) > 1 and _is_free(d, m):
+        where += "; a smooth correction, not a cause"
+    others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
+    rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
+    return f"`{m.candidate.key}`" + (f" ({where})" if where else "") + rivals
+
+
+def _any_of(keys: Iterable[str]) -> str:
+    return joined([f"`{key}`" for key in keys], "or")
+
+
+def _is_free(d: Diagnosis, m: SelectedEffect) -> bool:
+    """Whether it is a free function, which can follow anything smooth."""
+    effect = d.final.model.effect(m.candidate.key)
+    return effect is not None and effect.roughness() is not None
+
+
+def title(d: Diagnosis, m: SelectedEffect) -> str:
+    effect = d.final.model.effect(m.candidate.key)
+    if _is_free(d, m):
+        # It can follow anything smooth: what it follows is no cause.
+        unit = f"{d.final.observed.unit} per {d.final.observed.each}"
+        count = effective_parameters(d.final, m.candidate.key)
+        error = f"held-out error {1e3 * m.held_out_after:.3f} {unit}"
+        return f"a smooth correction with {count:.0f} effective parameters, {error}, not a cause"
+    text = "" if effect is None else effect.title.rstrip(".")
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]

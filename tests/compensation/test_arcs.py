@@ -1,0 +1,128 @@
+"""Targets on arcs: the function that is written into the program, and that what calls it follows the three points."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from tests.compensation.build import convert, events, independent, lines_of, module, target, written
+from tests.independent.rapid import Runner, read
+from tests.independent.rapid_values import V
+
+A, B, C = target(1350, -300), target(1330, -250, 720), target(1280, -230, 730)
+TEXT = module(
+    "".join(f"CONST robtarget {name}:={place};\n" for name, place in zip("abc", (A, B, C), strict=True)),
+    "MoveJ a,v200,fine,tT;\nMoveC b,c,v50,fine,tT;",
+)
+
+
+def on_circle(start: np.ndarray, via: np.ndarray, goal: np.ndarray, share: float) -> np.ndarray:
+    """The point after a share of the arc, by turning the radius about the axis of the circle (Rodrigues)."""
+    normal = np.cross(via - start, goal - start)
+    axis = normal / np.linalg.norm(normal)
+    rows = np.array([via - start, goal - start, normal])
+    center = np.linalg.solve(rows, [(via @ via - start @ start) / 2, (goal @ goal - start @ start) / 2, normal @ start])
+    radius = start - center
+    sine, cosine = np.cross(radius, goal - center) @ axis, radius @ (goal - center)
+    angle = share * (np.arctan2(sine, cosine) % (2 * np.pi))
+    point: np.ndarray = center + np.cos(angle) * radius + np.sin(angle) * np.cross(axis, radius)
+    return point
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_function_gives_points_on_the_circle_through_its_three(seed: int) -> None:
+    """Its text by the independent reader, arcs below and beyond a half circle."""
+    draw = np.random.default_rng(seed)
+    runner = Runner(read(written(convert(TEXT, tolerance_m=5e-6))))
+    center, turn = draw.normal(0, 500, 3), np.linalg.qr(draw.normal(size=(3, 3)))[0]
+    sweep = draw.uniform(0.2, 2 * np.pi - 0.2)
+    angles = np.array([0.0, sweep * draw.uniform(0.2, 0.8), sweep])
+    places = center + draw.uniform(5, 400) * np.array([[np.cos(a), np.sin(a), 0.0] for a in angles]) @ turn.T
+    targets = [V([V(place.tolist()), V([1, 0, 0, 0]), V([0, 0, 0, 0]), V([9e9] * 6)]) for place in places]
+    for share in (0.0, 0.1, 0.5, 0.93, 1.0):
+        found = runner.module.data["pparcpoint"](*targets, share)
+        np.testing.assert_allclose(found, on_circle(*places, share), atol=1e-6)
+
+
+def test_points_on_one_line_are_divided_as_a_line() -> None:
+    runner = Runner(read(written(convert(TEXT, tolerance_m=5e-6))))
+    line = [V([V([10.0 * k, 0, 5]), V([1, 0, 0, 0]), V([0, 0, 0, 0]), V([9e9] * 6)]) for k in (0, 1, 4)]
+    assert runner.module.data["pparcpoint"](*line, 0.25) == pytest.approx([10.0, 0.0, 5.0])
+
+
+def test_added_targets_follow_the_points_of_their_arc() -> None:
+    """`a` and `b` taught 5 mm elsewhere: every added target stays on the circle through what is taught."""
+    text = written(convert(TEXT, tolerance_m=5e-6))
+    assert "ppArcPoint(a,b,c," in text
+    report = independent(TEXT, convert(TEXT, tolerance_m=5e-6))
+    assert report.violations == [] and report.after <= 0.005 < 1.0 < report.before
+
+    def taught(line: str) -> str:
+        moved = re.match(r"(CONST robtarget [ab]:=\[\[)([-\d.]+)(,.*)", line)
+        return f"{moved[1]}{float(moved[2]) + 5:.3f}{moved[3]}" if moved else line
+
+    after = events("\n".join(map(taught, lines_of(text))))
+    plain = events("\n".join(map(taught, lines_of(TEXT))))
+    circle = [np.array(t.trans) for t in (plain[0].target, plain[1].via, plain[1].target)]
+    points = [np.array(t.trans) for e in after[1:] for t in (e.via, e.target)]
+    assert len(points) >= 4
+    dense = np.array([on_circle(*circle, share) for share in np.linspace(0, 1, 20001)])
+    for point in points:
+        assert np.linalg.norm(dense - point, axis=1).min() < 1.6  # the correction itself is 1.5 mm
+
+
+def test_the_name_of_the_function_is_free() -> None:
+    own = '  PROC ppArcPoint()\n    TPWrite "";\n  ENDPROC\n'
+    text = written(convert(TEXT.replace("ENDMODULE", own + "ENDMODULE"), tolerance_m=5e-6))
+    assert "LOCAL FUNC pos ppArcPoint2(" in text and "[ppArcPoint2(a,b,c," in text
+
+
+@pytest.mark.parametrize("written_by", [str.upper, str.lower, str])
+def test_a_corrected_program_without_its_header_is_known_by_its_function(written_by: Callable[[str], str]) -> None:
+    """Somebody takes all comments out, and an editor changes the case of the words."""
+    text = written(convert(TEXT, tolerance_m=5e-6))
+    stripped = "\n".join(line for line in lines_of(text) if not line.lstrip().startswith("!"))
+    assert "compensated" not in stripped
+    again = convert(written_by(stripped))
+    assert [d.code for d in again.diagnostics] == ["CMP001"] and not again.outputs
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_function_of_a_line_moves_and_turns_evenly(seed: int) -> None:
+    """Its text by the independent reader against Slerp of scipy, turns of a hundredth to 170 degrees, q or -q."""
+    draw = np.random.default_rng(seed)
+    ends = f"CONST robtarget p:={target(1350, -500)};\nCONST robtarget q:={target(1350, -20)};"
+    text = written(convert(module(ends, "MoveJ p,v200,fine,tT;\nMoveL q,v50,fine,tT;"), tolerance_m=5e-6))
+    function = Runner(read(text)).module.data["pplinepoint"]
+    first = Rotation.random(rng=draw)
+    axis = draw.normal(size=3)
+    for degrees in (0.0, 0.01, 0.3, 5.0, 90.0, 170.0):
+        last = first * Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis))
+        rots = [r.as_quat(scalar_first=True) * sign for r, sign in ((first, 1), (last, draw.choice([1, -1])))]
+        trans = draw.normal(0, 500, (2, 3))
+        targets = [
+            V([V(t.tolist()), V(r.tolist()), V([k, 0, 0, 0]), V([9e9] * 6)])
+            for k, (t, r) in enumerate(zip(trans, rots, strict=True))
+        ]
+        for share in (0.0, 0.2, 0.5, 0.9, 1.0):
+            place, rot, conf, axes = function(*targets, share, 1.0, -2.0, 0.5)
+            np.testing.assert_allclose(place, trans[0] + share * (trans[1] - trans[0]) + [1, -2, 0.5], atol=1e-9)
+            even = Slerp([0, 1], Rotation.concatenate([first, last]))(share)
+            assert (even.inv() * Rotation.from_quat(rot, scalar_first=True)).magnitude() < 1e-6
+            assert np.linalg.norm(rot) == pytest.approx(1.0, abs=1e-5)
+            assert conf[0] == (share >= 0.5) and list(axes) == [9e9] * 6
+
+
+def test_external_axes_move_evenly_along_a_line_between_names() -> None:
+    first, last = (target(1350, y).replace("[9E9,", f"[{axis},") for y, axis in ((-700, "10"), (-20, "130")))
+    data = f"CONST robtarget p:={first};\nCONST robtarget q:={last};"
+    found = convert(module(data, "MoveJ p,v200,fine,tT;\nMoveL q,v20,fine,tT;"), free_axes="a")
+    assert found.report["added_targets"] >= 2 and found.report["max_error_after_mm"] <= 0.01
+    assert "s.extax.eax_a+share*(g.extax.eax_a-s.extax.eax_a),g.extax.eax_b" in re.sub(r"\s", "", written(found))
+    moves = events(written(found))[1:]
+    shares = [(e.target.trans[1] + 700) / 680 for e in moves]
+    np.testing.assert_allclose([e.target.extax[0] for e in moves], 10 + 120 * np.array(shares), atol=0.3)

@@ -1,0 +1,199 @@
+"""The robot carries the work piece to a tool that stands still: the process point goes where it should on the work.
+
+Targets are laid out with the independent arm; the written program drives it with the force at the standing tool.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from postproc.convert import Conversion
+from postproc.diagnostics import Source
+from postproc.effects.library.frames.tool_frame import ToolFrame
+from postproc.report.inspection import inspect_program
+from tests.compensation.build import DATA, arm, codes, convert, events, independent, places, timed, written
+from tests.independent import arm as A
+from tests.independent import inverse as I
+from tests.independent.arm import ARMS
+from tests.independent.rapid import matrix_quaternion
+from tests.independent.verify import check
+
+AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+HOME = np.radians([10.0, 15.0, 5.0, 5.0, 65.0, 20.0])
+# The work object on the flange, turned and 150 mm out; the torch stands where it meets the middle of the plate.
+ON_FLANGE = A.transform(A.rotation(np.array([0.0, 0.0, 1.0]), np.array(0.3)), np.array([0.02, -0.03, 0.15]))
+DOWN = A.rotation(np.array([1.0, 0.0, 0.0]), np.array(np.pi - 0.4))
+
+
+def numbers(T: np.ndarray) -> str:
+    place = ",".join(f"{1e3 * v:.6f}" for v in T[:3, 3])
+    return f"[{place}],[{','.join(f'{v:.9f}' for v in matrix_quaternion(T[:3, :3]))}]"
+
+
+@cache
+def stand() -> np.ndarray:
+    """T_base_tcp of the torch, as it is written."""
+    real = ARMS["irb4600_60_205"]()
+    T = real.forward(HOME[None], np.eye(4)).flange[0] @ ON_FLANGE @ A.transform(DOWN, np.array([0.05, 0.0, 0.0]))
+    T[:3, 3] = np.round(T[:3, 3], 9)
+    return T
+
+
+def on_work(x: float, y: float, z: float = 0.0, turn: float = 0.0) -> str:
+    """A robtarget on the work object [mm], the torch turned about the plate's normal [rad]."""
+    real = ARMS["irb4600_60_205"]()
+    T = A.transform(A.rotation(np.array([0.0, 0.0, 1.0]), np.array(turn)) @ DOWN, 1e-3 * np.array([x, y, z]))
+    flange = stand() @ np.linalg.inv(ON_FLANGE @ T)
+    branches = I.inverse(real, flange[None])[0]
+    away = np.abs(I.wrap(branches - HOME)).max(axis=1)
+    q = branches[int(np.nanargmin(away))]
+    q = HOME + I.wrap(q - HOME)
+    return f"[{numbers(T)},[{','.join(map(str, I.confdata(real, q)[0]))}],{AXES}]"
+
+
+def plate(body: str, more: str = "") -> str:
+    data = f"""  PERS tooldata tStand:=[FALSE,[{numbers(stand())}],[8,[10,0,60],[1,0,0,0],0,0,0]];
+  PERS wobjdata wPlate:=[TRUE,TRUE,"",[{numbers(ON_FLANGE)}],[[0,0,0],[1,0,0,0]]];
+  PERS wobjdata wTable:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+  PERS loaddata plate:=[12,[40,10,20],[1,0,0,0],0,0,0];
+"""
+    steps = "".join(f"    {line.strip()}\n" for line in body.strip().splitlines())
+    return f"MODULE M\n{DATA}{data}{more}  PROC main()\n    GripLoad plate;\n{steps}  ENDPROC\nENDMODULE\n"
+
+
+def seam() -> str:
+    tool = "tStand\\WObj:=wPlate"
+    return plate(
+        f"""MoveJ {on_work(-120, -80, 40)},v200,fine,{tool};
+        MoveL {on_work(-120, -80)},v100,fine,{tool};
+        ArcLStart {on_work(-110, -80)},v100,sm,wd,fine,{tool};
+        ArcL {on_work(150, -80)},v100,sm,wd,z5,{tool};
+        ArcC {on_work(193, -40, 0, 0.1)},{on_work(150, 0, 0, 0.2)},v100,sm,wd,z1,{tool};
+        ArcLEnd {on_work(-120, 30, 0, 0.3)},v100,sm,wd,fine,{tool};
+        MoveL {on_work(-120, 30, 50, 0.3)},v200,fine,{tool};"""
+    )
+
+
+@cache
+def converted(**options: Any) -> Conversion:
+    return convert(seam(), **options)
+
+
+def test_the_process_point_follows_the_path_on_the_work() -> None:
+    found = converted()
+    assert [o.status for o in found.outcomes] == ["compensated"] * 7
+    report = independent(seam(), found)
+    assert report.violations == []
+    assert report.before > 0.5
+    assert report.after <= 0.01
+    assert report.goal_after <= 0.003
+    assert report.added > 0
+    assert found.report["max_error_after_mm"] == pytest.approx(report.after, abs=3e-4)
+    assert found.report["max_error_before_mm"] == pytest.approx(report.before, abs=3e-4)
+
+
+def test_without_a_force_the_weight_of_gripper_and_plate_is_compensated() -> None:
+    found = converted(force=(0.0, 0.0, 0.0))
+    report = independent(seam(), found, (0.0, 0.0, 0.0))
+    assert report.violations == []
+    assert report.before > 0.1 and report.after <= 0.01
+
+
+def test_the_target_moves_against_the_work() -> None:
+    """A force that pushes the plate away from the torch: the correction lifts the TCP's target out of the plate.
+
+    By hand: the flange yields by J C J^T f, and the target on the work has to follow what the torch would lack.
+    """
+    tool = "tStand\\WObj:=wPlate"
+    text = plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};")
+    found = convert(text)
+    event = events(text)[0]
+    real = ARMS["irb4600_60_205"]()
+    q = found.plan.motion.moves[0].q  # type: ignore[union-attr]
+    load = A.Load(20.0, (8 * np.array([0.01, 0, 0.06]) + 12 * (ON_FLANGE @ [0.04, 0.01, 0.02, 1])[:3]) / 20)
+    push = A.Wrenches([(6, stand()[None, :3, 3], np.array([[200.0, -200.0, -200.0]]), np.zeros((1, 3)))])
+    springs = A.joint_springs(A.TABLE_2)
+    before = A.equilibrium(real, q, np.eye(4), load, springs, lambda f: push).frames.flange[0]
+    seen = np.linalg.inv(before @ ON_FLANGE) @ stand()  # where the torch is on the plate of the yielding arm
+    assert event.target is not None
+    shift = np.subtract(places(written(found))[0], event.target.trans)  # type: ignore[union-attr]
+    assert np.linalg.norm(shift) > 0.3
+    assert shift == pytest.approx(-1e3 * seen[:3, 3], abs=0.01)  # the opposite, to first order
+
+
+def test_speed_is_that_of_the_torch_on_the_work() -> None:
+    trajectory = timed(seam())
+    middle = np.flatnonzero((trajectory.path.move == 3) & (np.abs(trajectory.path.u - 0.5) < 0.2))
+    assert trajectory.tcp_speed[middle] == pytest.approx(0.009, rel=1e-4)
+    steps = np.linalg.norm(np.diff(trajectory.path.T_work_tcp[middle, :3, 3], axis=0), axis=1)
+    assert steps / np.diff(trajectory.t[middle]) == pytest.approx(0.009, rel=1e-4)
+
+
+def test_inertia_on_keeps_the_promise_at_weld_speed() -> None:
+    found = converted(inertia=True)
+    report = independent(seam(), found)
+    assert max(s.after for s in report.segments if s.welding) <= 0.01
+
+
+def test_the_force_of_the_arc_alone() -> None:
+    found = converted(force_on="arc")
+    assert "CMP007" in codes(found) and "CMP008" not in codes(found)
+    assert found.report["max_error_after_mm"] <= 0.01
+    real = ARMS["irb4600_60_205"]()
+    report = check(seam(), written(found), real, np.array([200.0, -200.0, -200.0]), on_arc=True)
+    assert max(s.after for s in report.segments if s.welding) <= 0.01
+
+
+def test_a_program_displacement_moves_the_path_on_the_work() -> None:
+    text = seam().replace("GripLoad plate;", "GripLoad plate;\n    PDispSet [[5,-4,3],[1,0,0,0]];")
+    found = convert(text)
+    report = independent(text, found)
+    assert report.violations == []
+    assert report.after <= 0.01
+
+
+def test_a_held_tool_and_a_standing_one_in_one_program() -> None:
+    held = "[[1350,-300,700],[0.300294,-0.015738,0.95241,0.049914],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    beside = held.replace("-300", "-200")
+    text = seam().replace("  ENDPROC", f"    MoveJ {held},v200,fine,tT;\n    MoveL {beside},v50,fine,tT;\n  ENDPROC")
+    found = convert(text)
+    report = independent(text, found)
+    assert report.violations == []
+    assert report.after <= 0.01
+    assert report.goal_after <= 0.003
+
+
+def test_the_error_of_a_measured_tool_is_not_that_of_one_that_stands() -> None:
+    measured = arm().with_effects(*arm().effects, ToolFrame(shift_m=np.array([1e-3, 0.0, 0.0])))
+    found = convert(seam(), measured)
+    assert "`tStand`" in next(d.message for d in found.diagnostics if d.code == "CMP011")
+    assert written(found) == written(converted())
+
+
+@pytest.mark.parametrize(
+    ("tool", "words"),
+    [
+        ("tStand", "neither the tool `tStand` nor the work object `wobj0` is held by the robot"),
+        ("tStand\\WObj:=wTable", "neither the tool `tStand` nor the work object `wTable` is held by the robot"),
+        ("tT\\WObj:=wPlate", "both the tool `tT` and the work object `wPlate`"),
+    ],
+)
+def test_tool_and_work_that_do_not_meet(tool: str, words: str) -> None:
+    found = convert(plate(f"MoveJ {on_work(0, 0)},v200,fine,{tool};"))
+    assert found.outputs == {}
+    [finding] = [d for d in found.diagnostics if d.code == "MOT007"]
+    assert words in finding.message
+
+
+def test_inspect_says_what_stands_still() -> None:
+    rows = inspect_program(Source("m.mod", seam().encode()), arm().robot).rows
+    assert len(rows) == 7
+    for row in rows:
+        assert row.reason is None
+        assert row.position_mm == pytest.approx(1e3 * stand()[:3, 3], abs=1e-3)
+        assert row.payload_mass == 20
+        assert "stationary tool: the robot carries the work object" in row.notes

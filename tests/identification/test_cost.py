@@ -1,0 +1,28 @@
+"""What a diagnosis holds at once: working arrays stay small, whatever the table."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PEAK = """
+from tests.peak import peak_mb
+from postproc.identification.diagnose import diagnose
+from tests.bench.diagnosis.judge import base_fit
+from tests.bench.diagnosis.sets import Recipe, drawn
+from tests.independent import library_effects as K
+one = drawn("size", 2, Recipe((K.backlash, K.arm_load), poses=1974), 222)
+found = diagnose(base_fit(one).model, one.data)
+print(peak_mb(), *(m.candidate.key for m in found.missing))
+"""
+MOST = 575.0  # MB at 2000 rows; 610 with every switch of a pattern held at once, and all forms until the end
+
+
+def test_a_diagnosis_of_two_thousand_rows_holds_little():
+    env = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", PEAK], cwd=ROOT, env=env, capture_output=True, text=True, check=True)
+    peak, *named = done.stdout.split()
+    assert float(peak) < MOST and named == ["backlash", "arm_load"]

@@ -1,0 +1,258 @@
+"""Fitted numbers, places and probabilities as people read them."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from postproc.effects.library.frames.session import Session
+from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.effects.library.joints.transmission_error import TransmissionError
+from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.effects.library.structure.link_compliance import LinkCompliance
+from postproc.effects.library.structure.link_geometry import LinkGeometry
+from postproc.estimation.least_squares import fit_model
+from postproc.estimation.solving.solve import Terms
+from postproc.estimation.words.record import fit_json, parameters_json
+from postproc.estimation.words.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
+from postproc.identification.compare import compare
+from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.state import SelectedEffect
+from postproc.identification.words.sentences import doubts, headline, of_little_worth
+from postproc.identification.words.text import _followed, _told
+from postproc.measure.observations import observations
+from postproc.report.diagnosis import _verdict
+from tests.identification.cells import base_fit, cell
+
+POSITIONS = observations(rotation=False, joint=False)[0]
+
+
+@pytest.mark.parametrize(
+    ("label", "said"),
+    [
+        ("body 2 and 3", "bodies 2 and 3"),
+        ("joint 2, order 6; joint 2, order 7; joint 3, order 4", "joint 2, orders 6 and 7; joint 3, order 4"),
+        ("joint 2; joint 3", "joints 2 and 3"),
+        ("body 5; body 2; body 3", "bodies 2, 3 and 5"),
+        ("joint 2", "joint 2"),
+        ("joint 2; body 3", "joint 2; body 3"),
+        ("joint 1, order 3; joint 2, order 8", "joint 1, order 3; joint 2, order 8"),
+        ("", ""),
+    ],
+)
+def test_places_of_one_kind_are_one_phrase(label: str, said: str) -> None:
+    assert place(label) == said
+
+
+def test_words_are_joined_as_people_write_them() -> None:
+    assert [joined(["a"]), joined(["a", "b"]), joined(["a", "b", "c"], "or")] == ["a", "a and b", "a, b or c"]
+
+
+def test_entries_of_an_array_stand_together() -> None:
+    names = ["turn[x]", "turn[z]", "shift[body 2, z]", "shift[body 3, x]", "mass"]
+    assert grouped(names) == "turn[x z], shift[body 2, z; body 3, x], mass"
+    assert grouped([]) == ""
+
+
+@pytest.mark.parametrize(("p", "said"), [(0.371, "0.37"), (6.2e-125, "6e-125"), (0.0, "< 1e-300"), (1.0, "1.00")])
+def test_a_probability_never_reads_zero(p: float, said: str) -> None:
+    assert p_text(p) == said
+
+
+def test_values_are_told_in_shop_units_with_the_digits_that_are_known() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [ArmLoad(body=(3,))])
+    sigma = dict(zip(fit.parameters, np.sqrt(np.diag(fit.covariance)), strict=True))
+    lines = values_lines(fit, "tool_frame")
+    shift = fit.model.effect("tool_frame").vector()[0]
+    name, value, plus, deviation, unit = lines[0].split()
+    assert (name, plus, unit) == ("shift[x]", "±", "mm")
+    assert abs(float(value) - 1e3 * shift) <= 0.5 * 10 ** -len(value.partition(".")[2])
+    assert float(deviation) == pytest.approx(1e3 * sigma["tool_frame", 0], rel=0.05)
+    assert len(value.partition(".")[2]) == len(deviation.partition(".")[2])
+    assert len(deviation.replace(".", "").lstrip("0")) == 2
+    assert re.match(r"compliance\[2\] \S+ ± \S+ µrad/\(N m\)$", values_lines(fit, "joint_compliance")[0])
+    assert [v[0] for v in fitted_values(fit, "arm_load")][:2] == ["mass[body 3]", "moment[body 3, x]"]
+    assert values_lines(fit, "joint_offset", most=2) == ["4 numbers, in the model file"]
+    assert list(fitted_values(fit, "backlash")) == []
+
+
+def test_what_has_no_unit_above_the_line_is_told_in_millionths() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [LinkCompliance(body=(3,))])
+    [(name, value, sigma, unit), *_] = fitted_values(fit, "link_compliance")
+    assert (name, unit) == ("bending[body 3]", "1e-6/(N m^2)")
+    assert value == pytest.approx(1e6 * fit.model.effect("link_compliance").vector()[0])
+    at = fit.parameters.index(("link_compliance", 0))
+    assert sigma == pytest.approx(1e6 * math.sqrt(fit.covariance[at, at]))
+
+
+def test_a_gear_error_is_named_by_its_joint_and_order() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [TransmissionError(joint=(2, 3), order=(1.0, 12.0))])
+    names = [name for name, *_ in fitted_values(fit, "transmission_error")]
+    assert "sine[joint 3, order 12]" in names
+    assert "cosine[joint 2, order 1]" in names
+    assert fit_json(fit)["structure"] == {"transmission_error": {"joint": [2, 3], "order": [1.0, 12.0]}}
+
+
+def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
+    data, _ = cell(seed=101)
+    second = np.arange(len(data)) % 2
+    data = replace(data, state=replace(data.state, session=second, session_names=("mon", "tue")))
+    moved = fit_model(base_fit(data).model, data, [LinkGeometry(), Session(session=("tue",))])
+    assert "shift[session tue, x]" in [name for name, *_ in fitted_values(moved, "session")]
+    shown = [name for name, *_ in fitted_values(moved, "link_geometry")]
+    held = held_text(moved, moved.held)
+    assert "tool_frame turn[x y z]" in held
+    for key, i in moved.held:
+        if key == "link_geometry":  # shift_m (7, 3), then turn_rad (7, 3)
+            part, body, axis = ("shift", "turn")[i // 21], i % 21 // 3, "xyz"[i % 3]
+            assert re.search(rf"link_geometry {part}\[[^\]]*body {body}, {axis}", held)
+            assert f"{part}[body {body}, {axis}]" not in shown
+
+
+def test_deviations_in_json_are_standard_deviations() -> None:
+    data, _ = cell(seed=101)
+    fit = base_fit(data)
+    at = fit.parameters.index(("joint_offset", 1))
+    told = parameters_json(fit, "joint_offset")["offset_rad"]
+    assert told[1] == [fit.model.effect("joint_offset").vector()[1], math.sqrt(fit.covariance[at, at])]
+    assert told[0][1] is None  # joint 1 turns with the instrument's frame
+    assert np.shape(parameters_json(fit, "instrument_frame")["shift_m"]) == (3, 2)
+
+
+def test_a_map_of_a_joint_is_told_by_its_size() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(
+        base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(strength={"joint_error_map": 1.0})
+    )
+    assert re.fullmatch(r"1\d numbers, in the model file", values_lines(fit, "joint_error_map")[0])
+
+
+def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
+    load = SelectedEffect(
+        SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",)
+    )
+    alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
+    assert load.not_separable == ("payload_error", "dress_pack", "session")
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
+    found = SimpleNamespace(
+        missing=[load, alone], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
+    )
+    assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
+    assert headline(found).split(". ")[0] == (
+        "The model lacks `arm_load` (body 3) or, as far as this data can tell, `payload_error` or `dress_pack`; "
+        "and `backlash`"
+    )
+    told = {"effect": "arm_load", "not_separable_from": load.not_separable, "not_seen_beside": load.unseen}
+    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    assert (figure.label, figure.text) == ("missing", "arm_load or payload_error or dress_pack")
+
+
+def test_many_rivals_stand_below_the_headline():
+    rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
+    map_ = SelectedEffect(
+        SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
+    )
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
+    found = SimpleNamespace(
+        missing=[map_, map_], verdict="missing", lacking=False, untold=False, base=fit, final=fit, floor=None
+    )
+    assert headline(found).startswith(
+        "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"
+    )
+    assert next(doubts(found)) == (
+        "As far as this data can tell, `joint_error_map` may be `payload_error`, `dress_pack`, `backlash` or "
+        "`bearing_tilt` as well."
+    )
+    told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
+    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    assert (figure.label, figure.text) == ("missing", "joint_error_map or others")
+
+
+def test_channels_that_show_the_same_pattern_stand_in_one_line():
+    told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6)]
+    suspects = [SimpleNamespace(channel=c, where=w, pattern="step", share=s) for c, w, s in told]
+    assert list(_followed(suspects)) == [
+        "  joint 2, q2 and load3: step, 60 % of what is above the noise",
+        "  joint 2, load2: step, 50 % of what is above the noise",
+    ]
+
+
+def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
+    chances = {"backlash": 1e-9, "arm_load": 0.2, "session": 0.3, "payload_error": 0.4, "gear_step": 0.6}
+    ranked = [SimpleNamespace(key=key, p_value=p) for key, p in chances.items()]
+    assert [c.key for c in _told(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
+
+
+@pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
+def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, said):
+    found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS))
+    assert Diagnosis.misleading.fget(found) is said
+    suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, codes=("state.q[:, 1]",))
+    said_of = SimpleNamespace(
+        verdict="unknown",
+        lacking=False,
+        missing=[],
+        suspects=[suspect],
+        floor=None,
+        final=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS),
+        base=SimpleNamespace(
+            held_out_rms=1e-4,
+            observed=POSITIONS,
+            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
+        ),
+        beside=(),
+        untold=False,
+        misleading=said,
+    )
+    text = headline(said_of)
+    assert ("predicted worse" in text, "can be added" in text) == (said, not said)
+    suspect.share = 0.4
+    assert "Record `dir1` to `dir6` and `payload_kg` first" in headline(said_of)
+    said_of.base.data.state = SimpleNamespace(channels={}, approach=1, payload_mass=1)
+    assert "Record" not in headline(said_of)
+
+
+def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
+    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
+    line = SelectedEffect(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
+    suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
+    found = SimpleNamespace(
+        verdict="unknown",
+        lacking=False,
+        missing=[line],
+        suspects=[suspect],
+        floor=None,
+        final=SimpleNamespace(held_out_rms=4.91e-4),
+        base=SimpleNamespace(
+            held_out_rms=4.88e-4,
+            observed=POSITIONS,
+            data=SimpleNamespace(state=SimpleNamespace(channels={}, approach=None, payload_mass=None)),
+        ),
+        beside=(),
+        untold=False,
+        screened=SimpleNamespace(held_out_rms=4.88e-4),
+        unnamed=5.7e-5,
+        misleading=False,
+    )
+    text = headline(found)
+    assert "With it and the pattern that remains, the error" in text and "from 0.488 to 0.057 mm" in text
+    assert "worth next to nothing" not in text
+    found.verdict = "missing"
+    assert of_little_worth(found) == ["transmission_error"]
+
+
+def test_a_mean_of_nothing_has_no_sign():
+    fit = base_fit(cell(seed=401)[0])
+    found = compare(fit.model, fit.data)
+    text = replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])).text()
+    assert re.search(r"z +0\.000 +0\.000$", text, re.MULTILINE)
