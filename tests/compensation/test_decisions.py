@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+from postproc.compensation.plan import FROM_ELSEWHERE
 from postproc.convert import Conversion
 from tests.compensation.build import (
     AXES,
@@ -188,7 +189,7 @@ def test_loop_over_ways_that_need_different_insertions() -> None:
     assert found.report["added_targets"] == 0
     assert body_of(written(found)) == body_of(text)
     warning = next(d for d in found.diagnostics if d.code == "CMP006")
-    assert warning.help == "no target was added: where its line begins has no name here"  # p{1}, then p{3}
+    assert warning.help == f"no target was added: {FROM_ELSEWHERE}"  # p{1}, then p{3}
     assert found.report["max_error_after_mm"] > 0.01
 
 
@@ -218,7 +219,7 @@ def test_joint_targets_are_left_alone() -> None:
     home = "CONST jointtarget jHome:=[[0,-20,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
     text = module(home, f"MoveAbsJ jHome\\NoEOffs,v200,fine,tT;\nMoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;")
     found = convert(text)
-    assert (outcome(found, 0).status, outcome(found, 1).status) == ("skipped", "compensated")
+    assert (outcome(found, 0).status, outcome(found, 1).status) == ("unchanged", "compensated")
     assert "joint" in (outcome(found, 0).reason or "")
     assert home in lines_of(written(found))
     accurate(text, found)

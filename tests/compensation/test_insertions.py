@@ -246,7 +246,7 @@ def test_the_parts_of_a_line_carry_what_means_the_same_on_each() -> None:
 
 
 TRYNEXT = "ERROR\nTRYNEXT;"
-STEP = f"  PROC step(){{0}}\nMoveL {target(1250, -100)},v100,fine,tT;\n{{1}}  ENDPROC\n"
+STEP = f"  PROC step(){{0}}\nMoveJ {target(1250, -480)},v200,fine,tT;\nMoveL {target(1250, -100)},v100,fine,tT;\n{{1}}  ENDPROC\n"
 
 
 @pytest.mark.parametrize(
@@ -333,11 +333,12 @@ def test_nothing_is_added_where_the_arm_may_come_from_elsewhere(way: str) -> Non
 
 def test_nothing_is_added_before_a_statement_that_runs_elsewhere_too() -> None:
     """`service` runs the same line to another place: targets added on this one would stand in its way."""
-    go = "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n  PROC service()\n{call}  ENDPROC\n"
-    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\ngo {target(1350, -20)};", go)
+    begin = f"MoveJ {target(1350, -500)},v200,fine,tT;"
+    go = f"  PROC go(robtarget p)\n    {begin}\n    MoveL p,v50,fine,tT;\n  ENDPROC\n  PROC service()\n{{call}}  ENDPROC\n"
+    text = module("", f"{begin}\ngo {target(1350, -20)};", go)
     assert convert(text.replace("{call}", ""), tolerance_m=4e-6).report["added_targets"] > 0
     found = convert(text.replace("{call}", f"    go {target(1300, -60)};\n"), tolerance_m=4e-6)
-    assert found.report["added_targets"] == 0 and outcome(found, 1).edited == "call"
+    assert found.report["added_targets"] == 0 and outcome(found, 2).edited == "call"
 
 
 def test_added_targets_take_the_small_zone_alone() -> None:
@@ -410,7 +411,7 @@ def test_nothing_is_added_to_the_way_of_a_statement_that_also_begins_elsewhere(c
 
 
 @pytest.mark.parametrize(("handler", "added"), [
-    ("RETRY;", True), ("{move}\nRETRY;", False), ("{move}\nTRYNEXT;", False), ("StorePath;\n{move}\nRestoPath;\nRETRY;", True),
+    ("RETRY;", True), ("{move}\nRETRY;", False), ("{move}\nTRYNEXT;", False), ("StorePath;\n{move}\nRestoPath;\nRETRY;", False),
 ])  # fmt: skip
 def test_nothing_is_added_where_a_handler_moves_and_the_routine_goes_on(handler: str, added: bool) -> None:
     away = f"MoveL {target(1400, -400)},v100,fine,tT;"

@@ -22,7 +22,7 @@ MODULE CornerArc
     PROC rCorner()
         MoveJ pPre,v600,z20,tGun\WObj:=wBracket;
         ArcLStart pStart,v150,smFillet,wdFillet,fine,tGun\WObj:=wBracket;
-        ArcL ppLinePoint(pStart,pArcIn,0.5,0.018,-0.002,-0.009),v150,smFillet,wdFillet,z0,tGun\WObj:=wBracket;
+        ArcL ppLineKeep(pStart,pArcIn,0.5,0.018,-0.002,-0.009),v150,smFillet,wdFillet,z0,tGun\WObj:=wBracket;
         ArcL pArcIn,v150,smFillet,wdFillet,z0,tGun\WObj:=wBracket;
         ArcC pArcMid,pArcOut,v150,smFillet,wdFillet,z0,tGun\WObj:=wBracket;
         ArcL ppLinePoint(pArcOut,pEnd,0.5,0.001,-0.013,-0.007),v150,smFillet,wdFillet,z1,tGun\WObj:=wBracket;
@@ -33,6 +33,37 @@ MODULE CornerArc
               [[-59.883,-118.87,240.333],[0.0095859,-0.906151,-0.1074311,-0.4089706],[-1,0,-3,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]],v400,fine,tGun\WObj:=wBracket;
         MoveJ pPre,v600,fine,tGun\WObj:=wBracket;
     ENDPROC
+
+  ! postproc: the target after a share of the line from s to g, displaced by x, y, z
+  ! in the configuration of s
+  LOCAL FUNC robtarget ppLineKeep(robtarget s,robtarget g,num share,num x,num y,num z)
+    VAR robtarget p;
+    VAR confdata c;
+    VAR num a;
+    VAR num b;
+    VAR num d;
+    VAR num w;
+    c:=s.robconf;
+    a:=1-share;
+    b:=share;
+    d:=s.rot.q1*g.rot.q1+s.rot.q2*g.rot.q2+s.rot.q3*g.rot.q3+s.rot.q4*g.rot.q4;
+    IF d<0 THEN
+      d:=-d;
+      b:=-share;
+    ENDIF
+    IF d<0.99999 THEN
+      w:=ATan2(Sqrt(1-d*d),d);
+      a:=Sin(a*w)/Sin(w);
+      b:=Sin(b*w)/Sin(w);
+    ENDIF
+    p:=[[s.trans.x+share*(g.trans.x-s.trans.x)+x,
+      s.trans.y+share*(g.trans.y-s.trans.y)+y,
+      s.trans.z+share*(g.trans.z-s.trans.z)+z],
+      [a*s.rot.q1+b*g.rot.q1,a*s.rot.q2+b*g.rot.q2,
+      a*s.rot.q3+b*g.rot.q3,a*s.rot.q4+b*g.rot.q4],
+      c,g.extax];
+    RETURN p;
+  ENDFUNC
 
   ! postproc: the target after a share of the line from s to g, displaced by x, y, z
   LOCAL FUNC robtarget ppLinePoint(robtarget s,robtarget g,num share,num x,num y,num z)

@@ -16,6 +16,7 @@ from postproc.rapid.data.events import StatementKey
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 
 WORTH = 0.9  # a correction that leaves more of a statement's error is not worth a changed program
+NOTHING_M = 5e-7  # of a deviation [m]: below the last decimal that is written
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +64,14 @@ def _counted(space: Flags, steady: Flags) -> Flags:
 
 def fruitless(plan: CorrectionPlan, before: Deviation, after: Deviation) -> set[StatementKey]:
     """Statements that are changed although it takes away less than a tenth of the error at each of their targets, of
-    the ways there and of those that go on from there.
+    the ways there and of those that go on from there; but for those that it makes worse (``worsened`` speaks of them).
     """
     moves = plan.motion.moves
     was, stays = (d.largest_of_moves(d.space) for d in (before, after))
-    vain = stays >= WORTH * was
+    vain = (stays >= WORTH * was) & (stays <= was + NOTHING_M)
     behind = np.append(vain[1:] | np.array([move.first for move in moves[1:]], dtype=bool), True)
-    idle = (after.goal_distance >= WORTH * before.goal_distance) & vain & behind
+    off, stays = before.goal_distance, after.goal_distance
+    idle = (off > NOTHING_M) & (stays >= WORTH * off) & (stays <= off + NOTHING_M) & vain & behind
     useful = {move.event.statement.key for move, nothing in zip(moves, idle, strict=True) if not nothing}
     return {key for key, place in plan.places.items() if place != "derived"} - useful
 
