@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc import api
+import postproc
 from postproc.diagnostics import PostprocError
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
@@ -46,14 +46,14 @@ def true_error(model, path: Path, seed: int = 5) -> float:
     states = draw_states(np.random.default_rng(99), 100, arm, False, False)
     true = measure(hidden, states)
     write_table(path, states, true, [f"T{i}" for i in range(100)], 6)
-    asked = api.read_measurements(path, "irb4600_60_205")
+    asked = postproc.read_measurements(path, "irb4600_60_205")
     return float(np.sqrt(np.mean((predict(model, asked.state)[:, :3, 3] - true) ** 2)))
 
 
 @pytest.mark.parametrize("bad", [0, 11, 12, 40, 67])
 def test_there_is_no_number_of_wrong_rows_at_which_a_fit_falls_off(bad, tmp_path):
     wrong = table(tmp_path / "rows.csv", bad)
-    fit = api.fit(api.read_measurements(tmp_path / "rows.csv", "irb4600_60_205"), "irb4600_60_205")
+    fit = postproc.fit(postproc.read_measurements(tmp_path / "rows.csv", "irb4600_60_205"), "irb4600_60_205")
     assert [row for _, row in fit.left_out] == (wrong + 1).tolist()
     assert true_error(fit.model, tmp_path / "true.csv") < 0.5 * NOISE
 
@@ -61,8 +61,8 @@ def test_there_is_no_number_of_wrong_rows_at_which_a_fit_falls_off(bad, tmp_path
 def test_a_model_farther_off_than_the_nominal_arm_is_given_to_nobody(tmp_path):
     table(tmp_path / "rows.csv", 60)
     with pytest.raises(PostprocError, match="DAT039"):
-        data = api.read_measurements(tmp_path / "rows.csv", "irb4600_60_205")
-        api.fit(replace(data, wrong=frozenset()), "irb4600_60_205")
+        data = postproc.read_measurements(tmp_path / "rows.csv", "irb4600_60_205")
+        postproc.fit(replace(data, wrong=frozenset()), "irb4600_60_205")
 
 
 def test_a_fit_of_right_rows_is_no_farther_than_the_nominal_arm():

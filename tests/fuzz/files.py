@@ -27,7 +27,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-import postproc.api  # so that a child finds what it needs loaded
+import postproc.convert
+import postproc.identification.diagnose  # so that a child finds what it needs loaded
 from postproc.batch import executors
 from postproc.cli import hooks
 from postproc.cli.app import build
@@ -332,7 +333,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=600)
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
-    assert postproc.api
+    assert postproc.convert and postproc.identification.diagnose
     wrong, done = [], Counter[str]()
     for case in cases(given.count, given.seed):
         done[case.kind.name] += 1
