@@ -19,16 +19,18 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 
 
 RULES: dict[str, tuple[Patch, ...]] = {
-    "backward": (("identify.forward", "backward", lambda state: state),),
+    "backward": (("identification.forward", "backward", lambda state: state),),
     "maps": (("effects.library.joints.transmission_error", "TransmissionError.generalised", _nothing),),
-    "nonlinear": (("identify.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
-    "further": (("identify.forward", "reaches_further", lambda after, before: True),),
-    "held_out": (
-        ("identify.forward", "reaches_further", lambda after, before: True),
-        ("identify.forward", "predicts_better", lambda after, before, errors: True),
+    "nonlinear": (
+        ("identification.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),
     ),
-    "row": (("identify.forward", "lives_on_a_row", lambda fit, best: False),),
-    "nested": (("identify.candidates.ranking", "_nested", lambda candidate, found: candidate),),
+    "further": (("identification.forward", "reaches_further", lambda after, before: True),),
+    "held_out": (
+        ("identification.forward", "reaches_further", lambda after, before: True),
+        ("identification.forward", "predicts_better", lambda after, before, errors: True),
+    ),
+    "row": (("identification.forward", "lives_on_a_row", lambda fit, best: False),),
+    "nested": (("identification.candidates.ranking", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (
             "effects.library.joints.transmission_error",
