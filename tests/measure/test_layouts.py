@@ -102,7 +102,7 @@ def test_encodings_of_spreadsheets_are_read(written):
 
 
 def test_a_binary_file_is_called_one():
-    with pytest.raises(PostprocError, match="no workbook"):
+    with pytest.raises(PostprocError, match="no whole workbook"):
         read(b"PK\x03\x04" + bytes(range(256)))
     with pytest.raises(PostprocError, match="no text"):
         read(b"\xd0\xcf\x11\xe0" + bytes(range(256)))
