@@ -38,6 +38,8 @@ SEARCHED = "a search begins here: with one end of its line corrected it would fi
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
 FRUITLESS = "its correction would take away less than a tenth of its error"
 ON_CONTROLLER = "all that can be is corrected on the controller"
+FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +56,6 @@ class OnController:
     left: Mapping[StatementKey, str] = field(default_factory=dict)
 
 
-FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
-FRAMES = ("tool", "\\wobj")  # roles of arguments
-
-
 @dataclass(frozen=True, slots=True)
 class CorrectionPlan:
     """Everything that will be written, before it is written.
@@ -65,8 +63,7 @@ class CorrectionPlan:
     Args:
         changes: texts to change; places: where the correction of each statement is written.
         left: statements that stay uncorrected, with the reason; unasked: those of them that the scope leaves out.
-        relaxed: moves whose statement gets one correction for
-            runs that ask for different ones.
+        relaxed: moves whose statement gets one correction for runs that ask for different ones.
         indivisible: moves before which nothing can be added, and why.
         on_controller: statements among those that are left whose targets a function corrects while the program runs.
         path_tolerance: (m,) largest deviation along each move [m].
