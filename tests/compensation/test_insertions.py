@@ -420,6 +420,15 @@ def test_nothing_is_added_where_a_handler_moves_and_the_routine_goes_on(handler:
     assert (found.report["added_targets"] > 0) == added
 
 
+@pytest.mark.parametrize(("frame", "added"), [("wA", True), ("wB", False)])
+def test_nothing_is_added_between_work_objects_of_equal_values(frame: str, added: bool) -> None:
+    """They may be calibrated apart: the line would begin where the arm does not stand."""
+    frames = "".join(f'PERS wobjdata w{k}:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[9,0,0],[1,0,0,0]]];\n' for k in "AB")
+    data = f"{frames}CONST robtarget a:={target(1350, -500)};\nCONST robtarget b:={target(1350, -20)};"
+    text = module(data, f"MoveJ a,v200,fine,tT\\WObj:=wA;\nMoveL b,v50,fine,tT\\WObj:={frame};")
+    assert (convert(text).report["added_targets"] > 0) == added
+
+
 @pytest.mark.parametrize("more", ["", "  PROC serve()\n    home;\n  ENDPROC\n"])
 def test_targets_are_added_where_a_routine_goes_one_way_however_it_is_started(more: str) -> None:
     """Its second line begins at the target of its first, whoever calls it."""

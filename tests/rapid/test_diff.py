@@ -255,3 +255,14 @@ def test_what_other_modules_declare_is_compared_by_its_words(
 )
 def test_sequences_are_paired_in_order(a: str, b: str, pairs: list[str]) -> None:
     assert [f"{x or '-'}{y or '-'}" for x, y in aligned(a, b, operator.eq)] == pairs
+
+
+def test_a_routine_that_one_program_lacks_is_one_difference() -> None:
+    """Its statements and its data are part of it."""
+    own = b"  LOCAL FUNC num twice(num n)\n    VAR num m;\n    m:=2*n;\n    RETURN m;\n  ENDFUNC\n"
+    text = module(BODY, DATA)
+    longer = text.replace(b"ENDMODULE", own + b"ENDMODULE")
+    assert longer != text
+    for a, b, kind in ((text, longer, "added"), (longer, text, "removed")):
+        found = compare_programs(program(a, "a.mod"), program(b, "b.mod"), 0.001)
+        assert kinds(found) == [(kind, "statement", "FUNC twice")]
