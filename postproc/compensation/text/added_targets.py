@@ -161,8 +161,7 @@ class TargetAdder:
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
         if event.touched:
             return MAY_HAVE_CHANGED
-        same = frames[0] == frames[1] and _frame_texts(before) == _frame_texts(event)
-        return None if isinstance(before.target, RobTarget) and same else OTHER_FRAME
+        return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
 
     def _run(self, part: Pieces, name: str | None) -> PathRun | str:
         """One execution between ends that the text names.
@@ -245,12 +244,6 @@ def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
     """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers."""
     origins = (before.target_origin, event.target_origin, *([event.via_origin] if event.via is not None else []))
     return all(origin is not None and _is_number(origin) for origin in origins)
-
-
-def _frame_texts(event: MotionEvent) -> list[str]:
-    """What a statement calls its tool and its work object: two of equal values may be calibrated apart."""
-    arguments = [event.statement.argument(role) for role in ("tool", "\\wobj")]
-    return ["wobj0" if argument is None else "".join(argument.text.split()).lower() for argument in arguments]
 
 
 def _is_number(origin: Origin) -> bool:
