@@ -100,7 +100,7 @@ def test_file_round_trip():
         ({"gain_rad": True}, "EFF023", "`gain_rad` of `wobble` is not one number [rad]", "write one number [rad]"),
         ({"law": "linear"}, "EFF023", "`law` of `wobble` is not one of its choices", 'allowed: "tanh", "cubic"'),
         ({"term": 3}, "EFF023", "`term` of `wobble` is not a list of numbers", "write a list of numbers"),
-        ({"term": [1.5]}, "EFF023", "`term` of `wobble` is not a whole number", ""),
+        ({"term": [1.5]}, "EFF023", "`term` of `wobble` is not a whole number", "write it without a decimal point"),
         ({"term": [12]}, "EFF024", "`term` of `wobble` is 12", "allowed: 1 to 9"),
         ({"gain_rad": 3.0}, "EFF024", "`gain_rad` of `wobble` is 3 rad", "allowed: 0 to 2 rad"),
         ({"gain_rad": float("nan")}, "EFF024", "`gain_rad` of `wobble` is nan rad", "allowed: 0 to 2 rad"),
