@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 import importlib
 import re
-import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from re import _constants as op  # type: ignore[attr-defined]
 from re import _parser  # type: ignore[attr-defined]
@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from tests.cost import seconds
 from tests.fuzz.checks import limited
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -141,15 +142,13 @@ def adversarial(pattern: re.Pattern[Any], size: int) -> Iterator[str | bytes]:
             yield text if isinstance(pattern.pattern, str) else text.encode("latin-1", "replace")
 
 
-def seconds(expression: Expression, text: Any) -> float:
+def use(expression: Expression, text: Any) -> None:
     pattern, how = expression
-    begin = time.process_time()
     if how == "search":
         for _ in pattern.finditer(text):
             pass
     else:
         getattr(pattern, how)(text)
-    return time.process_time() - begin
 
 
 EVERY = expressions()
@@ -160,10 +159,9 @@ def test_a_longer_text_costs_as_much_more(name: str) -> None:
     pattern = EVERY[name]
     for text, longer in zip(adversarial(pattern[0], SHORT), adversarial(pattern[0], 4 * SHORT), strict=True):
         with limited(20.0):
-            if (after := seconds(pattern, longer)) < FREE:
+            if seconds(partial(use, pattern, longer)) < FREE:
                 continue
-            before = min(seconds(pattern, text) for _ in range(3))
-            after = min(after, *(seconds(pattern, longer) for _ in range(2)))
+            before, after = (seconds(partial(use, pattern, t), times=3) for t in (text, longer))
         assert after < GROWTH * before or after < FREE, (name, text[:40], before, after)
 
 
@@ -171,5 +169,6 @@ def test_the_test_sees_a_cost_that_grows_faster() -> None:
     cubic, square = (r"<Module>\s*([^<]*?)\s*</Module>", r"\d+[.,]?\d*\s*x"), r"([A-Za-z]\w*)\s*:="
     for said, size in ((square, 500), *((said, 120) for said in cubic)):
         pattern = (re.compile(said), "search")
-        short, longer = (max(seconds(pattern, t) for t in adversarial(pattern[0], n)) for n in (size, 2 * size))
+        every = (adversarial(pattern[0], n) for n in (size, 2 * size))
+        short, longer = (max(seconds(partial(use, pattern, t), times=2) for t in texts) for texts in every)
         assert longer > 2.8 * short

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PEAK = """
-from tests.peak import peak_mb
+from tests.cost import peak_mb
 import sys
 from postproc import arrays
 whole = arrays.blocks

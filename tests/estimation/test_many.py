@@ -21,7 +21,7 @@ from tests.identification.cells import base_fit
 
 ROOT = Path(__file__).resolve().parents[2]
 PEAK = """
-from tests.peak import peak_mb
+from tests.cost import peak_mb
 import sys
 import numpy as np
 from tests.estimation.test_many import table

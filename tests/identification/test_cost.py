@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PEAK = """
-from tests.peak import peak_mb
+from tests.cost import peak_mb
 from postproc.identification.diagnose import diagnose
 from tests.bench.diagnosis.judge import base_fit
 from tests.bench.diagnosis.sets import Recipe, drawn

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from postproc.motion.timing.spline import Runs
 from postproc.motion.timing.trajectory import retime
 from postproc.motion.values import Move, Trajectory
 from postproc.robot.arm import Robot
+from tests.cost import seconds
 from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
 
 
@@ -251,16 +251,14 @@ def test_a_target_given_twice_is_a_stop() -> None:
 
 
 def test_cost_grows_with_the_program_and_no_faster() -> None:
-    def seconds(n: int) -> float:
+    def cost(n: int) -> float:
         points = [line(pose(1.1 + 0.02 * (k % 2), -0.4 + 0.8 * k / n, 0.5), zone=0.001, speed=0.1) for k in range(n)]
         moves = chain(joint(pose(1.0, -0.4, 0.6)), *points, line(pose(1.1, 0.4, 0.5), fine=True))
         path, _ = sample_path(ROBOT, moves)
-        begin = time.process_time()
-        retime(ROBOT, path)
-        return time.process_time() - begin
+        return seconds(lambda: retime(ROBOT, path))
 
-    seconds(10)
-    assert seconds(800) < 8 * 4 * max(seconds(100), 0.02)
+    cost(10)
+    assert cost(800) < 8 * 4 * max(cost(100), 0.02)
 
 
 def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> None:

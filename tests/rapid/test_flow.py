@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from postproc.diagnostics import Source
 from postproc.rapid.flow.arrivals import Arrivals, only
 from postproc.rapid.flow.states import ANYWHERE
 from postproc.rapid.program.program import Program, read_program
+from tests.cost import seconds
 
 TARGET = "[[%d,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 DATA = "\n".join(
@@ -165,9 +164,8 @@ def test_whether_anything_is_open(body: str, expected: bool) -> None:
 
 
 def cost(text: str) -> float:
-    read, began = program(text), time.process_time()
-    Arrivals(read)
-    return time.process_time() - began
+    read = program(text)
+    return seconds(lambda: Arrivals(read), times=3)
 
 
 @pytest.mark.parametrize(
@@ -185,5 +183,5 @@ def cost(text: str) -> float:
 def test_the_cost_goes_with_the_length(of) -> None:  # type: ignore[no-untyped-def]
     """Four times the text takes no more than ten times as long."""
     cost(of(50))
-    short, long = min(cost(of(500)) for _ in range(3)), min(cost(of(2000)) for _ in range(2))
+    short, long = cost(of(500)), cost(of(2000))
     assert long < 10 * short + 0.02

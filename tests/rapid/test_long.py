@@ -11,6 +11,7 @@ import pytest
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
+from tests.cost import seconds
 
 TIMES = 4
 MOST = 8.0  # times the work for TIMES times the text: its square would be 16
@@ -71,24 +72,21 @@ SHAPES: dict[str, tuple[int, Callable[[int], str]]] = {
 }  # fmt: skip
 
 
-def seconds(text: str) -> float:
-    """Processor time of reading and following a program, the least of several runs."""
-    runs = []
-    for _ in range(3):
-        source = Source("long.mod", text.encode())
-        begin = time.process_time()
-        program = read_program(source)
-        walked = walk_program(program)
-        lines = [finding.as_json()["column"] for finding in (*program.diagnostics, *walked.diagnostics)]
-        lines += [source.position(event.statement.span[0])[1] for event in walked.events]
-        runs.append(time.process_time() - begin)
-    return min(runs)
+def follow(text: str) -> None:
+    """Read and follow a program, with the place of everything that is found."""
+    source = Source("long.mod", text.encode())
+    program = read_program(source)
+    walked = walk_program(program)
+    for finding in (*program.diagnostics, *walked.diagnostics):
+        finding.as_json()
+    for event in walked.events:
+        source.position(event.statement.span[0])
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_long_program_costs_what_it_is_long(name: str) -> None:
     count, text = SHAPES[name]
-    once, more = (seconds(text(n)) for n in (count, TIMES * count))
+    once, more = (seconds(lambda n=n: follow(text(n)), times=3) for n in (count, TIMES * count))
     assert more < MOST * max(once, FLOOR)
 
 
@@ -152,15 +150,13 @@ def test_what_is_not_known_holds_nothing_of_where_it_was_found(body: str) -> Non
 def test_findings_on_one_long_line_are_shown_at_once() -> None:
     """A line that is four times as long costs at most so much more for as many findings, and none shows more of it."""
 
-    def seconds(count: int) -> float:
+    def show(count: int) -> None:
         source = Source("line.mod", b"a:=1; " * count)
-        begin = time.process_time()
         for at in range(0, 6 * count, 6 * count // 100):
             text = Diagnostic("RAP003", "warning", "not understood", source, (at, at + 4)).render(80)
             assert all(len(line) <= 90 for line in text.splitlines())
-        return time.process_time() - begin
 
-    short, longer = (min(seconds(count) for _ in range(2)) for count in (20_000, TIMES * 20_000))
+    short, longer = (seconds(lambda count=count: show(count), times=2) for count in (20_000, TIMES * 20_000))
     assert longer < MOST * max(short, FLOOR)
 
 

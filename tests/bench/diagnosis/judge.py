@@ -22,7 +22,7 @@ from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
 from tests.bench.diagnosis.real import held_out
 from tests.bench.diagnosis.sets import Set, Truth
-from tests.peak import peak_mb
+from tests.cost import peak_mb
 
 HARMLESS = 1.2
 """Error, in that of the true model refitted, up to which leaving an effect unnamed costs nobody anything."""

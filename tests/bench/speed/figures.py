@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.bench.speed.table import CALIBRATION, Figure
-from tests.peak import peak_mb
+from tests.cost import peak_mb
 
 SAMPLE = Path(__file__).resolve().parents[3] / "samples" / "hull_seam.mod"
 LIBRARIES = "import numpy, scipy.interpolate, pinocchio, toppra, ruckig, jinja2, py_opw_kinematics"
