@@ -19,7 +19,7 @@ from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import MARKER
 from postproc.runtime.proof.calls import NOT_HANDLED, Caller, FunctionCall
 
-TARGETS, AMONG = 60, 5
+TARGETS, AMONG = 24, 12
 SOLVED_M = 1e-7
 REASONS = {
     1: "not reached", 2: "by tool or load", 3: "outside the region", 4: "next to a singular pose", 5: "too large",
