@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,29 +30,10 @@ NOTHING = 1e-15
 """Numbers below that are rounding of a zero (cosines of right angles), and below what a single may hold."""
 
 
-def runtime_module(
-    found: CorrectedModel,
-    done: Conditions,
-    errors: Sequence[str] = (),
-    name: str = NAME,
-    template_dir: Path | None = None,
-) -> bytes:
-    """The text of the module.
-
-    Args:
-        errors: lines of the header that say how large its error is. name: of the module.
-        template_dir: folder whose `runtime_module.j2` takes the place of the shipped one.
-
-    Raises:
-        PostprocError: RUN001 the name is none of RAPID; REN001, REN002 the template.
-    """
-    if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
-        text = f"`{name}` is no name of a module"
-        raise PostprocError.of("RUN001", text, help="a letter, then at most 31 letters, digits and underscores")
-    values = {
-        "module": name,
-        "marker": MARKER,
-        "header": [*header(found, done), *errors],
+def module_tables(found: CorrectedModel, done: Conditions) -> dict[str, object]:
+    """What fills in the text of the module, and the lines of its header."""
+    return {
+        "header": [*header(found, done)],
         "bound": number(1e3 * done.bound_m),
         "force": aggregate(done.force) if done.forced else "",
         "moment": aggregate(done.moment),
@@ -68,6 +49,25 @@ def runtime_module(
         **_bodies(found),
         **_curves(found, done),
     }
+
+
+def runtime_module(
+    tables: Mapping[str, object], errors: Sequence[str] = (), name: str = NAME, template_dir: Path | None = None
+) -> bytes:
+    """The text of the module.
+
+    Args:
+        tables: see `module_tables`. errors: more lines of the header, that say how large its error is.
+        name: of the module.
+        template_dir: folder whose `runtime_module.j2` takes the place of the shipped one.
+
+    Raises:
+        PostprocError: RUN001 the name is none of RAPID; REN001, REN002 the template.
+    """
+    if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
+        text = f"`{name}` is no name of a module"
+        raise PostprocError.of("RUN001", text, help="a letter, then at most 31 letters, digits and underscores")
+    values = {**tables, "module": name, "marker": MARKER, "errors": [*errors]}
     text = fill(load_template(environment(template_dir), "runtime_module.j2"), values)
     return (text.rstrip("\n") + "\n").encode("ascii", "replace")
 

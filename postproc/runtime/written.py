@@ -8,7 +8,7 @@ from pathlib import Path
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.runtime.conditions import Conditions
-from postproc.runtime.module import NAME, runtime_module
+from postproc.runtime.module import NAME, module_tables, runtime_module
 from postproc.runtime.proof.check import TARGETS, Check, check_module, said
 from postproc.runtime.proof.chord import ChordError, chord_error
 from postproc.runtime.tables import CorrectedModel, corrected_model
@@ -51,7 +51,8 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
             the region; MOD010.
     """
     corrected = corrected_model(model, conditions)
-    source = Source(f"{name}.sys", runtime_module(corrected, conditions, (), name, template))
+    tables = module_tables(corrected, conditions)
+    source = Source(f"{name}.sys", runtime_module(tables, (), name, template))
     rated = model.robot.payload or conditions.mass
     every = [replace(conditions, mass=mass) for mass in dict.fromkeys((conditions.mass, 0.0, rated))]
     counts = (TARGETS, *[TARGETS // 3] * (len(every) - 1))
@@ -62,7 +63,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     lines = [f"one target takes {made.cost}"]
     lines += [line for each, found in checks for line in said(found, each).split("; ")]
     lines += str(chord).split("; ")
-    return replace(made, text=runtime_module(corrected, conditions, lines, name, template))
+    return replace(made, text=runtime_module(tables, lines, name, template))
 
 
 def _findings(corrected: CorrectedModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:

@@ -10,7 +10,6 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.runtime.module import runtime_module
-from postproc.runtime.tables import corrected_model
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
@@ -185,11 +184,9 @@ def test_names_and_statements_are_what_a_controller_takes(real: Any) -> None:
 
 
 def test_the_name_of_a_module_is_one_of_rapid() -> None:
-    real = springs()
-    corrected = corrected_model(real.model, real.conditions())
     for name in ("", "9lives", "a" * 33, "pp Model"):
         with pytest.raises(PostprocError, match="RUN001"):
-            runtime_module(corrected, real.conditions(), name=name)
+            runtime_module({}, name=name)
 
 
 def test_a_tool_without_tcp_is_corrected_too(task: Controller) -> None:
