@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.estimation.worth import schwarz
 from postproc.measure.trajectory import is_record
 
 SURE = 100.0
@@ -44,8 +44,8 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     new = share(without)
     count = without.parameters - plain.parameters
     freedom = new * len(plain.residual) - count
-    earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
-    return new if earned else share(plain)
+    earned = log_evidence(plain.square, without.square, freedom, unit_information(count, freedom))
+    return new if earned > 2 * np.log(SURE) else share(plain)
 
 
 def serial_share(errors: Array) -> float:

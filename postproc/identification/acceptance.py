@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem, at_least_ordinary
 from postproc.estimation.solving.solve import SETTLED, Terms
-from postproc.estimation.worth import schwarz
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.composition import columns_of, linear_part
 from postproc.identification.candidates.forms import ordinary
@@ -204,5 +204,6 @@ def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
     """Whether an effect is worth nothing without the row that gains most by it."""
     linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
     both = with_and_without_a_row(linear, columns)
-    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
+    plainly = unit_information(best.count, linear.freedom)
+    whole, less = (float(log_evidence(square, square - fall, linear.freedom, plainly)) for square, fall in both)
     return best.evidence + min(0.0, less - whole) < 0

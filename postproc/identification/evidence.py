@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -11,12 +10,10 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.fitted import Fit
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.linear import Linear
 from postproc.estimation.solving.determined import NEARBY
-from postproc.estimation.worth import schwarz
 from postproc.identification.candidates.forms import Forms, Stack
-from postproc.patterns.screening import UNNAMED_LOG_PRIOR
 from postproc.robot.arm import Robot
 
 SIGNIFICANT = 5e-3
@@ -47,7 +44,7 @@ DIM = 1e-6
 
 @dataclass(frozen=True)
 class Gain:
-    """What a form would bring.
+    """What each of M forms would bring, (M,) each, or what one of them would.
 
     Args:
         fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
@@ -56,31 +53,21 @@ class Gain:
         evidence: 2 log of the odds against nothing, before counting how many forms were tried.
     """
 
-    fall: float
-    count: int
-    visible: float
-    evidence: float
-
-
-@dataclass(frozen=True)
-class Gains:
-    """Gains of M forms, (M,) each."""
-
     fall: Array
     count: NDArray[np.int_]
     visible: Array
     evidence: Array
 
     def of(self, m: int) -> Gain:
-        return Gain(float(self.fall[m]), int(self.count[m]), float(self.visible[m]), float(self.evidence[m]))
+        return Gain(self.fall[m], self.count[m], self.visible[m], self.evidence[m])
 
 
-def gains(linear: Linear, forms: Forms) -> Gains:
+def gains(linear: Linear, forms: Forms) -> Gain:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
     stacks = [(s, linear if s.along is None else linear.extended(s.along)) for s in forms.stacks]
     order = np.argsort(np.concatenate([s.index for s, _ in stacks]))
     found = [_gains(beside, s) for s, beside in stacks]
-    return Gains(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gains)))
+    return Gain(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gain)))
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
@@ -90,18 +77,14 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
     return _gains(linear, stack).of(0)
 
 
-def _gains(linear: Linear, stack: Stack) -> Gains:
-    """What each of M groups of columns C would bring.
+def _gains(linear: Linear, stack: Stack) -> Gain:
+    """What each of M groups of columns C would bring, from G = C^T M C and b = C^T M y.
 
-    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
-    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
-    decade more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
-    Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
+    Least squares take q = b^T (G + s^2/w^2)^-1 b off where parameters scatter by w = 3 ordinary sizes, or by a decade
+    more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
     """
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
-    if freedom < 2:
-        return Gains(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
     inside = (linear.nuisance.T @ stack.values).reshape(-1, M, width).transpose(1, 0, 2)
     along = (stack.values.T @ linear.rest).reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
@@ -118,73 +101,44 @@ def _gains(linear: Linear, stack: Stack) -> Gains:
     worth = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]
-        q = np.sum(wide * part / (1 + wide * value), axis=1)
-        gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
-        worth = np.maximum(worth, gained - np.sum(np.log1p(wide * value), axis=1) - 2 * abs(np.log(decade)))
+        after = before - np.sum(wide * part / (1 + wide * value), axis=1)
+        worth = np.maximum(worth, log_evidence(before, after, freedom, wide * value) - 2 * abs(np.log(decade)))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
-    worth -= 0.5 * forming * np.log(freedom)
+    worth -= 0.5 * forming * np.log(max(freedom, 1.0))
     # A hose only pulls: what it would have to push explains nothing.
     pushes = (stack.sign == 1) & (along[:, 0] < 0)
     worth[pushes], fall[pushes] = -np.inf, 0.0
     # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
     for m in np.flatnonzero(stack.flexible):
-        worth[m] = min(worth[m], schwarz(before, fall[m], count[m], freedom, 1.0))
+        earned = log_evidence(before, before - fall[m], freedom, unit_information(count[m], freedom))
+        worth[m] = min(worth[m], earned)
     good = (count > 0) & (left >= 1)
     visible = np.sqrt(value.sum(axis=1))
     every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
-    return Gains(*(np.where(good, found, nothing) for found, nothing in every))
+    return Gain(*(np.where(good, found, nothing) for found, nothing in every))
 
 
 def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
-    """What parameters are worth where they have been fitted, 2 log of odds, each counted by what it moves.
+    """Log evidence of parameters where they have been fitted, each counted by what it moves.
 
-    nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
-    with S and S' the sums of squares without them and with them, C their columns at the fit, and W how far each
-    parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms the effect by
-    its own size. A point or a knee that the data hardly sees costs hardly anything. The a are the amplitudes and the
-    places of either sign, in three ordinary sizes: a hose that is tied a metre and a half below the floor is a weight.
-    Source: MacKay (2003), Ch. 27.
+    Amplitudes scatter by three ordinary sizes, or decades off as in `gains`, and what only forms the effect by its own
+    size: a point or a knee that the data hardly sees costs hardly anything. Amplitudes and the places of either sign
+    are off from their prior, in three ordinary sizes: a hose that is tied a metre and a half below the floor is a
+    weight.
 
     Args:
-        linear: the fit without them; rest: S'. gram: (p, p) C^T M C; index: (p,) which of the effect they are.
+        linear: the fit without them; rest: the sum of squares with them. gram: (p, p) C^T M C; index: (p,) which of the
+            effect they are.
     """
-    before, freedom = linear.square, linear.freedom
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
     outside = float(np.sum((effect.vector()[places] / (NEARBY * effect.scale()[places])) ** 2))
-    s2 = rest / max(freedom - len(x), 1)
+    s2 = rest / max(linear.freedom - len(x), 1)
     worth = -np.inf
     for decade in DECADES:
         scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
-        strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0)
-        far = s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + outside)
-        gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
-        worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
+        information = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0) / s2
+        after = rest + s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + outside)
+        found = log_evidence(linear.square, after, linear.freedom, information)
+        worth = max(worth, float(found) - 2 * abs(float(np.log(decade))))
     return worth
-
-
-def log_evidence(base: Fit, fit: Fit, names: Sequence[float], patterns: Sequence[float]) -> float:
-    """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
-
-    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
-    base. Each part costs what it was searched for, and a pattern the odds of something without a name: five weak
-    effects that stand in for one smooth pattern lose against it.
-
-    Args:
-        names, patterns: 2 log of the odds against each among all that were tried.
-    """
-    first, after = base.linear, fit.linear
-    added = max(after.parameters - first.parameters, 1)
-    gained = schwarz(first.square, first.square - left_by(base, fit), added, first.freedom, 1.0)
-    return gained - sum(names) - sum(UNNAMED_LOG_PRIOR + paid for paid in patterns)
-
-
-def left_by(before: Fit, after: Fit) -> float:
-    """The sum of squares that a fit leaves, at the weights of the base.
-
-    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
-    geometric mean.
-    """
-    weights, others = before.problem.weights, after.problem.weights
-    both = weights.used & others.used
-    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))

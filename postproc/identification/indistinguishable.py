@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
-from postproc.estimation.worth import schwarz
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import columns_of
 from postproc.identification.evidence import CLOSE, DIM, TELLING
@@ -39,7 +39,8 @@ def indistinguishable(
     linear = before.linear
 
     def plain(c: Candidate) -> float:
-        return schwarz(linear.square, c.fall, c.count, linear.freedom, 1.0)
+        plainly = unit_information(c.count, linear.freedom)
+        return float(log_evidence(linear.square, linear.square - c.fall, linear.freedom, plainly))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
     alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}

@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from postproc.effects.base import Effect
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
 from postproc.identification.candidates.ranking import ranking
-from postproc.identification.evidence import CERTAIN, DOUBTFUL, MATERIAL, log_evidence
+from postproc.identification.evidence import CERTAIN, DOUBTFUL, MATERIAL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
@@ -74,9 +75,16 @@ class SearchState:
 
     @cached_property
     def log_evidence(self) -> float:
-        """What all that was taken is worth beside the base (`evidence.log_evidence`)."""
-        names = [m.candidate.searched for m in self.missing]
-        return log_evidence(self.base, self.fit, names, [s.searched for s in self.outside])
+        """Log evidence of all that was taken beside the base, less what its parts are unlikely.
+
+        Each part costs what it was searched for, and a pattern the odds of something without a name: five weak effects
+        that stand in for one smooth pattern lose against it.
+        """
+        first, after = self.base.linear, self.fit.linear
+        added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
+        gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
+        paid = sum(m.candidate.searched for m in self.missing) + sum(s.searched for s in self.outside)
+        return float(gained) - paid - UNNAMED_LOG_PRIOR * len(self.outside)
 
     @cached_property
     def given(self) -> frozenset[str]:
@@ -168,3 +176,14 @@ class SearchState:
         others = tuple(m for m in self.missing if m.key != key)
         fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
         return replace(self, fit=fit, missing=others, plain=None)
+
+
+def _left_by(before: Fit, after: Fit) -> float:
+    """The sum of squares that a fit leaves, at the weights of the base.
+
+    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
+    geometric mean.
+    """
+    weights, others = before.problem.weights, after.problem.weights
+    both = weights.used & others.used
+    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))

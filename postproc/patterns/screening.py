@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.patterns.curves import sharper
@@ -226,10 +227,6 @@ def above(linear: Linear) -> float:
 
 
 def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
-    """Nu log(S / (S - fall)) - m log(nu) - 2 log(tried) for many patterns, less the odds of having no name."""
-    after = np.maximum(before - np.asarray(fall), 1e-12 * before)
-    if freedom - count < 1:
-        return np.full(np.shape(fall), -np.inf)
-    return np.asarray(
-        freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - UNNAMED_LOG_PRIOR
-    )
+    """Log evidence of patterns with ``count`` sizes each, less what they were searched for and have no name."""
+    evidence = log_evidence(before, before - np.asarray(fall), freedom, unit_information(count, freedom))
+    return np.asarray(evidence - 2 * np.log(tried) - UNNAMED_LOG_PRIOR)

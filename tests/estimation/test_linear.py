@@ -5,10 +5,10 @@ import pytest
 from scipy import stats
 
 from postproc.estimation import linear as module
+from postproc.estimation.evidence import f_test
 from postproc.estimation.held_out import contiguous_blocks, hold_out, neighbouring_blocks, standardised
 from postproc.estimation.independent import independent_share, serial_share
 from postproc.estimation.linear import Linear, basis_of
-from postproc.estimation.worth import f_test
 from postproc.identification.evidence import gain
 
 

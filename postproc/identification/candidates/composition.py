@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.estimation.worth import f_test
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.forms import Form, Forms, forms_nearby, ordinary
 from postproc.identification.evidence import DIM, Gain, gain, gains
@@ -119,20 +119,21 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         effect, free, whole, columns = new, mask, trial, wide
         searched += cost
     label = "; ".join(text for text in labels if text)
-    worth = whole.evidence
+    worth = float(whole.evidence)
     if form.along is not None and worth > searched:
         # What is fitted along tells nothing alone, but with the effect it is a part of it.
-        worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
+        worth = max(worth, float(gain(outer, columns_of(screen.problem, effect, free)).evidence))
     told = _told(linear, form.key, effect, free, label, whole, searched)
-    return replace(told, evidence=worth - searched, fall=whole.fall + total - linear.square)
+    return replace(told, evidence=worth - searched, fall=told.fall + total - linear.square)
 
 
 def _told(
     linear: Linear, key: str, effect: Effect, free: NDArray[np.bool_], label: str, gain_: Gain, searched: float
 ) -> Candidate:
-    before, worth = linear.square, gain_.evidence - searched
-    p = corrected(f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count), searched)
-    return Candidate(key, effect, free, label, worth, gain_.fall, gain_.count, searched, gain_.visible, p)
+    before, worth = linear.square, float(gain_.evidence) - searched
+    fall, count, visible = float(gain_.fall), int(gain_.count), float(gain_.visible)
+    p = f_test(before, before - fall, count, linear.freedom - count, searched)
+    return Candidate(key, effect, free, label, worth, fall, count, searched, visible, p)
 
 
 def _sharpened(
@@ -184,8 +185,3 @@ def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Arr
 def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The amplitudes of a mask: what forms the effect has no column while the amplitudes are null."""
     return mask & effect.amplitudes()
-
-
-def corrected(p: float, searched: float) -> float:
-    """A p value after a search."""
-    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0

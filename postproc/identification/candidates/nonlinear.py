@@ -12,12 +12,11 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, loads_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.determined import pull
-from postproc.estimation.worth import f_test
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.candidates.composition import corrected
 from postproc.identification.evidence import NEARLY, laplace
 from postproc.model.derivatives.places import carried, placed
 
@@ -161,7 +160,7 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     rest = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
     worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.searched
-    p = corrected(f_test(linear.square, rest, start.count, linear.freedom - start.count), start.searched)
+    p = f_test(linear.square, rest, start.count, linear.freedom - start.count, start.searched)
     return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
 
 

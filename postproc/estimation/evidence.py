@@ -1,0 +1,52 @@
+"""What a fall of the sum of squares says for the parameters that brought it: their log evidence, and a p value."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+
+NOTHING = 1e-12
+"""Share of the sum of squares below which none is left, whatever rounding says."""
+
+
+def log_evidence(before: float, after: Array | float, freedom: float, information: Array) -> Array:
+    """2 log of the odds for parameters against none: nu log(S / S') - log det(I + F), with the noise left free.
+
+    Laplace's approximation of the marginal likelihood, -inf where there are as many parameters as numbers. F is what
+    the data says of the parameters against what their prior does, W C^T M C W / s^2 of columns C that scatter by W.
+    Sources: MacKay (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
+
+    Args:
+        before: S, the sum of squares without them; after: (..,) S' with them, and with what they are off from their
+            prior. freedom: nu, independent numbers without them. information: (.., m) eigenvalues of F.
+    """
+    if information.shape[-1] > freedom - 1:
+        return np.full(np.shape(after), -np.inf)
+    gained = freedom * np.log(before / np.maximum(after, NOTHING * before))
+    return np.asarray(gained - np.sum(np.log1p(information), axis=-1))
+
+
+def unit_information(count: int, freedom: float) -> Array:
+    """(count,) information of parameters of no known size: as much as all numbers say where the prior says one.
+
+    Log evidence is then Schwarz's criterion, nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
+    """
+    return np.full(count, freedom - 1.0)
+
+
+def f_test(before: float, after: float, added: int, freedom: float, searched: float = 0.0) -> float:
+    """P value of the fall of a sum of squares by ``added`` parameters, ``freedom`` degrees of freedom left after.
+
+    Args:
+        searched: 2 log of the odds against these parameters among all that were tried.
+    """
+    from scipy.special import betainc
+
+    if added == 0 or freedom <= 0 or before <= after:
+        return 1.0
+    if after <= 0:
+        return 0.0
+    # P(F > f) = I_x(freedom/2, added/2), x = freedom / (freedom + added f); exact in the far tail, unlike 1 - cdf.
+    p = float(betainc(freedom / 2, added / 2, after / before))
+    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
