@@ -107,7 +107,8 @@ def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, st
         code = run(build(), arguments)
     if stdout is not None:
         stdout.write_bytes(_written(out))
-    return code, _written(said).decode("utf-8", "replace")
+    # How far a work is stands there where a machine is slow.
+    return code, re.sub(r"(?m)^.+, \d+ s(, .* remain)?\n", "", _written(said).decode("utf-8", "replace"))
 
 
 def _written(stream: io.TextIOWrapper) -> bytes:

@@ -21,7 +21,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.composition import columns_of, linear_part
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import CLEARLY, DECADES, MATERIAL, QUIET, SIGNIFICANT, WIDE, laplace
+from postproc.identification.evidence import CLEARLY, DECADES, QUIET, WIDE, laplace
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
@@ -192,12 +192,6 @@ def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float)
     rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))
     clearly = gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain))
     return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))
-
-
-def convincing(candidate: Candidate, base: Fit) -> bool:
-    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
-    before = base.linear.square
-    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT and candidate.fall > MATERIAL * before
 
 
 def lives_on_a_row(fit: Fit, best: Candidate) -> bool:

@@ -16,10 +16,6 @@ from postproc.estimation.solving.determined import NEARBY
 from postproc.identification.candidates.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
-SIGNIFICANT = 5e-3
-"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
-MATERIAL = 0.01
-"""An effect must explain at least this share of what is left, however many rows make it significant."""
 CLEARLY = 2.0
 """Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
 QUIET = 1.2
@@ -32,9 +28,9 @@ NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 NEARLY = 16.0
 """Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
-CERTAIN, DOUBTFUL = 3.0, 15.0
-"""As many times `MATERIAL` must a pattern explain of what is left where repeats tell how much of it is noise, and where
-none do: what one function of the angles leaves looks like another one."""
+CERTAIN, DOUBTFUL = 0.03, 0.15
+"""Share of what is left that a pattern must explain where repeats tell how much of it is noise, and where none do: what
+one function of the angles leaves looks like another one."""
 WIDE = 3.0
 DECADES = (0.1, 1.0, 10.0, 100.0)
 """Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""

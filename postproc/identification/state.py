@@ -16,7 +16,7 @@ from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
 from postproc.identification.candidates.ranking import ranking
-from postproc.identification.evidence import CERTAIN, DOUBTFUL, MATERIAL
+from postproc.identification.evidence import CERTAIN, DOUBTFUL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
@@ -124,7 +124,7 @@ class SearchState:
 
         def enough(suspect: Suspect) -> bool:
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * MATERIAL * self.fit.linear.square
+            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
 
         return [s for s in self.look.suspects(asked) if s.evidence > 0 and enough(s)]
 
