@@ -135,7 +135,7 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
         return ()
     if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
         first = outside[0].seen_by(named.fit.problem, named.fit.linear)
-    others = [s for s in named.look.suspects() if not any(s is one for one in first)]
+    others = [s for s in named.pattern_screen.suspects() if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], outside[1:]))
 
 

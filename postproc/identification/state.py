@@ -20,8 +20,9 @@ from postproc.identification.evidence import CERTAIN, DOUBTFUL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
-from postproc.patterns.screening import UNNAMED_LOG_PRIOR
-from postproc.patterns.suspects import Look, Suspect, look
+from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
+from postproc.patterns.screening import PatternScreen
+from postproc.patterns.suspects import Suspect
 
 
 @dataclass(frozen=True)
@@ -104,10 +105,10 @@ class SearchState:
         return ranking(self.fit, self.screen)
 
     @cached_property
-    def look(self) -> Look:
+    def pattern_screen(self) -> PatternScreen:
         """Every pattern on what the fit leaves."""
         assert self.patterns is not None
-        return look(self.fit.problem, self.fit.linear, self.patterns)
+        return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
         """The patterns that are worth their search and explain a share of what is left, strongest first.
@@ -126,7 +127,7 @@ class SearchState:
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
             return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
 
-        return [s for s in self.look.suspects(asked) if s.evidence > 0 and enough(s)]
+        return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
         """With other patterns beside the fit, and everything fitted again.

@@ -8,6 +8,8 @@ from postproc.patterns.formula import Pattern
 from postproc.patterns.instrument_model import WAYS
 from postproc.patterns.tool_frame_forces import LEANS
 
+UNNAMED_LOG_PRIOR = 16.0
+"""2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
 PLACES = 31
 """Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
 FRAMES = ("instrument, shifted and turned", "base, shifted and turned")

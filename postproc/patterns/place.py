@@ -12,6 +12,11 @@ CHUNK = 2048
 """Patterns whose products stay in the processor's cache."""
 
 
+def above(linear: Linear) -> float:
+    """What is left above the noise, of the whitened sum of squares."""
+    return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
+
+
 def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     """The sum of squares of each row, and what columns take off it."""
     inside = linear.project(columns)

@@ -15,8 +15,9 @@ from postproc.estimation.problem import Problem
 from postproc.patterns.curves import sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Group, Pattern, spread
-from postproc.patterns.pattern_prior import SEATED, odds, off_everywhere
-from postproc.patterns.place import Place, taken_off, with_and_without_a_row
+from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, odds, off_everywhere
+from postproc.patterns.place import Place, above, taken_off, with_and_without_a_row
+from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""
@@ -33,8 +34,8 @@ KINDS, ELSEWHERE = 8, 2
 """Kinds of patterns of the same signals that are sharpened; further places at which the best of them is."""
 Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a pattern of them."""
-UNNAMED_LOG_PRIOR = 16.0
-"""2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
+TOGETHER = 0.97
+"""Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 Made = Callable[[int], Pattern]
 
 
@@ -50,24 +51,67 @@ class Found:
 
 
 @dataclass
-class Tried:
-    """Patterns that were tried at places; anywhere: (P,) the most that each took off at one."""
+class PatternScreen:
+    """Every pattern at every place, the fitted parameters projected out; the best of them are sharpened where asked.
+
+    Args:
+        found: the best at each place as they were tried; moves: by place. anywhere: (P,) the most that each took off at
+            one place. told: the suspects as they were asked for last; least: worth from which on these are sharp.
+    """
 
     problem: Problem
     linear: Linear
     every: Patterns
     found: list[Found] = field(default_factory=list)
-    moves: dict[str, Array] = field(default_factory=dict)
+    moves: dict[str, Array] = field(init=False)
     prepared: dict[str, Place] = field(default_factory=dict)
-    screened: list[str] = field(default_factory=list)
     anywhere: Array = field(init=False)
+    told: list[Suspect] = field(default_factory=list)
+    least: float = np.inf
 
     def __post_init__(self) -> None:
         self.anywhere = np.zeros(len(self.every.every))
+        self.moves = places(self.problem, weighed=bool(self.every.own))
+        for where in self.moves:
+            self.screen(where)
+
+    def suspects(self, asked: float = 0.0) -> list[Suspect]:
+        """The patterns that would bring the residual down most, strongest first.
+
+        Args:
+            asked: worth below which they may be told as they were tried.
+        """
+        if asked < self.least:
+            # Whatever is so near the best is sharpened in any case.
+            sure = max(f.worth for f in self.found) - UNNAMED_LOG_PRIOR
+            tried = list(self.found)
+            self.sharpen(asked)
+            self.told, self.least = self._suspects(self.best()), 0.0 if asked < sure else asked
+            self.found = tried
+        return self.told
+
+    def _suspects(self, best: Sequence[Found]) -> list[Suspect]:
+        all_, result = above(self.linear), list[Suspect]()
+        for found in best:
+            share, one = min(1.0, found.fall / all_), found.pattern
+            first = Suspect(
+                one.channels[0],
+                found.where,
+                one.told(tuple(found.alike())).rstrip(","),
+                share,
+                found.fall,
+                found.worth,
+                self.moves[found.where],
+                one.values,
+                one.channels,
+                one.drafts,
+                2 * float(np.log(odds(one, self.every.kinds))),
+            )
+            result += [replace(first, channel=c) for c in one.channels]
+        return [*result[:1], *_together(result[:1], self.every), *result[1:]]
 
     def screen(self, where: str) -> None:
         """The best patterns at a place, each with the price of all that were tried."""
-        self.screened.append(where)
         group = self.every.every
         for some, everywhere in self.every.at(where):
             use = np.arange(some.start, some.stop)
@@ -164,7 +208,7 @@ class Tried:
             if best is before:
                 del self.found[known:]
         # A pattern is no more at home in what moves every direction in its own way.
-        for where in self.screened:
+        for where in self.moves:
             if where != best.where and self.every.sensible(best.pattern, where):
                 self.add(where, best.pattern)
 
@@ -221,12 +265,25 @@ def _kind(one: Found) -> Kind:
     return tuple(s.label for s in one.pattern.signals), one.pattern.kind
 
 
-def above(linear: Linear) -> float:
-    """What is left above the noise, of the whitened sum of squares."""
-    return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
-
-
 def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
     """Log evidence of patterns with ``count`` sizes each, less what they were searched for and have no name."""
     evidence = log_evidence(before, before - np.asarray(fall), freedom, unit_information(count, freedom))
     return np.asarray(evidence - 2 * np.log(tried) - UNNAMED_LOG_PRIOR)
+
+
+def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
+    """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
+    lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
+    return [
+        replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
+        for s in first
+        if len(s.channels) == 1 and s.channel in lines
+        for name, ranks in lines.items()
+        if name != s.channel and abs(np.corrcoef(ranks, lines[s.channel])[0, 1]) > TOGETHER
+    ]
+
+
+def _ranks(values: Array) -> Array:
+    """(n,) mean rank of each value."""
+    _, index, count = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - 0.5 * count)[index])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,17 +14,13 @@ from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import spread
 from postproc.patterns.instrument_model import Sight
-from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, odds, off_everywhere
-from postproc.patterns.place import taken_off
-from postproc.patterns.screening import UNNAMED_LOG_PRIOR, Tried, above
+from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
+from postproc.patterns.place import above, taken_off
 from postproc.patterns.signals import Draft, text_of
 from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
 
-TOGETHER = 0.97
-"""Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 TOLD = 5
 """Suspects that are told at most."""
 
@@ -119,80 +115,6 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
         found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
     return {name: columns for name, columns in found.items() if columns.any()}
-
-
-@dataclass
-class Look:
-    """Every pattern at every place, the fitted parameters projected out; the best of them are sharpened where asked.
-
-    Args:
-        told: the suspects as they were asked for last; least: worth from which on these are sharp.
-    """
-
-    tried: Tried
-    told: list[Suspect] = field(default_factory=list)
-    least: float = np.inf
-
-    def suspects(self, asked: float = 0.0) -> list[Suspect]:
-        """The patterns that would bring the residual down most, strongest first.
-
-        Args:
-            asked: worth below which they may be told as they were tried.
-        """
-        if asked < self.least:
-            # Whatever is so near the best is sharpened in any case.
-            sure = max(f.worth for f in self.tried.found) - UNNAMED_LOG_PRIOR
-            self.told, self.least = self._sharp(asked), 0.0 if asked < sure else asked
-        return self.told
-
-    def _sharp(self, asked: float) -> list[Suspect]:
-        tried = replace(self.tried, found=list(self.tried.found))
-        tried.sharpen(asked)
-        all_, result = above(tried.linear), list[Suspect]()
-        for found in tried.best():
-            share, one = min(1.0, found.fall / all_), found.pattern
-            first = Suspect(
-                one.channels[0],
-                found.where,
-                one.told(tuple(found.alike())).rstrip(","),
-                share,
-                found.fall,
-                found.worth,
-                tried.moves[found.where],
-                one.values,
-                one.channels,
-                one.drafts,
-                2 * float(np.log(odds(one, tried.every.kinds))),
-            )
-            result += [replace(first, channel=c) for c in one.channels]
-        return [*result[:1], *_together(result[:1], tried.every), *result[1:]]
-
-
-def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
-    """All patterns tried on what a fit leaves."""
-    tried = Tried(problem, linear, every)
-    for where, moves in places(problem, weighed=bool(every.own)).items():
-        tried.moves[where] = moves
-        tried.screen(where)
-    return Look(tried)
-
-
-def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
-    """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
-    lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
-    return [
-        replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
-        for s in first
-        if len(s.channels) == 1 and s.channel in lines
-        for name, ranks in lines.items()
-        if name != s.channel and abs(np.corrcoef(ranks, lines[s.channel])[0, 1]) > TOGETHER
-    ]
-
-
-def _ranks(values: Array) -> Array:
-    """(n,) mean rank of each value."""
-    _, index, count = np.unique(values, return_inverse=True, return_counts=True)
-    return np.asarray((np.cumsum(count) - 0.5 * count)[index])
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:

@@ -12,7 +12,7 @@ from postproc.estimation.problem import Weights
 from postproc.estimation.words.findings import data_findings, standing_out
 from postproc.identification.diagnose import diagnose
 from postproc.patterns.dictionary import patterns
-from postproc.patterns.suspects import look
+from postproc.patterns.screening import PatternScreen
 from tests.identification.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -77,7 +77,7 @@ def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     fit = base_fit(data)
     problem = fit.problem
     state, position = problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3]
-    suspect = look(problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
+    suspect = PatternScreen(problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
     fewer = problem.weights.values.copy()
     fewer[5] = 0.0
     assert suspect.columns(problem.weighted(Weights(fewer))) == pytest.approx(

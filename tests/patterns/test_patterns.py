@@ -14,9 +14,9 @@ from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
 from postproc.patterns.dictionary import Patterns, patterns, swelling
 from postproc.patterns.formula import Group, block
 from postproc.patterns.pattern_prior import FRAMES, PLACES, odds
-from postproc.patterns.screening import Tried
+from postproc.patterns.screening import PatternScreen
 from postproc.patterns.signals import Signal, channel_signal
-from postproc.patterns.suspects import by_channel, look, places
+from postproc.patterns.suspects import by_channel, places
 from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -205,7 +205,7 @@ def test_what_stands_elsewhere_is_shifted_and_turned():
     leans = fit.problem.sensitivity.matrix[:, :, INSTRUMENT : INSTRUMENT + 6] @ [1e-4, -2e-4, 1e-4, 1e-4, 5e-5, -1e-4]
     y = fit.problem.whiten((leans * door[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     every = Patterns([plain("door", door, "level")], slow=frozenset(["door"]))
-    found = look(fit.problem, replace(fit.linear, residual=y), every).suspects()
+    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), every).suspects()
     assert found[0].where in FRAMES
     assert replace(fit.linear, residual=y).extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -354,8 +354,8 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     time, row = np.random.default_rng(3).permutation(np.linspace(0.0, 7200.0, len(data))), fit.problem.row
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
     y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
-    monkeypatch.setattr(Tried, "add", lambda self, where, pattern: added.append(where))
-    found = look(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
+    monkeypatch.setattr(PatternScreen, "add", lambda self, where, pattern: added.append(where))
+    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
 
@@ -370,7 +370,7 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = look(
+    found = PatternScreen(
         fit.problem, left, Patterns([plain("payload", heavy, "level")], slow=frozenset(["payload"]))
     ).suspects()
     assert found[0].where == "tool, shifted and turned" and found[0].evidence > 0
@@ -385,7 +385,7 @@ def test_a_tool_that_turns_follows_the_arm_as_well():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * side[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = look(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side)))).suspects()
+    found = PatternScreen(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side)))).suspects()
     assert (found[0].where, found[0].channel) == ("tool, shifted and turned", "dir6")
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -422,7 +422,7 @@ def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 3e-4 * side[fit.problem.row]
     y = turned + np.random.default_rng(1).normal(size=len(turned))
     still = plain("q2", side, "side")
-    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([still])).suspects()
+    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns([still])).suspects()
     assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
 
 
@@ -439,7 +439,7 @@ def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere(body):
         + (J * side[row, None]) @ [4e-4, 3e-4, -3e-4]
         + np.random.default_rng(1).normal(size=len(row))
     )
-    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")])).suspects()
+    found = PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")])).suspects()
     assert found[0].where == f"body {body}, shifted"
     after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
     assert after.square < 1.3 * len(y)
@@ -454,7 +454,7 @@ def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * ((warm - 20.0) / 50.0)[row]
     y = turned + np.random.default_rng(1).normal(size=len(row))
     lines = [plain(n, v, "line") for n, v in (("temperature", warm), ("time", time), ("x", other))]
-    shown = by_channel(look(fit.problem, replace(fit.linear, residual=y), Patterns(lines)).suspects())
+    shown = by_channel(PatternScreen(fit.problem, replace(fit.linear, residual=y), Patterns(lines)).suspects())
     assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
     assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}
 
