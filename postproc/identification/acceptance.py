@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.estimation.evidence import log_evidence, unit_information
 from postproc.estimation.fitted import Fit
-from postproc.estimation.held_out import contiguous_blocks, neighbouring_blocks
+from postproc.estimation.held_out import neighbouring_blocks
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem, at_least_ordinary
@@ -21,7 +20,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.composition import columns_of, linear_part
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import CLEARLY, DECADES, QUIET, WIDE, laplace
+from postproc.identification.evidence import DECADES, QUIET, WIDE, laplace
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
@@ -164,31 +163,17 @@ def is_white(fit: Fit) -> bool:
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
-    """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
+    """Whether a fit predicts poses unlike all that it has seen better than another, by so many errors over the parts.
 
-    Neighbours share what a model lacks, and what helps one block by chance harms the next.
-    """
-    return _falls(after.held_out_error, before.held_out_error, contiguous_blocks(before.data.repeats), errors)
-
-
-def reaches_further(after: Fit, before: Fit) -> bool:
-    """Whether a fit clearly predicts poses better that are unlike all that it has seen.
-
-    Where more than noise is left, poses that are alike share it, and anything flexible tells one by the other: in file
-    order a block has its like in the next ones. What an arm has, it has in all its joint space.
+    Poses that are alike share what a model lacks, and anything flexible tells one by the other; what an arm has, it has
+    in all its joint space. So parts of that are left out (`neighbouring_blocks`). The sum of squares must fall by so
+    many standard errors over them, or do so in more parts, and by more, than in which it rises: signed ranks (Wilcoxon
+    1945). A part that nothing but itself determines is off by anything, and one that gains far more than the others is
+    no doubt.
     """
     blocks = neighbouring_blocks(before.data.repeats, before.data.state.q)
-    return _falls(after.held_out_by(blocks), before.held_out_by(blocks), blocks, CLEARLY)
-
-
-def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float) -> bool:
-    """Whether the sum of squares of (n, 3) errors falls by so many standard errors over the blocks.
-
-    Or does so in more blocks, and by more, than in which it rises: signed ranks (Wilcoxon 1945). A block that nothing
-    but itself determines is off by anything, and one that gains far more than the others is no doubt.
-    """
     # `scipy.stats.wilcoxon` gives the same, but takes a second to load.
-    gain = np.bincount(blocks, np.nansum(before**2 - after**2, axis=1))
+    gain = np.bincount(blocks, np.nansum(before.held_out_by(blocks) ** 2 - after.held_out_by(blocks) ** 2, axis=1))
     rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))
     clearly = gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain))
     return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))

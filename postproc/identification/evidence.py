@@ -17,7 +17,8 @@ from postproc.identification.candidates.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
 CLEARLY = 2.0
-"""Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
+"""Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
+is left."""
 QUIET = 1.2
 """Residual variance, in that of the repeats, at which no other start can be better."""
 CLOSE = 8.0

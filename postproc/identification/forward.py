@@ -17,11 +17,11 @@ from postproc.identification.acceptance import (
     judged,
     lives_on_a_row,
     predicts_better,
-    reaches_further,
     refit,
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
+from postproc.identification.evidence import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState, SelectedEffect
 
@@ -81,17 +81,15 @@ def forward(state: SearchState, unnamed: bool = True) -> SearchState:
 def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     """The state with an effect in the model and everything refitted; None where the data does not confirm it.
 
-    It must not live on a single row, and rows that the fit has not seen must be predicted better. Where more than noise
-    is left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
-    block, and in parts of the joint space that the fit has not seen, too.
+    It must not live on a single row, and parts of the joint space that the fit has not seen must be predicted better.
+    Where more than noise is left, what neighbours have in common makes anything significant: then by more than its own
+    scatter from part to part.
     """
     before = state.fit
     if lives_on_a_row(before, best):
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else 1.0):
-        return None
-    if not (is_white(after) or reaches_further(after, before)):
+    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):
         return None
     taken = judged(before, after, best)
     return None if taken.evidence < 0 else state.with_effect(SelectedEffect(taken), after)

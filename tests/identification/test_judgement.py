@@ -32,7 +32,6 @@ from postproc.identification.acceptance import (
     impossible,
     judged,
     predicts_better,
-    reaches_further,
     refit,
 )
 from postproc.identification.add import add_effects
@@ -234,18 +233,15 @@ def test_better_is_what_predicts_better_in_most_blocks():
     assert predicts_better(right, base, 2.0) and not predicts_better(base, right, 0.0)
     assert not predicts_better(base, base, 0.0)
     # The same gain in one block of ten is one standard error: no more than a place where something else is wrong.
-    one = replace(base)
-    one.__dict__["held_out_error"] = base.held_out_error.copy()
-    one.held_out_error[:6] *= 0.1
+    first = neighbouring_blocks(base.data.repeats, base.data.state.q) == 0
+    one = SimpleNamespace(held_out_by=lambda blocks: base.held_out_by(blocks) * np.where(first, 0.1, 1.0)[:, None])
     assert predicts_better(one, base, 0.0) and not predicts_better(one, base, 1.1)
     # Nor is one block that nothing but itself determines, and that is farther off than all others gain.
-    bad = replace(right)
-    bad.__dict__["held_out_error"] = right.held_out_error.copy()
-    bad.held_out_error[:6] *= 100.0
-    assert np.nansum(bad.held_out_error**2) > np.nansum(base.held_out_error**2) and predicts_better(bad, base, 1.5)
+    bad = SimpleNamespace(held_out_by=lambda blocks: right.held_out_by(blocks) * np.where(first, 100.0, 1.0)[:, None])
+    assert predicts_better(bad, base, 1.5)
 
 
-def test_what_tells_poses_by_their_like_alone_does_not_reach_further():
+def test_what_tells_poses_by_their_like_alone_is_not_predicted_elsewhere():
     """Forty places seen twice, hours apart, each off by what no law tells: a map of an angle learns them all."""
     g = np.random.default_rng(640131)
     data, _ = cell(seed=640120, poses=40)
@@ -256,14 +252,14 @@ def test_what_tells_poses_by_their_like_alone_does_not_reach_further():
     places = predict(arm, replace(data.state, q=q + off))[:, :3, 3] + g.normal(0, 3e-5, (80, 3))
     base = base_fit(replace(data, state=replace(data.state, q=q), position=places, rotation=None))
     after = fit_model(base.model, base.data, [JointErrorMap(joint=(1,), order=25)])
-    assert predicts_better(after, base, 1.0) and not reaches_further(after, base)
+    assert not predicts_better(after, base, 2.0)
     free = np.ones(len(after.model.effect("joint_error_map").vector()), dtype=bool)
     effect, fall = after.model.effect("joint_error_map"), base.linear.square - after.linear.square
     learnt = Candidate("joint_error_map", effect, free, "joint 1", 100.0, fall, 50, 0.0, 9.0, 0.0, fit=after)
     assert accepted(SearchState(base, base, {"joint_error_map": JointErrorMap}, None), learnt) is None
     data, _ = cell(_short_wave, seed=640120, poses=80)
     base = base_fit(data)
-    assert reaches_further(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base)
+    assert predicts_better(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base, 2.0)
 
 
 @pytest.mark.parametrize(("worse", "further"), [(0, True), (1, True), (4, False)])
@@ -274,7 +270,7 @@ def test_a_part_that_gains_far_more_than_the_others_is_no_doubt(worse, further):
     before = 1.0 + 9.0 * (blocks == 9)[:, None] * np.ones((100, 3))
     after = before * np.select([blocks < worse, blocks == 9], [1.02, 0.1], 0.95)[:, None]
     fits = (SimpleNamespace(data=data, held_out_by=lambda blocks, error=error: error) for error in (after, before))
-    assert reaches_further(*fits) is further
+    assert predicts_better(*fits, 2.0) is further
 
 
 def test_what_hides_is_told_from_fits_that_use_other_rows():

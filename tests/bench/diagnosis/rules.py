@@ -24,11 +24,7 @@ RULES: dict[str, tuple[Patch, ...]] = {
     "nonlinear": (
         ("identification.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),
     ),
-    "further": (("identification.forward", "reaches_further", lambda after, before: True),),
-    "held_out": (
-        ("identification.forward", "reaches_further", lambda after, before: True),
-        ("identification.forward", "predicts_better", lambda after, before, errors: True),
-    ),
+    "held_out": (("identification.forward", "predicts_better", lambda after, before, errors: True),),
     "row": (("identification.forward", "lives_on_a_row", lambda fit, best: False),),
     "nested": (("identification.candidates.ranking", "_nested", lambda candidate, found: candidate),),
     "rooms": (
