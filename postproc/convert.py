@@ -1,35 +1,35 @@
-"""The convert loop: read, plan, write, read back, prove.
+"""The conversion: read, follow, move, correct, assign, write, prove; each step gives its value and its findings.
 
-Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> the same way again -> Deviation
+Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> the same way again -> Deviation
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensation.correction.applicable import applicable_model
+from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
-from postproc.compensation.plan import FRUITLESS, CorrectionPlan, OnController, plan_changes
+from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensation.results.belief import doubt_corrections, doubt_weights
 from postproc.compensation.results.document import JudgedProgram, document, refused, summary, unmeasured_document
 from postproc.compensation.results.dynamics import check_corrected
-from postproc.compensation.results.figures import figures_of, fruitless, worsened
-from postproc.compensation.results.outcomes import judge_statements, largest_shifts, unknown_outcomes
+from postproc.compensation.results.figures import figures_of, worsened
+from postproc.compensation.results.outcomes import judge_statements, unknown_outcomes
 from postproc.compensation.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.text.values import StatementOutcome
-from postproc.compensation.worlds import Bounds, Spared, Worlds, check_written, depends_on_run_time
+from postproc.compensation.worlds import Worlds, check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -50,8 +50,7 @@ from postproc.runtime.programs.program import OnTheController, put_on_controller
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
-"""Findings that say: this is no program."""
-PROOF = ("reading back and proving", 0.65, 0.98)
+PROOF = ("reading back and proving", 0.65, 0.98)  # what is told, and the shares of the work when it begins and ends
 
 
 @dataclass(frozen=True)
@@ -92,33 +91,55 @@ class Conversion:
         return next(iter(self.outputs.values()), None)
 
 
-class _Unsafe(Exception):
-    """The program is not converted; the findings say why: with exit code 0 nothing in it moves the arm."""
+class _Refused(Exception):
+    """The program is not converted, or nothing in it moves the arm (exit code 0)."""
 
-    def __init__(self, exit_code: int = 1) -> None:
-        self.exit_code = exit_code
-
-
-class _Again(Exception):
-    """More statements are spared than this conversion knew of."""
+    def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
+        self.findings, self.exit_code = findings, exit_code
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What is converted: the program, the arm as far as its model holds for it, the motions, the choices, and what a
-    function on the controller can correct.
+    """What is converted: the program, its motions, the arm as far as its model holds for it, what the arm does.
+
+    Args:
+        motion: None where no target is known before the program runs.
+        reach: what a function on the controller can correct.
+        measured: findings at data that the program measures.
     """
 
     program: Program
-    model: Model
     events: list[MotionEvent]
+    model: Model
     options: Options
+    motion: Motion | None
     reach: Reach
+    measured: Mapping[str, Diagnostic]
 
     @property
     def on(self) -> bool:
         """Whether anything may be corrected on the controller."""
         return self.options.run_time != "off"
+
+
+@dataclass(frozen=True)
+class _Text:
+    """What is written: edits by path; drafts, the files without header and function; the function, None without one."""
+
+    env: SandboxedEnvironment
+    edits: Mapping[str, list[Edit]]
+    drafts: Mapping[str, bytes]
+    function: OnTheController | None
+
+
+@dataclass(frozen=True)
+class _Proof:
+    """What the text does: the deviation before and after, what is known of the program, the worlds looked at."""
+
+    before: Deviation
+    after: Deviation
+    judged: JudgedProgram
+    worlds: Worlds
 
 
 def compensate_program(
@@ -127,272 +148,250 @@ def compensate_program(
     """Correct the program of one task so that the real arm follows its programmed paths.
 
     Args:
-        source: one file, or all files of a task; each of them that is not lent may change.
+        source: one file, or all files of a task; each of them that is not read only may change.
         model: the real arm. watch: is told what is done, and which share of the work is.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
-    spared = Spared()
-    while True:
-        findings: list[Diagnostic] = []
-        try:
-            with seldom_collecting():
-                return _converted(_Request(sources, model, options, spared), findings, watch)
-        except _Again:
-            continue
-        except _Unsafe as stop:
-            if not spared.learn(findings):
-                kept = {s.path: s.data for s in sources if not s.read_only} if stop.exit_code == 0 else {}
-                return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
+    findings: list[Diagnostic] = []
+    try:
+        with seldom_collecting():
+            watch("following the program", 0.0)
+            program, more = _read(sources, model, options)
+            findings += _sound(more, 2 if any(d.matter is Matter.NO_MODULE for d in more) else 1)
+            (events, measured), more = _follow(program, model, options)
+            findings += _sound(more)
+            watch("path and timing", 0.15)
+            task, more = _move(program, events, measured, model, options)
+            findings += _sound(more)
+            if task.motion is None:
+                return _run_time_alone(task, findings)
+            watch("correction", 0.45)
+            exact, more = _correct(task.model, task.motion)
+            findings += _sound(more)
+            plan, more = _assign(task, task.motion, exact)
+            findings += _sound(more)
+            text, more = _write(task, plan)
+            findings += _sound(more)
+            plan = replace(plan, changes=())  # they are edits now, and many
+            watch(PROOF[0], PROOF[1])
+            proof, more = _prove(task, plan, text, watch)
+            findings += _sound(more)
+            return _conversion(task, plan, text, proof, findings)
+    except _Refused as refusal:
+        findings += refusal.findings
+        kept = {s.path: s.data for s in sources if not s.read_only} if refusal.exit_code == 0 else {}
+        return Conversion(kept, refused(findings), tuple(findings), refusal.exit_code)
 
 
-@dataclass(frozen=True)
-class _Request:
-    """What is to be converted, and the statements that earlier tries have found to need care."""
-
-    sources: tuple[Source, ...]
-    model: Model
-    options: Options
-    spared: Spared
-
-
-def _converted(asked: _Request, findings: list[Diagnostic], watch: Watch) -> Conversion:
-    """The conversion; what is found on the way is added to ``findings``.
+def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagnostic]:
+    """The findings of a step.
 
     Raises:
-        _Unsafe: an error is among them.
+        _Refused: an error is among them.
     """
-    sources, model, options = asked.sources, asked.model, asked.options
+    if has_errors(findings):
+        raise _Refused(*findings, exit_code=exit_code)
+    return findings
+
+
+def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[Program, list[Diagnostic]]:
+    """The text of a program."""
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
-        _refuse(findings, Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
-    watch("following the program", 0.0)
-    program, events, measured = _followed(sources, options, model, findings)
-    events = asked.spared.applied(events)
-    watch("path and timing", 0.15)
-    model, more = applicable_model(model, events, options)
-    findings += more
-    task, motion = _moving(_Task(program, model, events, options, Reach(program, events, options.scope)), findings)
-    if motion is None:
-        return _run_time_alone(task, findings)
-    events, reach = task.events, task.reach
-    watch("correction", 0.45)
-    chosen = OnController(reach.takes, options.run_time == "all") if task.on else OnController()
-    plan = plan_changes(model, motion, events, program, replace(chosen, left=asked.spared.left))
-    findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
-    _stop_at_errors(findings)
-    function = _function(task, plan.not_by_numbers(program), findings)
-    env = environment(options.template_dir)
-    edits = _edits_of(env, program, plan)
-    plan = replace(plan, changes=())  # they are edits now, and many
-    drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    watch(PROOF[0], PROOF[1])
-    before, after = _proved(task, plan, drafts, function, findings, watch)
-    if vain := fruitless(plan, before, after) - asked.spared.left.keys():
-        asked.spared.left |= dict.fromkeys(vain, FRUITLESS)
-        raise _Again
-    figures = figures_of(plan, before, after)
-    findings += worsened(figures, plan, sources[0])
-    _stop_at_errors(findings)
-    through = function.keys if function is not None else frozenset()
-    outcomes, unlike = judge_statements(program, events, plan, after, through)
-    findings += with_advice(unlike, events, program, measured)
-    seams = find_seams(outcomes, plan, before, after)
-    findings += [*partial_seams(seams, options.allow_partial), *unfinished_seams(events)]
-    worlds = _same_in_worlds(task, plan, drafts, largest_shifts(outcomes, plan), findings)
-    findings += asked.spared.findings.values()
-    accuracy, more = expect_accuracy(model, motion, sources[0])
-    if any(d.matter is Matter.NOT_WHOLE for d in findings):
-        accuracy = None  # what the fit knows is the arm with everything that the model holds
-    findings += more
-    limits, more = check_corrected(model.robot, plan, sources[0])
-    findings += more
-    judged = JudgedProgram(outcomes, seams, figures, accuracy, limits)
-    report = document(model.robot.name, plan, events, judged, findings)
-    report["worlds"] = worlds.as_json()
-    report["expected_remaining_fraction"] = expect_remaining(model, motion)
-    report["run_time"] = function and function.as_json(options.run_time, after, plan)
-    edits = _with_header(env, program, edits, function, header_values(model, options, report))
-    outputs = _outputs(env, program, edits, function, findings)
-    module = function.module.text if function is not None else None
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after, model)
+        raise _Refused(Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
+    arm = NominalArm(model.robot, model.station or Station())
+    program = read_program(sources, options.taught, arm, options.elsewhere)
+    return program, [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
 
 
-def _edits_of(env: SandboxedEnvironment, program: Program, plan: CorrectionPlan) -> dict[str, list[Edit]]:
-    """What is planned, as edits by path."""
-    edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
-    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
-    for changed, edit in chain(*written, function_edits(env, program, plan.insertions)):
-        edits[changed.path].append(edit)
-    return edits
-
-
-def _function(task: _Task, asked: Sequence[StatementKey], findings: list[Diagnostic]) -> OnTheController | None:
-    """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
-    keys = frozenset(key for key in asked if task.reach.takes(key))
-    if not task.on:
-        findings += would_reach(task.program, keys)
-    if not task.on or not keys:
-        return None
-    function = put_on_controller(task.reach, task.model, keys, task.options)
-    findings += function.findings
-    _stop_at_errors(findings)
-    return function
-
-
-def _run_time_alone(task: _Task, findings: list[Diagnostic]) -> Conversion:
-    """The conversion of a program none of whose targets is known before it runs."""
-    program, events = task.program, task.events
-    keys = [s.key for s in program.statements]
-    function = _function(task, keys, findings)
-    if function is None:
-        reachable = 0 if task.on else sum(map(task.reach.takes, keys))
-        _refuse(findings, no_known_target(program, events, findings, reachable))
-    outcomes, more = unknown_outcomes(program, events, function.keys)
-    findings += more
-    report = unmeasured_document(task.model.robot.name, outcomes, task.options, findings)
-    report["run_time"] = function.as_json(task.options.run_time)
-    env = environment(task.options.template_dir)
-    head = header_values(task.model, task.options, report)
-    edits = _with_header(env, program, {s.path: [] for s in program.sources}, function, head)
-    outputs = _outputs(env, program, edits, function, findings)
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), function.module.text)
-
-
-def _stop_at_errors(findings: Sequence[Diagnostic], exit_code: int = 1) -> None:
-    if has_errors(findings):
-        raise _Unsafe(exit_code)
-
-
-def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
-    findings += errors
-    raise _Unsafe
-
-
-def _followed(
-    sources: tuple[Source, ...], options: Options, model: Model, findings: list[Diagnostic]
-) -> tuple[Program, list[MotionEvent], Mapping[str, Diagnostic]]:
-    """The program, its motions in the order in which it runs, with where external axes stand, and what it measures."""
+def _follow(
+    program: Program, model: Model, options: Options
+) -> tuple[tuple[list[MotionEvent], Mapping[str, Diagnostic]], list[Diagnostic]]:
+    """The motions of a program in the order in which it runs, with where external axes stand, and what it measures."""
     station = model.station or Station()
-    program = read_program(sources, options.taught, NominalArm(model.robot, station), options.elsewhere)
-    findings += [*program.diagnostics, *say_written_elsewhere(program), *say_corrected_before(sources)]
-    _stop_at_errors(findings, 2 if any(d.matter is Matter.NO_MODULE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
-    findings += say_resting(events, station)
     measured = say_measured(program, events, options.entry)
-    findings += [*shown_to_users(walked.diagnostics, events), *measured.values()]
+    findings = [*say_resting(events, station), *shown_to_users(walked.diagnostics, events), *measured.values()]
     if not any(e.statement.interpolation != "none" and not e.statement.source.read_only for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
-        findings.append(Diagnostic("CMP002", "warning", text, sources[0], None, help_, Matter.STILL))
-        _stop_at_errors(findings)
-        raise _Unsafe(0)
-    _stop_at_errors(findings)
-    return program, events, measured
+        findings.append(Diagnostic("CMP002", "warning", text, program.sources[0], None, help_, Matter.STILL))
+        raise _Refused(*findings, exit_code=1 if has_errors(findings) else 0)
+    return (events, measured), findings
 
 
-def _moving(task: _Task, findings: list[Diagnostic]) -> tuple[_Task, Motion | None]:
-    """What the program makes the arm do, None where no target is known.
+def _move(
+    program: Program, events: list[MotionEvent], measured: Mapping[str, Diagnostic], model: Model, options: Options
+) -> tuple[_Task, list[Diagnostic]]:
+    """What the program makes the arm do.
 
     Where a function corrects targets on the controller, values that are there only as the last run left them, and
     those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where they are few ways or
-    part of a program may be corrected.
+    part of a program may be corrected: without these the motion is read a second time.
     """
-    model, options, reach = task.model, task.options, task.reach
-    events = without_shared_values(task.program, task.events, reach) if task.on else task.events
+    model, findings = applicable_model(model, events, options)
+    reach = Reach(program, events, options.scope)
+    events = without_shared_values(program, events, reach) if options.run_time != "off" else events
     motion, more = read_motion(model, events, options)
-    while has_errors(more):
-        given, said = events, list[Diagnostic]()
-        if task.on:
-            given, said = without_unreachable(events, more, reach, options.run_time == "all")
-        if not said and (options.allow_partial or few_ways(events, more)):
-            given, said = without_impossible(events, more)
-        if not said:
-            break
-        events, (motion, more) = given, read_motion(model, given, options)
-        more += said
+    if has_errors(more):
+        known, forgiven = _without_errors(events, more, reach, options)
+        if forgiven:
+            events, (motion, more) = known, read_motion(model, known, options)
+            more += forgiven
     findings += more if options.allow_partial else with_way_out(events, more)
-    _stop_at_errors(findings)
     reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
-    return replace(task, events=events, reach=Reach(task.program, events, options.scope)), None if lost else motion
+    reach = Reach(program, events, options.scope)
+    return _Task(program, events, model, options, None if lost else motion, reach, measured), findings
 
 
-def _proved(
-    task: _Task,
-    plan: CorrectionPlan,
-    drafts: Mapping[str, bytes],
-    function: OnTheController | None,
-    findings: list[Diagnostic],
-    watch: Watch,
-) -> tuple[Deviation, Deviation]:
-    """Deviation of the program as it was and as it is written, from the text itself."""
-    motion, model, program, events = plan.motion, task.model, task.program, task.events
+def _without_errors(
+    events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
+) -> tuple[list[MotionEvent], list[Diagnostic]]:
+    """Events without the targets that cannot be run, and what is said instead; none where errors stay errors."""
+    if options.run_time != "off":
+        known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
+        if forgiven:
+            return known, forgiven
+    if options.allow_partial or few_ways(events, errors):
+        return without_impossible(events, errors)
+    return events, []
+
+
+def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
+    """What the arm has to be commanded to along the whole way."""
+    return invert_model(model, motion), doubt_weights(model, motion)
+
+
+def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
+    """What is written where."""
+    chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
+    plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
+    return plan, doubt_corrections(task.model, plan)
+
+
+def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
+    """The corrected text, and the function for what no numbers correct."""
+    function, findings = _function(task, plan.not_by_numbers(task.program))
+    env = environment(task.options.template_dir)
+    edits: dict[str, list[Edit]] = {s.path: [] for s in task.program.sources}
+    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
+    for changed, edit in chain(*written, function_edits(env, task.program, plan.insertions)):
+        edits[changed.path].append(edit)
+    drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in task.program.sources}
+    return _Text(env, edits, drafts, function), findings
+
+
+def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheController | None, list[Diagnostic]]:
+    """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
+    chosen = frozenset(key for key in keys if task.reach.takes(key))
+    if not task.on:
+        return None, would_reach(task.program, chosen)
+    function = put_on_controller(task.reach, task.model, chosen, task.options) if chosen else None
+    return function, [] if function is None else [*function.findings]
+
+
+def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[_Proof, list[Diagnostic]]:
+    """The deviation of the program as it was and as it is written, from the text itself, and what it does elsewhere."""
+    program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
+    before, after = _deviations(task, plan, text, watch)
+    figures = figures_of(plan, before, after)
+    findings = list(_sound(worsened(figures, plan, source)))
+    through = text.function.keys if text.function is not None else frozenset()
+    outcomes, unlike = judge_statements(program, events, plan, after, through)
+    findings += with_advice(unlike, events, program, task.measured)
+    seams = find_seams(outcomes, plan, before, after)
+    findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
+    worlds, more = check_written(program, events, text.drafts, plan, outcomes)
+    findings = [*_sound([*findings, *more])]
+    accuracy, more = expect_accuracy(model, plan.motion, source)
+    limits, slower = check_corrected(model.robot, plan, source)
+    judged = JudgedProgram(outcomes, seams, figures, accuracy, limits)
+    return _Proof(before, after, judged, worlds), [*findings, *more, *slower]
+
+
+def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
+    """Along the program as it was, and as it is written.
+
+    Raises:
+        _Refused: CMP004, the arm cannot run what is written.
+    """
+    motion, model, program, events, function = plan.motion, task.model, task.program, task.events, text.function
     before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
-    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options, station=model.station)
+    ran, owners = run_again(program, text.drafts, plan.insertions, events, motion.options, station=model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
         driven = drive(model, plan, ran, owners)
-        told = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
-        return before, measure_deviation(model, motion.samples, told)
+        watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
+        return before, measure_deviation(model, motion.samples, watched)
     except PostprocError as error:
-        text = "the corrected program cannot be run by the arm, so nothing is written"
+        message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"
-        failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
-        _refuse(findings, *error.diagnostics, failed)
+        failed = Diagnostic("CMP004", "error", message, program.sources[0], help=help_)
+        raise _Refused(*error.diagnostics, failed) from None
 
 
-def _same_in_worlds(
-    task: _Task, plan: CorrectionPlan, drafts: Mapping[str, bytes], bounds: Bounds, findings: list[Diagnostic]
-) -> Worlds:
-    """The check in several worlds, but for programs that have but one way and one value of each place."""
-    if not depends_on_run_time(task.events) and not plan.arrivals.open:
-        return Worlds(0, 0)
-    added = Counter(insertion.statement.key for insertion in plan.insertions)
-    worlds, more = check_written(task.program, drafts, added, bounds, task.options.entry)
-    findings += more
-    _stop_at_errors(findings)
-    return worlds
+def _conversion(
+    task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
+) -> Conversion:
+    """The result of a program that is proved."""
+    model, options, judged = task.model, task.options, proof.judged
+    if any(d.matter is Matter.NOT_WHOLE for d in findings):
+        judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
+    report = document(model.robot.name, plan, task.events, judged, findings)
+    report["worlds"] = proof.worlds.as_json()
+    report["expected_remaining_fraction"] = expect_remaining(model, plan.motion)
+    report["run_time"] = text.function and text.function.as_json(options.run_time, proof.after, plan)
+    outputs = _outputs(task, text, report)
+    module = text.function.module.text if text.function is not None else None
+    found = tuple(findings)
+    return Conversion(outputs, report, found, 0, tuple(judged.outcomes), module, plan, proof.before, proof.after, model)
 
 
-def _with_header(
-    env: SandboxedEnvironment,
-    program: Program,
-    edits: Mapping[str, list[Edit]],
-    function: OnTheController | None,
-    head: Mapping[str, Any],
-) -> dict[str, list[Edit]]:
-    """Edits by path, with a header in every file that changes, by them or by the function."""
-    through = {source.path for source, _ in function.edits} if function is not None else set[str]()
-    found = {path: list(given) for path, given in edits.items()}
-    for s in program.sources:
-        if found[s.path] or s.path in through:
-            at = next(m.head[1] for m in program.modules if m.source is s)
-            found[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
-    return found
+def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
+    """The conversion of a program none of whose targets is known before it runs."""
+    program, events = task.program, task.events
+    keys = [s.key for s in program.statements]
+    function, more = _function(task, keys)
+    found = [*findings, *_sound(more)]
+    if function is None:
+        reachable = 0 if task.on else sum(map(task.reach.takes, keys))
+        raise _Refused(*more, no_known_target(program, events, found, reachable))
+    outcomes, unlike = unknown_outcomes(program, events, function.keys)
+    found += unlike
+    report = unmeasured_document(task.model.robot.name, outcomes, task.options, found)
+    report["run_time"] = function.as_json(task.options.run_time)
+    edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
+    text = _Text(environment(task.options.template_dir), edits, {}, function)
+    outputs = _outputs(task, text, report)
+    return Conversion(outputs, report, tuple(found), 0, tuple(outcomes), function.module.text)
 
 
-def _outputs(
-    env: SandboxedEnvironment,
-    program: Program,
-    edits: Mapping[str, list[Edit]],
-    function: OnTheController | None,
-    findings: list[Diagnostic],
-) -> dict[str, bytes]:
-    """The bytes of every file that may change.
+def _outputs(task: _Task, text: _Text, report: Mapping[str, Any]) -> dict[str, bytes]:
+    """The bytes of every file that may change, with a header in each that does, by edits or by the function.
 
     Raises:
-        _Unsafe: CMP004, the function does not stand in the text as it should.
+        _Refused: CMP004, the function does not stand in the text as it should.
     """
+    program, env, function = task.program, text.env, text.function
+    head = header_values(task.model, task.options, report)
+    calls: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
+    for source, edit in function.edits if function is not None else ():
+        calls[source.path].append(edit)
+    edits = {path: list(own) for path, own in text.edits.items()}
+    for s in program.sources:
+        if edits[s.path] or calls[s.path]:
+            at = next(m.head[1] for m in program.modules if m.source is s)
+            edits[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
     own = [s for s in program.sources if not s.read_only]
     outputs = {s.path: render_text(env, s.data, edits[s.path]) for s in own}
     if function is None:
         return outputs
-    through = {s.path: [*edits[s.path], *(e for source, e in function.edits if source is s)] for s in own}
-    drafts, outputs = outputs, {s.path: render_text(env, s.data, through[s.path]) for s in own}
-    without, written = (read_program([replace(s, data=text[s.path]) for s in own]) for text in (drafts, outputs))
+    drafts, outputs = outputs, {s.path: render_text(env, s.data, [*edits[s.path], *calls[s.path]]) for s in own}
+    without, written = (read_program([replace(s, data=data[s.path]) for s in own]) for data in (drafts, outputs))
     if not reads_back(without, written, len(function.keys)):
-        text, help_ = "the text with the function reads back as another program", "please report this program"
-        _refuse(findings, Diagnostic("CMP004", "error", text, own[0], help=help_))
+        message, help_ = "the text with the function reads back as another program", "please report this program"
+        raise _Refused(Diagnostic("CMP004", "error", message, own[0], help=help_))
     return outputs

@@ -122,7 +122,6 @@ class Matter(Enum):
     LEFT = auto()  # a statement that is left as it is
     STILL = auto()  # a program that moves nothing
     NOT_WHOLE = auto()  # a part of the model that does not hold for the program
-    ELSEWHERE = auto()  # the corrected program goes elsewhere where run-time data differ
     CONTROLLER = auto()  # what the controller does, or could do
 
 

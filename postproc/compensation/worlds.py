@@ -11,12 +11,15 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, Matter
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.results.bounds import Bound, largest_corrections
+from postproc.compensation.text.values import StatementOutcome
+from postproc.diagnostics import Diagnostic
 from postproc.motion.path.curves import circle_through
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import Quat, RobTarget
@@ -26,16 +29,12 @@ from postproc.rapid.flow.effects import StatementEffects, comes_back
 from postproc.rapid.motions.units import MM, object_matrix
 from postproc.rapid.program.program import Program, read_again
 from postproc.rapid.program.write_effects import WriteEffects
-from postproc.rapid.unknown import Kind, Unknown
 
 SEEDS = range(1, 6)
 ROUNDING_MM, ROUNDING_RAD = 0.003, 1e-5  # of numbers with three decimals and what single precision adds
-ROUNDS = 2  # conversions after the first, each with less at the statements that differed
 MOST_WORDS = 100
 _TEXT = re.compile(rb'"([^"\n]{1,80})"')
-DIFFERS = Unknown(Kind.DIFFERS)
-# The largest correction of a statement: of its goal [mm] and of its orientation [rad].
-Bounds = Mapping[StatementKey, tuple[float, float]]
+NO_CORRECTION = Bound()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,42 +47,6 @@ class Worlds:
     def as_json(self) -> dict[str, int]:
         """The key ``worlds`` of the document."""
         return {"count": self.count, "differing": self.differing}
-
-
-@dataclass(slots=True)
-class Spared:
-    """Statements at which programs written before went elsewhere: at first they get no added targets, then nothing.
-
-    Args:
-        left: statements that are not changed, with the reason.
-    """
-
-    met: Counter[StatementKey] = field(default_factory=Counter)
-    findings: dict[StatementKey, Diagnostic] = field(default_factory=dict)
-    rounds: int = 0
-    left: dict[StatementKey, str] = field(default_factory=dict)
-
-    def learn(self, findings: Sequence[Diagnostic]) -> bool:
-        """Take note of why a conversion was refused; whether another one may do better."""
-        errors = [d for d in findings if d.severity == "error"]
-        if self.rounds == ROUNDS or not errors or any(d.matter is not Matter.ELSEWHERE for d in errors):
-            return False
-        self.rounds += 1
-        for d in errors:
-            assert d.source is not None and d.span is not None
-            self.met[d.source.path, d.span[0]] += 1
-            help_ = "it is left without added targets, or as it is; please report this program"
-            self.findings[d.source.path, d.span[0]] = replace(d, severity="warning", help=help_)
-        return True
-
-    def applied(self, events: Sequence[MotionEvent]) -> list[MotionEvent]:
-        """The events without what these statements may not have."""
-        return [self._spared(event) if event.statement.key in self.met else event for event in events]
-
-    def _spared(self, event: MotionEvent) -> MotionEvent:
-        if self.met[event.statement.key] == 1:
-            return replace(event, touched=True)
-        return replace(event, target=None, via=None, reason=DIFFERS.reason, unknowns=(*event.unknowns, DIFFERS))
 
 
 def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
@@ -100,21 +63,30 @@ def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
 
 def check_written(
     program: Program,
+    events: Sequence[MotionEvent],
     drafts: Mapping[str, bytes],
-    added: Mapping[StatementKey, int],
-    bounds: Bounds,
-    entry: str | None,
+    plan: CorrectionPlan,
+    outcomes: Sequence[StatementOutcome],
 ) -> tuple[Worlds, list[Diagnostic]]:
-    """As ``check_worlds`` for the text of the written program, its files by path."""
-    written = read_again(program, drafts)
-    return check_worlds(program, written, added, bounds, entry)
+    """As ``check_worlds`` for the text of the written program, its files by path.
+
+    Nothing is looked at where there is but one way and one value of each place.
+
+    Args:
+        events: all of the program; outcomes: what has become of its statements.
+    """
+    if not depends_on_run_time(events) and not plan.arrivals.open:
+        return Worlds(0, 0), []
+    added = Counter(insertion.statement.key for insertion in plan.insertions)
+    bounds = largest_corrections(outcomes, plan)
+    return check_worlds(program, read_again(program, drafts), added, bounds, plan.motion.options.entry)
 
 
 def check_worlds(
     program: Program,
     written: Program,
     added: Mapping[StatementKey, int],
-    bounds: Bounds,
+    bounds: Mapping[StatementKey, Bound],
     entry: str | None = None,
 ) -> tuple[Worlds, list[Diagnostic]]:
     """Follow the original and the written program in every world.
@@ -155,7 +127,7 @@ def _finding(motion: WorldMotion, text: str) -> Diagnostic:
     statement = motion.statement
     return Diagnostic(
         "CMP019", "error", f"where run-time data differs, the corrected program {text}", statement.source,
-        statement.span, help_, Matter.ELSEWHERE,
+        statement.span, help_,
     )  # fmt: skip
 
 
@@ -171,7 +143,7 @@ class Pairing:
 
     own: Mapping[StatementKey, int]
     numbers: Mapping[StatementKey, int]
-    bounds: Bounds
+    bounds: Mapping[StatementKey, Bound]
     traps: Set[StatementKey]
 
 
@@ -181,7 +153,7 @@ def _differences(
     """Motions of the original that the written program does not make, and how it differs there."""
     own, numbers, bounds = pairing.own, pairing.numbers, pairing.bounds
     at, last = 0, None
-    largest = max((most for most, _ in bounds.values()), default=0.0)  # of an added goal, too
+    largest = max((bound.mm for bound in bounds.values()), default=0.0)  # of an added goal, too
     for motion in before:
         extra: list[WorldMotion] = []
         while at < len(after) and after[at].statement.key not in own:
@@ -190,7 +162,7 @@ def _differences(
         if at == len(after) or own[after[at].statement.key] != numbers[motion.statement.key]:
             yield motion, "does not come to this statement, or comes to another first"
             return
-        bound = bounds.get(motion.statement.key, (0.0, 0.0))
+        bound = bounds.get(motion.statement.key, NO_CORRECTION)
         last = last if motion.begins is None else replace(motion, target=motion.begins)
         text = _difference(last, motion, after[at], bound)
         off = max((_off_way(last, motion, goal) for goal in extra), default=0.0)
@@ -205,7 +177,7 @@ def _differences(
         yield before[-1] if before else after[at], "goes on behind this statement"
 
 
-def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: tuple[float, float]) -> str:
+def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: Bound) -> str:
     """How a motion of the written program differs from the same of the original; empty where it does not.
 
     Args:
@@ -216,21 +188,18 @@ def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMoti
     if before.tool != after.tool:
         return "goes there with another tool"
     aside = _off_arc(start, before, after)
-    if aside > 2.0 * bound[0] + ROUNDING_MM:
-        return f"goes {aside:.3f} mm beside the original's arc, its correction is {bound[0]:.3f} mm"
-    for a, b in ((before.target, after.target),):
-        if not isinstance(a, RobTarget) or not isinstance(b, RobTarget):
-            if a != b:
-                return "has another target"
-            continue
-        apart, turned = math.dist(a.trans, b.trans), _angle(a.rot, b.rot)
-        if apart > bound[0] + ROUNDING_MM:
-            return f"goes {apart:.3f} mm from where the original goes, its correction is {bound[0]:.3f} mm"
-        if turned > bound[1] + ROUNDING_RAD:
-            return f"turns the tool by {math.degrees(turned):.4f} degrees"
-        if a.extax != b.extax:
-            return "moves the external axes elsewhere"
-    return ""
+    a, b = before.target, after.target
+    most = bound.at(a.trans) if isinstance(a, RobTarget) else bound.mm
+    if aside > 2.0 * most + ROUNDING_MM:
+        return f"goes {aside:.3f} mm beside the original's arc, its correction is {most:.3f} mm"
+    if not isinstance(a, RobTarget) or not isinstance(b, RobTarget):
+        return "has another target" if a != b else ""
+    apart, turned = math.dist(a.trans, b.trans), _angle(a.rot, b.rot)
+    if apart > most + ROUNDING_MM:
+        return f"goes {apart:.3f} mm from where the original goes, its correction is {most:.3f} mm"
+    if turned > bound.rad + ROUNDING_RAD:
+        return f"turns the tool by {math.degrees(turned):.4f} degrees"
+    return "moves the external axes elsewhere" if a.extax != b.extax else ""
 
 
 def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion) -> float:

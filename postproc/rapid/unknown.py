@@ -79,7 +79,6 @@ class Kind(Enum):
     NUMBERS_EXPECTED = "{subject} numbers are expected in the data"
     NOT_A = "the value is not a {subject}"
     CONFIGURATION = "a number in the configuration data is too large"
-    DIFFERS = "where run-time data differs, its correction would lead elsewhere: see the finding at this place"
     IMPOSSIBLE = "the arm cannot run it as it is programmed: see the finding at this place"
     NEVER_TAUGHT = "the orientation is [0,0,0,0]: the position was never taught"
     NO_FRAME = "the orientation is [0,0,0,0], which no frame has"

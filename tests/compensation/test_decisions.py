@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensation.plan import FROM_ELSEWHERE
+from postproc.compensation.text.insertions import FROM_ELSEWHERE
 from postproc.convert import Conversion
 from tests.compensation.build import (
     AXES,

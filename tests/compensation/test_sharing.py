@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensation.plan import FROM_ELSEWHERE
+from postproc.compensation.text.insertions import FROM_ELSEWHERE
 from postproc.compensation.text.laws import fit_affine
 from tests.compensation.build import convert, events, independent, lines_of, module, target, written
 

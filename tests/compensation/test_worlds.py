@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc import convert
 from postproc.compensation.options import Options
-from postproc.compensation.worlds import DIFFERS, SEEDS, Worlds, check_worlds, depends_on_run_time
+from postproc.compensation.results.bounds import Bound
+from postproc.compensation.worlds import SEEDS, check_worlds, depends_on_run_time
 from postproc.convert import compensate_program
-from postproc.diagnostics import Diagnostic, Matter, Source
+from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
@@ -41,7 +41,7 @@ def differing(
     """What is found when every statement has a correction of ``bound`` [mm]; ``added`` by statement of the original."""
     original, written = pair(before, after, changed=changed)
     keys = [s.key for s in original.statements]
-    bounds = {key: (bound, 0.001) for key in keys}
+    bounds = {key: Bound(bound, 0.001) for key in keys}
     worlds, findings = check_worlds(original, written, {keys[i]: n for i, n in added.items()}, bounds)
     assert worlds.count == len(SEEDS) and (worlds.differing > 0) == bool(findings)
     return [d.message for d in findings]
@@ -201,30 +201,3 @@ def test_a_soft_arm_may_turn_the_tool_as_far_as_its_correction_does() -> None:
     assert np.degrees(np.arccos(np.clip((turned.min() - 1) / 2, -1, 1))) > 1.2
     assert [d.code for d in found.diagnostics if d.severity == "error"] == []
     assert found.report["worlds"]["count"] == len(SEEDS)
-
-
-@pytest.mark.parametrize("times", [1, 2, 3])
-def test_a_statement_that_would_go_elsewhere_is_spared_and_the_rest_corrected(
-    monkeypatch: pytest.MonkeyPatch, times: int
-) -> None:
-    """At first it gets no added targets, then nothing; a program that differs still is refused."""
-    rot = "[0.158241,-0.60035,0.754504,0.212751]"
-    places = [target(x, y, 410, rot, "[-1,0,-2,0]") for x, y in ((1110, -390), (1420, -390), (1120, -220))]
-    moves = [f"MoveL {place},v100,fine,tool0;" for place in places]
-    text = module(f"MoveJ {moves[0][6:]} {moves[1]} IF di1=1 {moves[2]}")
-    added: list[int] = []
-
-    def differs(program: Program, drafts: object, count: Mapping[object, int], *rest: object) -> object:
-        statement = program.statements[1]
-        added.append(count.get(statement.key, 0))
-        place = statement.source, statement.span
-        finding = Diagnostic("CMP019", "error", "goes elsewhere", *place, matter=Matter.ELSEWHERE)
-        return Worlds(5, 1), [finding] if len(added) <= times else []
-
-    monkeypatch.setattr(convert, "check_written", differs)
-    found = compensate_program(Source("a.mod", text), default_model("irb4600_60_205"), Options(force=(200, -200, -200)))
-    assert added == [1, 0, 0][: times + 1] and bool(found.outputs) == (times < 3)
-    said = [(d.severity, d.help) for d in found.diagnostics if d.code == "CMP019"]
-    assert [severity for severity, _ in said] == ["warning"] * (times < 3) + ["error"] * (times == 3)
-    left = [o.statement.line for o in found.outcomes if o.reason == DIFFERS.reason]
-    assert left == ([4] if times == 2 else [])

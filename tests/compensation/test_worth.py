@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
+from postproc.compensation.correction import curve
+from postproc.compensation.correction.curve import Exact, fruitless_moves
 from postproc.compensation.options import Options
-from postproc.compensation.results import figures
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from tests.compensation.build import convert, module, target
 
 PROGRAM = """MODULE Pick
   PERS tooldata tT:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,150],[1,0,0,0],0,0,0]];
@@ -27,47 +26,43 @@ ENDMODULE
 """
 
 
-def told(goals: list[tuple[float, float]], ways: list[tuple[float, float]]) -> set[Any]:
-    """Statements 0, 1, .. of one move each that are not worth it, from errors before and after [mm]."""
-    moves = [
-        SimpleNamespace(event=SimpleNamespace(statement=SimpleNamespace(key=k)), first=False) for k in range(len(goals))
-    ]
-    plan: Any = SimpleNamespace(
-        motion=SimpleNamespace(moves=moves), places=dict.fromkeys(range(len(goals)), "argument")
-    )
-    before, after = (
-        figures.Deviation(
-            np.array([[way[k], 0.0, 0.0] for way in ways]), np.arange(len(ways)), np.zeros(len(ways)),
-            np.ones(len(ways), dtype=bool), np.ones(len(ways), dtype=bool),
-            np.array([goal[k] for goal in goals]), np.ones(len(goals), dtype=bool),
-        )
-        for k in (0, 1)
-    )  # fmt: skip
-    return figures.fruitless(plan, before, after)
-
-
 @pytest.mark.parametrize(
-    ("goals", "ways", "vain"),
+    ("goals", "way", "vain"),
     [
-        ([(3.544, 3.544)], [(3.544, 3.544)], {0}),
-        ([(3.0, 2.8)], [(3.5, 3.3)], {0}),
-        ([(3.0, 0.0)], [(3.5, 3.5)], set()),
-        ([(3.0, 3.0)], [(3.5, 2.0)], set()),
-        ([(3.0, 3.0), (3.0, 3.0)], [(3.5, 3.5), (3.5, 1.0)], set()),
-        ([(3.0, 3.0), (3.0, 0.1)], [(3.5, 3.5), (3.5, 3.5)], {0}),
+        ([(3.0, 3.0)], (3.5, 3.5), [True]),
+        ([(3.0, 2.8)], (3.5, 3.3), [True]),
+        ([(3.0, 0.0)], (3.5, 3.5), [False]),
+        ([(3.0, 3.0)], (3.5, 2.0), [False]),
+        ([(3.0, 3.2)], (3.5, 3.5), [False]),
+        ([(0.0, 0.0)], (3.5, 3.5), [False]),
+        ([(3.0, 3.0), (3.0, 3.0)], (3.5, 1.0), [False, False]),
+        ([(3.0, 3.0), (3.0, 0.1)], (3.5, 3.5), [True, False]),
     ],
 )
 def test_goal_way_there_and_way_on_decide(
-    goals: list[tuple[float, float]], ways: list[tuple[float, float]], vain: set[int]
+    goals: list[tuple[float, float]], way: tuple[float, float], vain: list[bool]
 ) -> None:
-    assert told(goals, ways) == vain
+    """Errors before and after [mm]: of goals, and in the middle of the last line."""
+    lines = "".join(f"MoveL {target(1300, -500 + 60 * k)},v50,fine,tT;\n" for k in range(1, len(goals) + 1))
+    plan = convert(module("", f"MoveJ {target(1300, -500)},v200,fine,tT;\n{lines}")).plan
+    assert plan is not None
+    samples = plan.motion.samples
+    before, after = (np.zeros(len(samples.u)) for _ in range(2))
+    before[samples.goal[1:]], after[samples.goal[1:]] = np.array(goals).T
+    before[-2], after[-2] = way
+    shifted = [samples.T_work_tcp.copy() for _ in range(2)]
+    shifted[0][:, 0, 3] += 1e-3 * before
+    shifted[1][:, 0, 3] += 1e-3 * (before - after)
+    flange = samples.curves.mounts.flange(shifted[1][samples.goal])
+    written = Exact(shifted[0], samples.q, flange, samples.q[samples.goal])
+    assert fruitless_moves(samples, written, shifted[1]).tolist()[1:] == vain
 
 
 def test_a_program_of_which_nothing_is_worth_it_comes_out_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     model, options = default_model("irb4600_60_205"), Options(force=(0.0, 300.0, 0.0), inertia=False)
     source = Source("pick.mod", PROGRAM.encode())
     assert compensate_program(source, model, options).output != source.data
-    monkeypatch.setattr(figures, "WORTH", 0.0)
+    monkeypatch.setattr(curve, "WORTH", 0.0)
     found = compensate_program(source, model, options)
     assert found.exit_code == 0 and found.output == source.data
     (left,) = [o for o in found.outcomes if o.status == "skipped"]

@@ -20,15 +20,16 @@ from postproc.compensation.options import Options
 from postproc.compensation.path.motion import BLOCK, Motion
 from postproc.compensation.path.samples import Samples
 from postproc.model.arm import Model
-from postproc.motion.smoothing import Ramp, transition
-from postproc.motion.values import Move
+from postproc.motion.smoothing import transition
+from postproc.motion.values import Flags, Move
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import pose_error
 
 BEFORE_TARGET, FROM_START = "before its target", "from its start"
 NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
 
-RampKey = tuple[int, bytes]  # a move and its jump
+WORTH = 0.9  # a correction that leaves more of a statement's error is not worth a changed program
+NOTHING_M = 5e-7  # of a deviation [m]: below the last decimal that is written
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,7 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
 
 
 def commanded_curve(
-    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array, *, ramps: dict[RampKey, Ramp]
+    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array
 ) -> tuple[Array, list[Transition]]:
     """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
 
@@ -138,7 +139,6 @@ def commanded_curve(
 
     Args:
         exact: as every target would have it; written: see ``place_targets``; t: (n,) time at the samples [s].
-        ramps: what is known of transitions, more for the next time.
     """
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
@@ -151,11 +151,8 @@ def commanded_curve(
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
-            key = int(i), jumps[i].tobytes()
-            if key not in ramps:
-                turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
-                ramps[key] = transition(model.robot, jumps[i], turns, available=float(time[-1]))
-            ramp = ramps[key]
+            turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
+            ramp = transition(model.robot, jumps[i], turns, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
             T = T if found else T.copy()
             T[rows] = _shifted(T[rows], jumps[i] - passed)
@@ -166,6 +163,31 @@ def commanded_curve(
             where = BEFORE_TARGET if is_goal else FROM_START
             found.append(Transition(int(i), where, target, size, ramp.duration, ends_at, bool(beside[i] <= size / 2)))
     return T, found
+
+
+def fruitless_moves(samples: Samples, written: Exact, curve: Array) -> Flags:
+    """(m,) moves at which less than a tenth of the error is taken away, and nothing is made worse: at the goal, on the
+    way there, and on the one that goes on from there.
+
+    To first order the error is what the exact correction adds to the programmed path, and what is written lacks of it.
+
+    Args:
+        written: goals as the text has them (see ``place_targets``); curve: (n, 4, 4) commanded poses through them.
+    """
+    exact = written.T_work_tcp[:, :3, 3]
+    before = np.linalg.norm(samples.T_work_tcp[:, :3, 3] - exact, axis=1)
+    after = np.linalg.norm(curve[:, :3, 3] - exact, axis=1)
+    goal = samples.curves.mounts.work(written.T_base_flange)[:, :3, 3]
+    first = np.array([move.first for move in samples.moves])
+    way = samples.curves.joint | first | _hardly_less(*(np.maximum.reduceat(e, samples.start) for e in (before, after)))
+    off = before[samples.goal]
+    at_goal = (off > NOTHING_M) & _hardly_less(off, np.linalg.norm(goal - exact[samples.goal], axis=1))
+    return at_goal & way & np.append(way[1:], True)
+
+
+def _hardly_less(before: Array, after: Array) -> Flags:
+    """Whether errors [m] are no more than a tenth smaller than before, and not larger."""
+    return np.asarray((after >= WORTH * before) & (after <= before + NOTHING_M))
 
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,52 +35,42 @@ class Pieces:
     reached: bool
 
 
-PiecesKey = tuple[int, bool, bytes]  # a move, whether it may be divided, and where it is commanded to go
-
-
 @dataclass(frozen=True, slots=True)
 class Division:
-    """What decides how moves are divided, and what was found before.
+    """What decides how moves are divided.
 
     Args:
         samples: of the programmed curves.
         tolerance: (m,) [m], of every move; weight: (n,) how much a deviation counts.
-        known: pieces found before, more for the next time.
     """
 
     samples: Samples
     tolerance: Array
     weight: Array
-    known: dict[PiecesKey, Pieces]
 
     @staticmethod
     def of(samples: Samples, tolerance: Array, settled: Flags) -> Division:
         """For moves with these tolerances (m,) [m]; ``settled``: (n,) where the load of inertia does not change."""
-        return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT), {})
+        return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT))
 
 
-def divide_moves(division: Division, T_commanded: Array, divisible: Sequence[bool]) -> list[Pieces]:
+def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[int], bool]) -> list[Pieces]:
     """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
-        divisible: (m,) whether statements may be added before the move's statement.
+        divisible: whether statements may be added before a move's statement; asked only where some are needed.
     """
-    samples, known = division.samples, division.known
+    samples = division.samples
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
     curves = samples.curves
     worst = _chord_deviations(samples, shift, division.weight)
     limit = SHARE * division.tolerance
     result = []
     for i in np.flatnonzero(samples.goal > samples.start).tolist():
-        begin = int(samples.start[i])
-        rows = slice(begin, int(samples.goal[i]) + 1)
         if not curves.arc[i] and (curves.joint[i] or worst[i] <= limit[i]):
             continue
-        key = i, divisible[i], T_commanded[rows, :3, 3].tobytes()
-        if key not in known:
-            known[key] = (_arcs if curves.arc[i] else _vertices)(division, i, T_commanded, divisible[i])
-        result.append(known[key])
+        result.append((_arcs if curves.arc[i] else _vertices)(division, i, T_commanded, divisible(i)))
     return result
 
 
@@ -109,7 +99,7 @@ def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -
     return Pieces(i, tuple(begin + v for v in vertices), (), reached)
 
 
-def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequence[bool]) -> list[Pieces]:
+def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Callable[[int], bool]) -> list[Pieces]:
     """The same with all runs of a statement divided at the fractions of the one that needs most targets.
 
     Args:
@@ -124,7 +114,7 @@ def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequenc
     size = samples.goal - samples.start
     for i, move in enumerate(samples.moves if most else ()):
         like = most.get(move.event.statement.key)
-        if like is None or i == like.move or not divisible[i] or move.resumes_from is not None:
+        if like is None or i == like.move or not divisible(i) or move.resumes_from is not None:
             continue
         if size[i] == size[like.move]:
             on = int(samples.start[i] - samples.start[like.move])

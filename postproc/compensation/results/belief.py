@@ -6,6 +6,7 @@ from math import ceil
 
 import numpy as np
 
+from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.model.arm import Model
@@ -16,10 +17,9 @@ from postproc.motion.findings import at_move
 DOUBTFUL = 0.01  # [m]: most arms are off by less, calibrated or not
 
 
-def doubt_weights(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
+def doubt_weights(model: Model, motion: Motion) -> list[Diagnostic]:
     """MOD005 at the move on which flange and tool weigh least, where that is less than nothing."""
-    samples = plan.motion.samples
-    mass = flange_mass(model, plan.motion.at(samples.goal))
+    mass = flange_mass(model, motion.at(motion.samples.goal))
     lightest = int(np.argmin(mass))
     if mass[lightest] >= 0:
         return []
@@ -27,7 +27,7 @@ def doubt_weights(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
     help_ = (
         "check the sign of `mass_kg` and `fraction` (`postproc effects show payload_error`), and the program's tooldata"
     )
-    return [at_move(plan.motion.moves[lightest], "MOD005", "error", text, help_)]
+    return [at_move(motion.moves[lightest], "MOD005", "error", text, help_)]
 
 
 def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:

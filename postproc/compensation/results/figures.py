@@ -11,12 +11,8 @@ from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.results.transitions import in_transition, own_moves
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.values import Flags
-from postproc.rapid.data.events import StatementKey
 
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
-
-WORTH = 0.9  # a correction that leaves more of a statement's error is not worth a changed program
-NOTHING_M = 5e-7  # of a deviation [m]: below the last decimal that is written
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,20 +56,6 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
 def _counted(space: Flags, steady: Flags) -> Flags:
     """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
     return space & steady if (space & steady).any() else space
-
-
-def fruitless(plan: CorrectionPlan, before: Deviation, after: Deviation) -> set[StatementKey]:
-    """Statements that are changed although it takes away less than a tenth of the error at each of their targets, of
-    the ways there and of those that go on from there; but for those that it makes worse (``worsened`` speaks of them).
-    """
-    moves = plan.motion.moves
-    was, stays = (d.largest_of_moves(d.space) for d in (before, after))
-    vain = (stays >= WORTH * was) & (stays <= was + NOTHING_M)
-    behind = np.append(vain[1:] | np.array([move.first for move in moves[1:]], dtype=bool), True)
-    off, stays = before.goal_distance, after.goal_distance
-    idle = (off > NOTHING_M) & (stays >= WORTH * off) & (stays <= off + NOTHING_M) & vain & behind
-    useful = {move.event.statement.key for move, nothing in zip(moves, idle, strict=True) if not nothing}
-    return {key for key, place in plan.places.items() if place != "derived"} - useful
 
 
 def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:

@@ -65,7 +65,7 @@ def judge_statements(
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
     passing = in_transition(plan, after)
-    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), _shifts(plan)
+    worst, shifts = after.largest_of_moves(after.space & after.steady & ~passing), correction_sizes(plan)
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[StatementOutcome] = []
     findings: list[Diagnostic] = []
@@ -226,33 +226,7 @@ def _measured(plan: CorrectionPlan) -> set[StatementKey]:
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
 
 
-ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
-
-
-def largest_shifts(
-    outcomes: Sequence[StatementOutcome], plan: CorrectionPlan
-) -> dict[StatementKey, tuple[float, float]]:
-    """How far each statement may be corrected [mm] and turned [rad], whatever its data is when the program runs.
-
-    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
-    statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
-    """
-    along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
-    largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
-    shifts = {o.statement.key: o.shift_mm for o in outcomes}
-    through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
-    goal = goal_tolerances(plan.motion.moves, plan.motion.options)
-    slack: dict[StatementKey, float] = {}
-    for move, tolerance in zip(plan.motion.moves, goal, strict=True):
-        key = move.event.statement.key
-        slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
-    moved = {move.event.statement.key for move in plan.motion.moves}
-    bound = (shifts.keys() | moved) - through
-    turned = (1.0 + ALIKE) * float(_shifts(plan)[:, 1].max(initial=0.0))
-    return {key: ((shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest, turned) for key in bound}
-
-
-def _shifts(plan: CorrectionPlan) -> Array:
+def correction_sizes(plan: CorrectionPlan) -> Array:
     """(m, 2) how far the goal of every move is corrected [m], [rad]."""
     samples = plan.motion.samples
     T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)

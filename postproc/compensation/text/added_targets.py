@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensation.correction.fewest_targets import Pieces
-from postproc.compensation.text.insertions import insertion_of, small_zone
+from postproc.compensation.text.insertions import MAY_HAVE_CHANGED, insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
     UNLIKE,
@@ -40,7 +40,6 @@ from postproc.robot.configuration import confdata
 NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
-MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
 SHARE_DECIMALS = 4
 
 _Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves

@@ -5,8 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from postproc.compensation.path.samples import Samples
 from postproc.compensation.text.values import Insertion, TargetValue
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.flow.arrivals import Arrivals, only
+from postproc.rapid.program.error_recovery import resumed_behind_errors
 from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind
 
@@ -24,7 +27,10 @@ _AT_START = frozenset({"\\seamname", "\\preprocesstracking"})
 
 TURNED_ASIDE = r"`SingArea\Wrist` turns the tool aside on the way, as its controller decides"
 RESUMED = "an error handler may go on behind it with `TRYNEXT`, from the middle of a divided line"
-ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
+UNRESOLVED_START = "it also runs on ways that are not followed, which begin elsewhere"
+FROM_ELSEWHERE = "the arm may come here from elsewhere than on the way that is followed"
+MAY_HAVE_CHANGED = "where its line begins, or its frame, may have been written since the arm was there"
+FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
 _OPENS = re.compile(
@@ -70,7 +76,51 @@ def why_indivisible(event: MotionEvent) -> str | None:
     return None
 
 
-def runs_astray(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
+class DivisibleMoves:
+    """Before which moves targets may be added, asked only of those that need some.
+
+    A target that is added lies on one line: the statement may only run from where that begins.
+
+    Args:
+        events: all of the program.
+    """
+
+    def __init__(self, program: Program, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
+        self.moves, self.arrivals = samples.moves, arrivals
+        self.aside = frozenset(samples.turned_aside().tolist())
+        self.resumed = resumed_behind_errors(program)
+        self.unresolved = _unresolved_starts(events, (move.row for move in self.moves if not move.first))
+        self._asked: dict[int, str] = {}
+
+    @property
+    def reasons(self) -> dict[int, str]:
+        """Moves that were asked for and before which nothing can be added, and why."""
+        return {i: why for i, why in self._asked.items() if why}
+
+    def why_not(self, i: int) -> str:
+        """Why nothing can be added before a move, whatever it needs; empty where something can."""
+        if i not in self._asked:
+            self._asked[i] = self._reason(i)
+        return self._asked[i]
+
+    def _reason(self, i: int) -> str:
+        event = self.moves[i].event
+        statement = event.statement
+        if statement.key in self.unresolved:
+            return UNRESOLVED_START
+        if i > 0 and statement.interpolation in ("line", "arc"):
+            if only(self.arrivals.before(statement.key)) != self.moves[i - 1].event.statement.key:
+                return FROM_ELSEWHERE
+            frames = (statement.argument(role) for role in FRAMES)
+            names = [event.start or "", *(argument.text for argument in frames if argument is not None)]
+            if not self.arrivals.keeps(statement, " ".join(names)):
+                return MAY_HAVE_CHANGED
+        if f"{statement.module}.{statement.routine}".lower() in self.resumed:
+            return RESUMED
+        return TURNED_ASIDE if i in self.aside else why_indivisible(event) or ""
+
+
+def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
     """Statements that also run in a way that is not followed (with a payload that is not known, ..), but for those from
     and to the places of a run that is: a target that is added for the one lies beside the way of the other.
 

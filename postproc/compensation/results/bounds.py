@@ -1,0 +1,78 @@
+"""How far each statement may be corrected, whatever its data is when the program runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.results.outcomes import correction_sizes
+from postproc.compensation.text.values import StatementOutcome
+from postproc.compensation.tolerances import goal_tolerances
+from postproc.grouping import grouped
+from postproc.rapid.data.events import StatementKey
+from postproc.rapid.data.records import RobTarget, Vec3
+
+MM = 1e3
+ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The largest correction of a statement.
+
+    Args:
+        mm: at the goals of its runs [mm]; rad: turn [rad].
+        goals: (k, 3) the goals of its runs [mm], object axes.
+        slope: by how much the correction changes from place to place [mm/mm]: one that is affine in numbers of the
+            program goes on beyond the goals.
+    """
+
+    mm: float = 0.0
+    rad: float = 0.0
+    goals: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    slope: float = 0.0
+
+    def at(self, place: Vec3) -> float:
+        """The largest correction [mm] at a goal, object axes."""
+        if not self.slope:
+            return self.mm
+        return self.mm + self.slope * float(np.linalg.norm(self.goals - place, axis=1).min())
+
+
+def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPlan) -> dict[StatementKey, Bound]:
+    """The bound of every statement that may be corrected.
+
+    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
+    statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
+    """
+    moves = plan.motion.moves
+    along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
+    largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
+    shifts = {o.statement.key: o.shift_mm for o in outcomes}
+    through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
+    goal = goal_tolerances(moves, plan.motion.options)
+    turned = (1.0 + ALIKE) * float(correction_sizes(plan)[:, 1].max(initial=0.0))
+    runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves))
+    found: dict[StatementKey, Bound] = {}
+    for key in (shifts.keys() | runs.keys()) - through:
+        rows = runs.get(key, [])
+        slack = MM * float(goal[rows].max(initial=0.0)) + ALIKE * largest
+        places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
+        found[key] = Bound((shifts.get(key) or largest) + slack, turned, *places)
+    return found
+
+
+def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:
+    """Goals (k, 3) [mm] of the runs of a statement, and how much its correction changes between distant ones."""
+    samples = plan.motion.samples
+    targets = [(i, plan.motion.moves[i].event.target) for i in rows]
+    goals = np.array([target.trans for _, target in targets if isinstance(target, RobTarget)]).reshape(-1, 3)
+    at = samples.goal[[i for i, target in targets if isinstance(target, RobTarget)]]
+    shifts = MM * (plan.curve[at, :3, 3] - samples.T_work_tcp[at, :3, 3])
+    apart, changes = (np.linalg.norm(values - values[:1], axis=1) for values in (goals, shifts))
+    far = (apart > 0.0) & (apart >= apart.max(initial=0.0) / 2)
+    return goals, float((changes[far] / apart[far]).max(initial=0.0))
