@@ -57,7 +57,8 @@ class CorrectionPlan:
         changes: texts to change; places: where the correction of each statement is written.
         left: statements that stay uncorrected, with the reason; unasked: those of them that the scope leaves out.
         relaxed: moves whose statement gets one correction for runs that ask for different ones.
-        indivisible: moves that need added targets and can have none, and why.
+        refused: moves that need added targets for which there is no text, and why.
+        why_whole: why nothing can be added before a move, whatever there is to be written; empty where something can.
         on_controller: statements among those that are left whose targets a function corrects while the program runs.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
@@ -75,7 +76,8 @@ class CorrectionPlan:
     insertions: tuple[Insertion, ...]
     pieces: tuple[Pieces, ...]
     transitions: tuple[Transition, ...]
-    indivisible: Mapping[int, str]
+    refused: Mapping[int, str]
+    why_whole: Callable[[int], str]
     path_tolerance: Array
     curve: Array
     arrivals: Arrivals
@@ -170,7 +172,8 @@ class Planner:
             tuple(added.insertions),
             tuple(p for p in pieces if p.move not in added.refused),
             tuple(transitions),
-            {**self.divisible.reasons, **added.refused, **whole},
+            {**added.refused, **whole},
+            self.divisible.why_not,
             self.tolerance,
             curve,
             self.arrivals,

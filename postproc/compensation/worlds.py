@@ -187,11 +187,11 @@ def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMoti
         return "goes there in another frame"
     if before.tool != after.tool:
         return "goes there with another tool"
-    aside = _off_arc(start, before, after)
     a, b = before.target, after.target
     most = bound.at(a.trans) if isinstance(a, RobTarget) else bound.mm
-    if aside > 2.0 * most + ROUNDING_MM:
-        return f"goes {aside:.3f} mm beside the original's arc, its correction is {most:.3f} mm"
+    aside, allowed = _off_arc(start, before, after), 2.0 * max(most, bound.way)
+    if aside > allowed + ROUNDING_MM:
+        return f"goes {aside:.3f} mm beside the original's arc, and its correction may make {allowed:.3f} mm"
     if not isinstance(a, RobTarget) or not isinstance(b, RobTarget):
         return "has another target" if a != b else ""
     apart, turned = math.dist(a.trans, b.trans), _angle(a.rot, b.rot)

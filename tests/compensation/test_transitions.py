@@ -44,7 +44,7 @@ def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) ->
     plan = switched.plan
     assert plan is not None
     samples = plan.motion.samples
-    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, times(switched), ramps={})
+    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, times(switched))
     welding = np.array([m.welding for m in samples.moves])[samples.move]
     assert welding.any()
     assert np.abs(curve[welding] - plan.exact.T_work_tcp[welding]).max() < 1e-9
@@ -75,7 +75,7 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
     plan = switched.plan
     assert plan is not None
     samples, t = plan.motion.samples, times(switched)
-    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, t, ramps={})
+    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, t)
     for transition in transitions:
         rows = np.arange(samples.start[transition.move], samples.goal[transition.move] + 1)
         added = (curve - plan.exact.T_work_tcp)[rows, :3, 3]
@@ -93,7 +93,7 @@ def test_a_correction_without_steps_passes_unchanged() -> None:
     found = convert(TEXT.replace("{zone}", "z10"))
     plan = found.plan
     assert plan is not None and plan.transitions == ()
-    curve, transitions = commanded_curve(arm(), plan.motion.samples, plan.exact, plan.exact, times(found), ramps={})
+    curve, transitions = commanded_curve(arm(), plan.motion.samples, plan.exact, plan.exact, times(found))
     assert transitions == []
     assert np.abs(curve - plan.exact.T_work_tcp).max() <= 1e-9
 

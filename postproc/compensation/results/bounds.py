@@ -25,7 +25,7 @@ class Bound:
     """The largest correction of a statement.
 
     Args:
-        mm: at the goals of its runs [mm]; rad: turn [rad].
+        mm: at the goals of its runs [mm]; way: on the ways to them, where a circle point stands; rad: turn [rad].
         goals: (k, 3) the goals of its runs [mm], object axes.
         slope: by how much the correction changes from place to place [mm/mm]: one that is affine in numbers of the
             program goes on beyond the goals.
@@ -33,6 +33,7 @@ class Bound:
 
     mm: float = 0.0
     rad: float = 0.0
+    way: float = 0.0
     goals: Array = field(default_factory=lambda: np.zeros((0, 3)))
     slope: float = 0.0
 
@@ -50,8 +51,10 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
     """
     moves = plan.motion.moves
-    along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
-    largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
+    samples = plan.motion.samples
+    along = MM * np.linalg.norm(plan.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3], axis=1)
+    way = np.maximum.reduceat(along, samples.start)
+    largest = max(float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
     shifts = {o.statement.key: o.shift_mm for o in outcomes}
     through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
     goal = goal_tolerances(moves, plan.motion.options)
@@ -62,7 +65,8 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
         rows = runs.get(key, [])
         slack = MM * float(goal[rows].max(initial=0.0)) + ALIKE * largest
         places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
-        found[key] = Bound((shifts.get(key) or largest) + slack, turned, *places)
+        most = float(way[rows].max(initial=0.0))
+        found[key] = Bound((shifts.get(key) or largest) + slack, turned, most + slack, *places)
     return found
 
 

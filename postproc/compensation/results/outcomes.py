@@ -123,8 +123,10 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
         return LENT_START
     if on_the_way and key in plan.left:
         return STAYING_START
-    divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
-    return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)
+    whole = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
+    if whole is not None:
+        return f"no target was added: {whole}"
+    return f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE
 
 
 def _outcome(

@@ -92,11 +92,6 @@ class DivisibleMoves:
         self.unresolved = _unresolved_starts(events, (move.row for move in self.moves if not move.first))
         self._asked: dict[int, str] = {}
 
-    @property
-    def reasons(self) -> dict[int, str]:
-        """Moves that were asked for and before which nothing can be added, and why."""
-        return {i: why for i, why in self._asked.items() if why}
-
     def why_not(self, i: int) -> str:
         """Why nothing can be added before a move, whatever it needs; empty where something can."""
         if i not in self._asked:

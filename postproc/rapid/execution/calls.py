@@ -39,7 +39,7 @@ MOTION_STEPS = 5  # that an execution of a motion counts as
 @dataclass(frozen=True, slots=True)
 class AddedMotions:
     """Motions and routines (by their keys) that were written into a program: following them takes no steps, so that the
-    program ends with them where it ends without them.
+    program ends with them where it ends without them, and in these routines values that are assumed decide.
     """
 
     motions: frozenset[StatementKey] = frozenset()

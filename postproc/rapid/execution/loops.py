@@ -15,7 +15,7 @@ from postproc.rapid.execution.jumps import UNTIL
 from postproc.rapid.flow.constants import MAX_TURNS, counted
 from postproc.rapid.program.write_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
-from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown
+from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown, without_causes
 
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
 MOST_STEPS_ABOVE = 2  # times MAX_STEPS: from there on what is in a loop is not followed at all
@@ -32,6 +32,8 @@ class Loops(Execution):
     def truth(self, condition: Span, memory: Memory) -> bool | None:
         """Value of a condition; None where it is not known."""
         data = self.data.value_or_not(condition, memory)
+        if memory.frame.routine.key in self.added.routines:
+            data = without_causes(data)[0]  # a place is worked out of places that are assumed
         return data if isinstance(data, bool) else None
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
