@@ -14,7 +14,6 @@ from postproc.compensation.correction.curve import (
     Exact,
     Transition,
     commanded_curve,
-    fruitless_moves,
     place_targets,
 )
 from postproc.compensation.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
@@ -33,7 +32,6 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
-FRUITLESS = "its correction would take away less than a tenth of its error"
 ON_CONTROLLER = "all that can be is corrected on the controller"
 
 
@@ -151,7 +149,6 @@ class Planner:
             stays = {i: shift for i, shift in placed.items() if not shift.any()}
             must_stay = {key: why for key, why in vias.left.items() if key not in keys}
             must_stay |= spoiled_starts(self.motion, self.exact, written, stays)
-            must_stay |= self._fruitless(written, curve, places)
             arcs = {i: why for i, why in added.refused.items() if self.samples.curves.arc[i]}
             if must_stay.keys() <= left.keys() and arcs.keys() <= whole.keys():
                 break
@@ -200,12 +197,6 @@ class Planner:
             return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
 
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
-
-    def _fruitless(self, written: Exact, curve: Array, places: Mapping[StatementKey, Place]) -> dict[StatementKey, str]:
-        """Statements that would be changed and none of whose moves would be the better for it."""
-        vain = fruitless_moves(self.samples, written, curve)
-        useful = {key for key, nothing in zip(self.keys, vain, strict=True) if not nothing}
-        return {key: FRUITLESS for key, place in places.items() if place != "derived" and key not in useful}
 
     def _follows_arc(self, i: int) -> bool:
         """Whether the points to add to an arc follow its three points, which are not all numbers."""

@@ -21,15 +21,12 @@ from postproc.compensation.path.motion import BLOCK, Motion
 from postproc.compensation.path.samples import Samples
 from postproc.model.arm import Model
 from postproc.motion.smoothing import transition
-from postproc.motion.values import Flags, Move
+from postproc.motion.values import Move
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import pose_error
 
 BEFORE_TARGET, FROM_START = "before its target", "from its start"
 NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
-
-WORTH = 0.9  # a correction that leaves more of a statement's error is not worth a changed program
-NOTHING_M = 5e-7  # of a deviation [m]: below the last decimal that is written
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,31 +160,6 @@ def commanded_curve(
             where = BEFORE_TARGET if is_goal else FROM_START
             found.append(Transition(int(i), where, target, size, ramp.duration, ends_at, bool(beside[i] <= size / 2)))
     return T, found
-
-
-def fruitless_moves(samples: Samples, written: Exact, curve: Array) -> Flags:
-    """(m,) moves at which less than a tenth of the error is taken away, and nothing is made worse: at the goal, on the
-    way there, and on the one that goes on from there.
-
-    To first order the error is what the exact correction adds to the programmed path, and what is written lacks of it.
-
-    Args:
-        written: goals as the text has them (see ``place_targets``); curve: (n, 4, 4) commanded poses through them.
-    """
-    exact = written.T_work_tcp[:, :3, 3]
-    before = np.linalg.norm(samples.T_work_tcp[:, :3, 3] - exact, axis=1)
-    after = np.linalg.norm(curve[:, :3, 3] - exact, axis=1)
-    goal = samples.curves.mounts.work(written.T_base_flange)[:, :3, 3]
-    first = np.array([move.first for move in samples.moves])
-    way = samples.curves.joint | first | _hardly_less(*(np.maximum.reduceat(e, samples.start) for e in (before, after)))
-    off = before[samples.goal]
-    at_goal = (off > NOTHING_M) & _hardly_less(off, np.linalg.norm(goal - exact[samples.goal], axis=1))
-    return at_goal & way & np.append(way[1:], True)
-
-
-def _hardly_less(before: Array, after: Array) -> Flags:
-    """Whether errors [m] are no more than a tenth smaller than before, and not larger."""
-    return np.asarray((after >= WORTH * before) & (after <= before + NOTHING_M))
 
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:

@@ -71,12 +71,9 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
 
 
 def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:
-    """Goals (k, 3) [mm] of the runs of a statement, and how much its correction changes between distant ones."""
-    samples = plan.motion.samples
-    targets = [(i, plan.motion.moves[i].event.target) for i in rows]
-    goals = np.array([target.trans for _, target in targets if isinstance(target, RobTarget)]).reshape(-1, 3)
-    at = samples.goal[[i for i, target in targets if isinstance(target, RobTarget)]]
-    shifts = MM * (plan.curve[at, :3, 3] - samples.T_work_tcp[at, :3, 3])
-    apart, changes = (np.linalg.norm(values - values[:1], axis=1) for values in (goals, shifts))
-    far = (apart > 0.0) & (apart >= apart.max(initial=0.0) / 2)
-    return goals, float((changes[far] / apart[far]).max(initial=0.0))
+    """Goals (k, 3) [mm] of the runs of a statement, and the spread of its corrections by that of the goals."""
+    samples, targets = plan.motion.samples, [plan.motion.moves[i].event.target for i in rows]
+    goals = np.array([target.trans for target in targets if isinstance(target, RobTarget)]).reshape(-1, 3)
+    at = samples.goal[list(rows)]
+    spread = MM * np.ptp(plan.curve[at, :3, 3] - samples.T_work_tcp[at, :3, 3], axis=0)
+    return goals, float(np.linalg.norm(spread)) / max(float(np.linalg.norm(np.ptp(goals, axis=0))), 1.0)
