@@ -133,7 +133,9 @@ class Planner:
         left, whole = self._left_by_choice(), dict[int, str]()
         while True:
             goals = self.writer.assign(self.requester.goals(self._chosen(left)))
-            left |= goals.left
+            if goals.left:
+                left |= goals.left
+                continue
             placed = self._placed(left, goals)
             written = place_targets(self.model, self.samples, self.exact, placed)
             curve, transitions = commanded_curve(self.model, self.samples, self.exact, written, self.time)
