@@ -122,7 +122,7 @@ class Planner:
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
         self.arrivals = Arrivals(program, self.writer.effects)
-        self.divisible = DivisibleMoves(program, events, self.samples, self.arrivals)
+        self.divisible = DivisibleMoves(events, self.samples, self.arrivals)
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensation.correction.fewest_targets import Pieces
-from postproc.compensation.text.insertions import MAY_HAVE_CHANGED, insertion_of, small_zone
+from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
     UNLIKE,
@@ -158,8 +158,6 @@ class TargetAdder:
         """
         event, before = self.moves[i].event, self.moves[i - 1].event
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
-        if event.touched:
-            return MAY_HAVE_CHANGED
         return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
 
     def _run(self, part: Pieces, name: str | None) -> PathRun | str:

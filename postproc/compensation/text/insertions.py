@@ -9,7 +9,6 @@ from postproc.compensation.path.samples import Samples
 from postproc.compensation.text.values import Insertion, TargetValue
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.flow.arrivals import Arrivals, only
-from postproc.rapid.program.error_recovery import resumed_behind_errors
 from postproc.rapid.program.program import Program
 from postproc.rapid.unknown import Kind
 
@@ -65,8 +64,6 @@ def why_indivisible(event: MotionEvent) -> str | None:
         return f"nothing may be added before {statement.instruction}"
     if event.has_unresolved_runs:
         return "it also runs with other targets, on ways that are not followed"
-    if event.detached:
-        return "the arm may come here from more than one place"
     lasting = _AT_TARGET | (_AT_START if name != statement.instruction and name.startswith("Move") else frozenset())
     for role in statement.roles:
         if role.startswith("\\") and role not in CARRIED | lasting:
@@ -85,10 +82,9 @@ class DivisibleMoves:
         events: all of the program.
     """
 
-    def __init__(self, program: Program, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
+    def __init__(self, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
         self.moves, self.arrivals = samples.moves, arrivals
         self.aside = frozenset(samples.turned_aside().tolist())
-        self.resumed = resumed_behind_errors(program)
         self.unresolved = _unresolved_starts(events, (move.row for move in self.moves if not move.first))
         self._asked: dict[int, str] = {}
 
@@ -110,7 +106,7 @@ class DivisibleMoves:
             names = [event.start or "", *(argument.text for argument in frames if argument is not None)]
             if not self.arrivals.keeps(statement, " ".join(names)):
                 return MAY_HAVE_CHANGED
-        if f"{statement.module}.{statement.routine}".lower() in self.resumed:
+        if f"{statement.module}.{statement.routine}".lower() in self.arrivals.resumed_behind_errors:
             return RESUMED
         return TURNED_ASIDE if i in self.aside else why_indivisible(event) or ""
 

@@ -37,7 +37,6 @@ def set_first(unknowns: Iterable[Unknown]) -> str | None:
     return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"
 
 
-CLOCK = ""  # the key of the present time in ``Memory.unseen``
 Path = tuple[int | str, ...]  # indices, from 1, and components
 
 
@@ -74,7 +73,7 @@ class Memory:
     """Present values by key, over the initial values; a copy is cheap and independent.
 
     ``changed`` holds only what has been assigned or forgotten; ``unseen`` says of data how often something may have
-    written it, and when last, in all copies together; ``reads`` and ``noted`` see ``Scope``.
+    written it, in all copies together; ``reads`` and ``noted`` see ``Scope``.
     """
 
     program: Program
@@ -83,7 +82,7 @@ class Memory:
     frame: CallFrame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
-    unseen: dict[str, tuple[int, int]] = field(default_factory=dict)
+    unseen: dict[str, int] = field(default_factory=dict)
     trial: bool = False
     teaching: Teaching = field(default_factory=Teaching)
     reads: list[Unknown] = field(default_factory=list)
@@ -99,24 +98,14 @@ class Memory:
         frame = replace(self.frame, bindings=dict(self.frame.bindings))
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 
-    @property
-    def time(self) -> int:
-        """How often something may have written any data so far."""
-        return self.unseen.get(CLOCK, (0, 0))[0]
-
     def invalidate(self, key: str) -> None:
         """Note that something may have written data, or (`UNSEEN`) all that code in none of the files can reach."""
-        time = self.time + 1
-        self.unseen[CLOCK] = time, time
-        self.unseen[key] = self.unseen.get(key, (0, 0))[0] + 1, time
+        self.unseen[key] = self.unseen.get(key, 0) + 1
 
-    def invalidated(self, key: str) -> tuple[int, int]:
-        """How often something may have written data, and when last: zeros for never."""
-        count, time = self.unseen.get(key, (0, 0))
-        if UNSEEN in self.unseen and key in self.changes.exposed:
-            more, later = self.unseen[UNSEEN]
-            return count + more, max(time, later)
-        return count, time
+    def invalidated(self, key: str) -> int:
+        """How often something may have written data."""
+        reached = UNSEEN in self.unseen and key in self.changes.exposed
+        return self.unseen.get(key, 0) + (self.unseen[UNSEEN] if reached else 0)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 

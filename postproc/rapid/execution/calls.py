@@ -178,7 +178,6 @@ class Execution(ABC):
         keys = self.changes.of_one(statement, memory.frame.routine)
         forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{word}`" if word else LATE)
         self.ways.doubt()
-        self.recorder.chosen = True
         self.report_once(Diagnostic(
             "RAP032", "warning", "which routine is called here is known only at run time",
             memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",

@@ -22,8 +22,7 @@ from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
-from postproc.rapid.program.program import Program, statements_in, statements_of
-from postproc.rapid.program.write_effects import holds_word
+from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -119,8 +118,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     calls = _calls(flow.program)
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
-        chosen = flow.recorder.chosen and routine.kind == "PROC" and not routine.parameters
-        if not routine.source.read_only and (loose or chosen or any(True for _ in _unreached(flow, routine))):
+        if not routine.source.read_only and (loose or any(True for _ in _unreached(flow, routine))):
             flow.recorder.supposed = routine.key in flow.entered and not loose
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
@@ -130,11 +128,11 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
     events, recorder = flow.ways.events, flow.recorder
-    marked, unshared = recorder.elsewhere | recorder.unresolved_start, _unshared(flow)
+    marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
         key = event.statement.key
         if key in marked:
-            event = replace(event, has_unresolved_runs=key in recorder.elsewhere, detached=True)
+            event = replace(event, has_unresolved_runs=True)
         if key in unshared:
             event = replace(event, numbers=tuple(n for n in event.numbers if n[0] not in unshared[key]))
         events[i] = event
@@ -187,11 +185,6 @@ def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
         flow.conditional += 1
         flow.body(body, memory)
         flow.conditional -= 1
-        # The routine goes on from where its handler has moved to.
-        back = holds_word(routine.source, body, b"restopath")
-        if holds_word(routine.source, body, b"retry", b"trynext") and not back:
-            moved = (flow.program.motion(routine.source, statement) for statement in statements_in(routine.body))
-            flow.recorder.unresolved_start.update(motion.key for motion in moved if motion is not None)
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:

@@ -157,13 +157,13 @@ class WorldMemory(Memory):
         elif isinstance(data, PartlyUnknown):
             data = self._drawn(declaration, data.data)
         elif isinstance(data, Assumed):
-            kept = self.world.generator(f"{key}? {self.invalidated(key)[0]}").random() < 0.5
+            kept = self.world.generator(f"{key}? {self.invalidated(key)}").random() < 0.5
             data = data.data if kept else self._drawn(declaration, data.data)
         return Value(data, declaration.type, rank)
 
     def _left(self, declaration: Declaration, unseen: bool) -> Data:
         """What the last run has left in data that nothing has set so far, or something unseen."""
-        at = declaration.key, self.invalidated(declaration.key)[0], unseen
+        at = declaration.key, self.invalidated(declaration.key), unseen
         if at not in self.world.left:
             data = self._declared(declaration).data
             stays = not unseen and declaration.storage != "PERS"
@@ -180,7 +180,7 @@ class WorldMemory(Memory):
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
         key, kind, rank = declaration.key, declaration.type, len(declaration.dims)
-        drawn = self.world.generator(f"{key} {self.invalidated(key)[0]}")
+        drawn = self.world.generator(f"{key} {self.invalidated(key)}")
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.flow.constants import Constants
@@ -83,6 +84,22 @@ class Arrivals:
             return LOST
         routine, state = self._before.get(key, ("", {}))
         return substituted(state, self._entries[routine]) if routine else state
+
+    @cached_property
+    def resumed_behind_errors(self) -> frozenset[str]:
+        """Keys of routines in which a statement that fails may be passed over: a handler of their own, or of a routine
+        to which their errors come, holds ``TRYNEXT``.
+        """
+        pending = [key for key, routine in self._routines.items() if routine.graph.skips]
+        found = set(pending)
+        while pending:
+            for step in _steps(self._routines[pending.pop()].graph):
+                for called in step.routines if isinstance(step, CallStep) else ():
+                    graph = self._routines[called].graph
+                    if called not in found and (not graph.handlers or graph.raises):
+                        found.add(called)
+                        pending.append(called)
+        return frozenset(found)
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
         """Whether all data that a text names at a statement, and the displacement of the program, are as they were

@@ -27,7 +27,8 @@ class Graph:
 
     Args:
         handlers: where its handlers begin; inside: blocks from there on belong to handlers.
-        retries, skips: whether a handler may repeat the statement that failed, or go on behind it.
+        retries, skips: whether a handler may repeat the statement that failed, or go on behind it; raises: or leave the
+            error to the caller's.
         open: whether anything but constants of the text decides on a way.
         counters: names of its loop counters.
     """
@@ -37,6 +38,7 @@ class Graph:
     inside: int = 0
     retries: bool = False
     skips: bool = False
+    raises: bool = False
     open: bool = False
     counters: set[str] = field(default_factory=set)
 
@@ -118,6 +120,7 @@ class _Drawing:
         text = self.routine.source.data[slice(*statement.span)].lower()
         self.graph.retries |= text.startswith(b"retry")
         self.graph.skips |= text.startswith(b"trynext")
+        self.graph.raises |= text.startswith(b"raise")
         self.now = None
 
     def branches(self, statement: Statement) -> None:

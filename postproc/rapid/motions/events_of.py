@@ -9,7 +9,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.records import NO_AXIS, JointTarget, RobTarget
 from postproc.rapid.data.values import Data
-from postproc.rapid.evaluation.memory import Memory, Reference
+from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.motions.missing import Missing
 from postproc.rapid.motions.moments import FIXED_AXES, Moment
@@ -18,12 +18,10 @@ from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import SETTERS
-from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set
 NAMED = ("declared", "element", "expression")  # kinds of origins
-FRAMES = ("tool", "\\wobj")  # roles of arguments
 
 
 class EventMaker:
@@ -105,15 +103,6 @@ class EventMaker:
         known = self.targets.robtarget(last.source, to.span, memory.aside())
         return to.text if known == (before.target, origin) else None
 
-    def touched(self, event: MotionEvent, memory: Memory, since: int) -> bool:
-        """Whether something unseen may have written the frames of an event, or the target before it, since a time."""
-        if memory.time <= since and not memory.changes.volatile and not memory.changes.unseen_any_time:
-            return False
-        given = (event.statement.argument(role) for role in FRAMES)
-        texts = [event.start or "", *(argument.text for argument in given if argument is not None)]
-        keys = {"@pdisp", *_keys(" ".join(texts), memory)}
-        return any(memory.invalidated(k)[1] > since or memory.changes.may_be_written_any_time(k) for k in keys)
-
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
@@ -140,13 +129,3 @@ class EventMaker:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
         known = None if isinstance(via, Unknown) else via
         return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
-
-
-def _keys(text: str, memory: Memory) -> set[str]:
-    """Keys of the data that some text names here."""
-    found = set()
-    for name in identifiers(text.encode("latin-1")):
-        bound = memory.frame.bindings.get(name)
-        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(name)
-        found |= {declaration.key} if declaration is not None else set()
-    return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from postproc.rapid.data.events import MotionEvent
 
-NOWHERE = -1  # where the arm stands is not known; less than that: see ``Predecessors.stay``
+NOWHERE = -1  # where the arm stands is not known
 MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
 
@@ -14,7 +14,7 @@ MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand 
 class Predecessors:
     """Events in the order in which they run; where several ways meet, one after the other.
 
-    ``ends`` are indices of the events after one of which the arm stands now, or codes for where that is not known.
+    ``ends`` are indices of the events after one of which the arm stands now, and ``NOWHERE``.
 
     Args:
         exits: the same for ways on which the routine may have been left.
@@ -37,15 +37,15 @@ class Predecessors:
 
     def either(self, ends: frozenset[int], more: frozenset[int]) -> frozenset[int]:
         """Ends of some ways and of others; of very many those alone that a motion after them tells from all: two at
-        each of the last places (see ``go``), and codes.
+        each of the last places (see ``go``), and ``NOWHERE``.
         """
         ends |= more
         if len(ends) <= MOST_KEPT:
             return ends
         places: dict[tuple[object, ...], list[int]] = {}
-        kept = [*sorted(end for end in ends if end < NOWHERE)[:2], *ends & {NOWHERE}]
+        kept = [*ends & {NOWHERE}]
         for end in sorted(ends, reverse=True):
-            if end <= NOWHERE or len(places) == MOST_WAYS:
+            if end == NOWHERE or len(places) == MOST_WAYS:
                 break
             here = places.setdefault(reached(self.events[end]), [])
             kept += [end] if len(here) < 2 else []
@@ -59,20 +59,6 @@ class Predecessors:
         Ways that come from an unknown place are left out, so that the list is not always complete.
         """
         return sorted(end for end in self.ends if end > NOWHERE)
-
-    def stay(self, event: int) -> None:
-        """The arm stands where an event has brought it, on a way that is not followed: it goes on from nowhere."""
-        self.ends = frozenset({NOWHERE - 1 - event})
-
-    def begin_as(self, event: int) -> bool:
-        """Whether the arm stands where an event began, as far as is known on any way."""
-        if self.events[event].first:
-            return False
-        before = event - 1
-        while before >= 0 and _still(self.events[before]):
-            before -= 1
-        again = self.events[before].resumes_from if before >= 0 else None
-        return self.ends <= {NOWHERE - 1 - (before if again is None else again)}
 
     def lose(self) -> None:
         """Nobody knows where the arm stands."""

@@ -23,13 +23,12 @@ class Recorder:
         ways: the events, and after which of them the arm may stand.
         visited: statements that have an event; first: indices of their first events; went: of the first event of a
             statement to each other target.
-        elsewhere: statements that run again with another target; astray: that begin elsewhere.
+        elsewhere: statements that run again with another target.
         others: what numbers statements name on ways that are not followed, and where they go there.
         only_new: only what has not been recorded yet counts.
         supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
-        chosen: some call means nobody knows which routine: what is supposed to have run may begin anywhere.
         cases: of statements to an element that only the controller knows, the last event of each case; reached: by the
-            place to which such a statement goes, its event and those from which the arm came.
+            place to which such a statement goes, its event.
         emitting: motions become events; not while something is tried out.
         returning: from the end of a loop to the first motion of its next turn.
     """
@@ -42,13 +41,11 @@ class Recorder:
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
-        self.unresolved_start: set[StatementKey] = set()
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
         self.cases: dict[StatementKey, dict[Choice, int]] = {}
-        self.reached: dict[tuple[object, ...], tuple[int, frozenset[int]]] = {}
-        self.only_new = self.supposed = self.chosen = False
+        self.reached: dict[tuple[object, ...], int] = {}
+        self.only_new = self.supposed = False
         self.emitting, self.returning = True, False
-        self.time = 0  # of the last motion, see ``Memory.time``
 
     def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
         """One execution; how many events it takes beyond the first."""
@@ -69,7 +66,7 @@ class Recorder:
                 if known is not None and known.numbers:
                     numbers = named_numbers(statement, known.target_origin, memory)
                     self.others.add((statement.key, known.target, numbers))
-                self._pass(statement.key, before_it)
+                self.ways.lose()
                 return 0
         make = self.maker.event if new else self.repeats.event
         ends = self.ways.ends
@@ -85,19 +82,16 @@ class Recorder:
             return self._each(statement, cases)
         if self.returning and event.reason is not None:
             return 0
-        return self._add(event, memory)
+        return self._add(event)
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
         """The event after which the arm stands, where that is the last one."""
         return self.ways.events[self.ways.last] if self.ways.events and ends == {self.ways.last} else None
 
-    def _add(self, event: MotionEvent, memory: Memory) -> int:
+    def _add(self, event: MotionEvent) -> int:
         """Add an event; how many it takes beyond the first."""
         statement = event.statement
         events, before = self.ways.events, len(self.ways.events)
-        if self.maker.touched(event, memory, self.time):
-            event = replace(event, touched=True)
-        self.time = memory.time
         self.ways.go(event)
         index = before
         while events[index].resumes_from is not None:
@@ -123,27 +117,14 @@ class Recorder:
                     self.elsewhere.add(statement.key)
                 continue
             place = reached(event)
-            index, came = self.reached.get(place, (NOWHERE, own))
-            if came != own or self.returning:
-                self.unresolved_start.add(statement.key)  # another turn, which begins elsewhere
-            if index == NOWHERE and not self.returning:
+            if place not in self.reached and not self.returning:
                 self.ways.ends = own
-                self._add(event, memory)
-                index = self.ways.last
-                self.reached[place] = index, own
-            ends[choice] = index
+                self._add(event)
+                self.reached[place] = self.ways.last
+            ends[choice] = self.reached.get(place, NOWHERE)
         self.cases[statement.key] = ends
         self.ways.ends = frozenset(ends.values()) or frozenset({NOWHERE})
         return max(0, len(self.ways.events) - before - 1)
-
-    def _pass(self, key: StatementKey, index: int | None) -> None:
-        """Run a statement again to the place to which an event brought the arm."""
-        if index is None:
-            self.ways.lose()
-            return
-        if (self.chosen or not self.supposed) and not self.ways.begin_as(index):
-            self.unresolved_start.add(key)
-        self.ways.stay(index)
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """The first event in which the statement went where it goes now; its first one where no target tells."""

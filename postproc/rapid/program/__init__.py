@@ -6,5 +6,4 @@ declare, `elsewhere` which data they share. `references` says where data is used
 `write_effects` what a piece of program may write, `measured_places` what it sets to where the arm stands,
 `function_effects` what functions do there, `late_binding` which procedures a text may name, `instructions` which ones
 the controller has, `spelling` what a name that is nowhere may be a misspelling of.
-`error_recovery` says where an error may go on behind a statement.
 """
