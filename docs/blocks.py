@@ -14,6 +14,7 @@ import re
 import shlex
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,12 +98,23 @@ def _run(block: Block, line: str, variables: dict[str, str]) -> Ran:
     return Ran(block, line, output, code, int(expected[1]) if expected else 0)
 
 
+class _Screen(io.TextIOWrapper):
+    """What a command prints, but for how far it is, which a thread tells on a machine that is slow at the moment."""
+
+    def __init__(self) -> None:
+        super().__init__(io.BytesIO(), encoding="utf-8", write_through=True)
+        self.thread = threading.current_thread()
+
+    def write(self, text: str) -> int:
+        return super().write(text) if threading.current_thread() is self.thread else len(text)
+
+
 def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, str]:
     from postproc.cli.app import build
     from postproc.cli.run import run
 
-    out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
-    said = out if stdout is None else io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+    out = _Screen()
+    said = out if stdout is None else _Screen()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         code = run(build(), arguments)
     if stdout is not None:
