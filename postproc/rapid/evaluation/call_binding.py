@@ -31,7 +31,7 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
 
     ``\Opt?name`` passes a parameter on only if the caller got it.
     """
-    frame = CallFrame(routine)
+    frame = CallFrame(routine, caller=memory.frame, conditional=memory.conditional, supposed=memory.frame.supposed)
     for parameter in routine.parameters:
         if not parameter.optional:
             frame.bindings[parameter.name] = Unknown(Kind.PARAMETER, parameter.name)

@@ -52,13 +52,51 @@ class Reference:
 Binding = Value | Unknown | Reference
 
 
+NOWHERE = -1  # where the arm stands is not known
+LOST = frozenset({NOWHERE})
+
+
+@dataclass(frozen=True, slots=True)
+class Exit:
+    """A way by which a routine is left.
+
+    Args:
+        changed, ends: see ``Memory``. value: that it returns.
+        goes_on: what called the routine goes on; not behind EXIT, an error, or where the way never ends.
+    """
+
+    changed: dict[str, Data]
+    ends: frozenset[int]
+    value: Value | Unknown | None = None
+    goes_on: bool = True
+
+
 @dataclass(slots=True)
 class CallFrame:
-    """One call: the routine, its parameters and loop variables by lower-case name."""
+    """One call: the routine, its parameters and loop variables by lower-case name.
+
+    Args:
+        caller: the frame of the caller; conditional: how many conditions were not known there.
+        exits: the ways that have left the routine so far.
+        supposed: it has run before as far as its calls tell: only what is new in it counts.
+    """
 
     routine: Routine
     bindings: dict[str, Binding] = field(default_factory=dict)
     present: set[str] = field(default_factory=set)
+    caller: CallFrame | None = None
+    conditional: int = 0
+    exits: list[Exit] = field(default_factory=list)
+    supposed: bool = False
+
+    def running(self) -> list[CallFrame]:
+        """The calls that have not ended, the last first."""
+        frames, frame = list[CallFrame](), self
+        while True:
+            frames.append(frame)
+            if frame.caller is None:
+                return frames
+            frame = frame.caller
 
     def varying(self) -> set[str]:
         """Names that may mean something else in another call or another turn of a loop."""
@@ -70,10 +108,16 @@ class CallFrame:
 
 @dataclass(slots=True)
 class Memory:
-    """Present values by key, over the initial values; a copy is cheap and independent.
+    """The state of a program on one way through it: values of data by key, the call, where the arm stands.
 
-    ``changed`` holds only what has been assigned or forgotten; ``unseen`` says of data how often something may have
-    written it, in all copies together; ``reads`` and ``noted`` see ``Scope``.
+    A copy is cheap and independent: it is another way from here.
+
+    Args:
+        changed: only what has been assigned or forgotten, over the initial values.
+        unseen: how often something may have written data, of all ways together; reads, noted: see ``Scope``.
+        ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
+        conditional: how many of the conditions in force are not known.
+        trial: nothing moves; returning: from the end of a loop to the first motion of its next turn.
     """
 
     program: Program
@@ -83,7 +127,10 @@ class Memory:
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
     unseen: dict[str, int] = field(default_factory=dict)
+    ends: frozenset[int] = LOST
+    conditional: int = 0
     trial: bool = False
+    returning: bool = False
     teaching: Teaching = field(default_factory=Teaching)
     reads: list[Unknown] = field(default_factory=list)
     noted: list[Unknown] = field(default_factory=list)
@@ -95,8 +142,21 @@ class Memory:
 
     def aside(self) -> Memory:
         """The same to try something out: what functions write and move then does not count."""
-        frame = replace(self.frame, bindings=dict(self.frame.bindings))
+        frame = replace(self.frame, bindings=dict(self.frame.bindings), exits=[])
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
+
+    def branch(self) -> Memory:
+        """Another way from here, on a condition that is not known."""
+        frame = replace(self.frame, bindings=dict(self.frame.bindings))
+        return replace(self, frame=frame, changed=dict(self.changed), conditional=self.conditional + 1)
+
+    def doubt(self) -> None:
+        """The arm may stand elsewhere, too."""
+        self.ends |= LOST
+
+    def leave(self, value: Value | Unknown | None = None, goes_on: bool = True) -> None:
+        """The routine ends on this way."""
+        self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
         """Note that something may have written data, or (`UNSEEN`) all that code in none of the files can reach."""
@@ -264,7 +324,8 @@ class Memory:
         routine = self.program.routine(declaration.routine, declaration.module) if declaration.routine else None
         if routine is None:
             routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())
-        return Memory(self.program, self.changes, self.constants, CallFrame(routine), self.function, {})
+        frame = CallFrame(routine, caller=self.frame)
+        return Memory(self.program, self.changes, self.constants, frame, self.function, {}, trial=True)
 
 
 def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:

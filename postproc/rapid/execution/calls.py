@@ -47,10 +47,7 @@ class AddedMotions:
 
 
 class Execution(ABC):
-    """What is common to all statements; the ``recorder`` keeps every motion.
-
-    ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
-    """
+    """What is common to all statements; the ``recorder`` keeps every motion."""
 
     def __init__(
         self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
@@ -68,12 +65,7 @@ class Execution(ABC):
         self.followed: set[tuple[str, int]] = set()  # calls
         self.elsewhere: set[str] = set()  # names of routines in none of the files
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
-        self.conditional = 0
         self.reported: set[tuple[str, str]] = set()
-        self.stack: list[str] = []
-        self.conditions: dict[str, int] = {}  # conditions in force when a routine was entered last
-        self.returned: Value | Unknown | None = None
-        self.left: list[dict[str, Data]] = []  # what data is on the ways by which the present routine was left
         self.jumps: dict[str, Mapping[str, int]] = {}
         self.spare = 10 * (len(program.statements) - len(self.added.motions))  # long programs may take more steps
         self.steps = -self.spare
@@ -98,9 +90,7 @@ class Execution(ABC):
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
             self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
-            more = self.recorder.move(
-                motion, memory, self.conditional > 0
-            )  # functions in its arguments take steps, too
+            more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
             self.steps += more
             if "found" in motion.roles and (found := motion.argument("found")) is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
@@ -116,11 +106,10 @@ class Execution(ABC):
             routine = self.program.routine(word, memory.frame.routine.module)
             pieces = read_arguments(source.data, start, statement.span[1])
         if routine is not None:
-            place, supposed = (source.path, statement.span[0]), self.recorder.supposed
-            self.recorder.supposed = supposed and place in self.followed
+            place = source.path, statement.span[0]
+            again = place in self.followed
             self.followed.add(place)
-            self.call_routine(routine, pieces, memory)
-            self.recorder.supposed = supposed
+            self.call_routine(routine, pieces, memory, again)
         elif word in STATE:
             run_state_instruction(
                 word, pieces, memory, lambda span: self.data.value(span, memory),
@@ -142,9 +131,9 @@ class Execution(ABC):
         forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{name}`")
         if word in KNOWN:
             if word in MOVING:
-                self.ways.doubt()
+                memory.doubt()
             return
-        self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
+        memory.doubt()  # taken not to move the arm, but nothing may be added to the way from here
         if name in self.elsewhere:
             return
         self.elsewhere.add(name)
@@ -177,30 +166,40 @@ class Execution(ABC):
             return routine
         keys = self.changes.of_one(statement, memory.frame.routine)
         forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{word}`" if word else LATE)
-        self.ways.doubt()
+        memory.doubt()
         self.report_once(Diagnostic(
             "RAP032", "warning", "which routine is called here is known only at run time",
             memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
         ))  # fmt: skip
         return None
 
-    def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
-        """Run a routine with these arguments; what it returns."""
+    def call_routine(
+        self, routine: Routine, pieces: Sequence[Piece], memory: Memory, again: bool = True
+    ) -> Value | Unknown | None:
+        """Run a routine with these arguments; what it returns.
+
+        Args:
+            again: the call has been followed before.
+        """
         frame = bound_frame(routine, pieces, memory, self.data.tree)
+        frame.supposed &= again
+        running = memory.frame.running()
+        before = next((call for call in running if call.routine.key == routine.key), None)
         counted = routine.key not in self.added.routines
-        beyond = counted and (len(self.stack) > MAX_CALLS or self.exhausted(routine.source))
-        if self.endless(routine, frame) or beyond:
+        beyond = counted and (len(running) > MAX_CALLS or self.exhausted(routine.source))
+        if beyond or (before is not None and _endless(frame, before)):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
-            self.ways.doubt()
+            memory.doubt()
             self.passed_over.add(routine.key)
             return Unknown(Kind.NOT_FOLLOWED, routine.name)
-        inner, before = replace(memory, frame=frame), self.steps
+        inner, steps = replace(memory, frame=frame), self.steps
         own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
-        outer = {key: memory.changed[key] for key in own if routine.key in self.stack}
+        outer = {key: memory.changed[key] for key in own if before is not None}
         result = self.enter(routine, inner)
-        self.steps = self.steps if counted else before
+        self.steps = self.steps if counted else steps
         memory.changed = {**inner.changed, **outer} if outer else inner.changed
+        memory.ends = inner.ends
         self.forget_passed(routine, pieces, frame, memory)
         return result
 
@@ -226,14 +225,6 @@ class Execution(ABC):
                     memory.invalidate(key)
                 assume(memory, keys, f"`{routine.name}`")
 
-    def endless(self, routine: Routine, frame: CallFrame) -> bool:
-        """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
-        if routine.key not in self.stack:
-            return False
-        references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
-        own = any(bound.declaration.routine.lower() == routine.name.lower() for bound in references)
-        return own or not frame.bindings or self.conditional > self.conditions[routine.key]
-
     def function(self, call: Call, memory: Memory) -> Value | None:
         """Value of a function of the program's own; None if it has none of that name.
 
@@ -245,10 +236,7 @@ class Execution(ABC):
             return None
         pieces = [("", a.span, a.span) for a in call.arguments]
         pieces += [("\\" + name, value.span if value else (0, 0), (0, 0)) for name, value in call.options]
-        recorder, emitting = self.recorder, self.recorder.emitting
-        recorder.emitting = emitting and not memory.trial
         result = self.call_routine(routine, pieces, memory)
-        recorder.emitting = emitting
         if isinstance(result, Value):
             return Value(as_type(result.data, routine.type), routine.type, assumed=result.assumed)
         raise result.kept() if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
@@ -258,3 +246,10 @@ class Execution(ABC):
         if (found.code, found.message) not in self.reported:
             self.reported.add((found.code, found.message))
             self.diagnostics.append(found)
+
+
+def _endless(frame: CallFrame, before: CallFrame) -> bool:
+    """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
+    references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
+    own = any(bound.declaration.routine.lower() == frame.routine.name.lower() for bound in references)
+    return own or not frame.bindings or frame.conditional > before.conditional

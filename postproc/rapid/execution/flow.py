@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Matter, Source, Span
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
-from postproc.rapid.evaluation.memory import Memory, Reference
+from postproc.rapid.evaluation.memory import Exit, Memory, Reference
 from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
@@ -38,20 +38,15 @@ class Flow(Loops):
         self.entered.add(routine.key)
         for declaration in routine.declarations:
             memory.initialise(declaration)
-        outer, self.returned = self.returned, None
-        conditional, exits, left = self.conditional, self.ways.exits, self.left
-        self.ways.exits, self.left = frozenset(), []
-        self.stack.append(routine.key)
-        self.conditions[routine.key] = conditional
         reached = self.body(routine.body, memory)
-        if self.left:
-            memory.changed = joined([memory.changed, *self.left] if reached else self.left, self.program)
-        self.left = left
-        self.stack.pop()
-        self.conditional = conditional
-        self.ways.ends, self.ways.exits = self.ways.either(self.ways.ends, self.ways.exits), exits
-        result, self.returned = self.returned, outer
-        return result
+        exits = memory.frame.exits
+        if not exits:
+            return None
+        ways = [*([Exit(memory.changed, memory.ends)] if reached else ()), *exits]
+        memory.changed = joined([way.changed for way in ways if way.goes_on] or [memory.changed], self.program)
+        memory.ends = self.ways.either(*(way.ends for way in ways))
+        values = [way.value for way in exits if way.value is not None]
+        return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
         """Run statements and change ``memory``; False where RETURN, EXIT or a jump leaves before their end."""
@@ -89,12 +84,12 @@ class Flow(Loops):
                 self.label(statement, memory)
             case "goto":
                 # The jump may skip what follows; at its label the ways meet again.
-                self.conditional += 1
+                memory.conditional += 1
             case "return":
-                self.leave_with(statement.parts[0], memory)
-                self.left.append(dict(memory.changed))
+                memory.leave(self.result(statement.parts[0], memory))
                 return False
             case "leave":
+                memory.leave(goes_on=False)
                 return False
             case "opaque":
                 forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.UNCERTAIN)
@@ -108,7 +103,7 @@ class Flow(Loops):
             return
         if statement.kind == "call":
             moves = self.program.motion(routine.source, statement) is not None
-            still = not self.recorder.emitting or self.recorder.returning
+            still = memory.trial or memory.returning
             if not still if moves else self.program.routine(statement.word, routine.module) is not None:
                 return
         forget(memory, self.changes.of_functions(statement, routine), Kind.WRITTEN_BY_FUNCTION)
@@ -183,10 +178,8 @@ class Flow(Loops):
         if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
         self.say_followed(statement, place, memory)
-        changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
-        begin, stands = self.ways.ends, frozenset[int]()
-        ends: list[dict[str, Data]] = []
-        uncertain, out, arms = False, len(self.left), dict[int, dict[str, Data] | None]()
+        ways, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
+        out, uncertain = len(exits), False
         for arm, branch in enumerate(statement.branches):
             verdict = self.chosen(statement, branch.conditions, memory) if branch.conditions else True
             if verdict is False:
@@ -194,36 +187,36 @@ class Flow(Loops):
             if verdict is True and not uncertain:
                 return self.body(branch.body, memory)
             uncertain = True
-            self.conditional += 1
-            left = len(self.left)
-            if self.body(branch.body, memory):
-                ends.append(memory.changed)
-                stands = self.ways.either(stands, self.ways.ends)
-                arms[arm] = memory.changed
-            else:
-                self.ways.leave()
-                if len(self.left) > left:
-                    arms[arm] = self.left[-1]
-            self.conditional -= 1
-            memory.changed, memory.frame.bindings = dict(changed), dict(bindings)
-            self.ways.ends = begin
+            way, left = memory.branch(), len(exits)
+            if self.body(branch.body, way):
+                ways.append(way)
+                arms[arm] = way.changed
+            elif returned := [exit_ for exit_ in exits[left:] if exit_.goes_on]:
+                arms[arm] = returned[-1].changed
             if verdict is True:
                 break
         else:
             if not uncertain:
                 return True
-            ends.append(memory.changed)  # none of the conditions holds
-            stands = self.ways.either(stands, begin)
+            ways.append(memory)  # none of the conditions holds
             arms[len(statement.branches)] = None
-        if self.recorder.emitting and len(arms) > 1:
-            self.choose(statement, arms, len(self.left) > out, memory)
-        self.ways.ends = stands
-        if not ends:
+        if not memory.trial and len(arms) > 1:
+            self.choose(statement, arms, any(way.goes_on for way in exits[out:]), memory)
+        if not ways:
             return False
-        memory.changed = joined(ends, self.program)
+        self.meet(ways, memory)
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, Kind.UNDECIDED)
         return True
+
+    def meet(self, ways: Sequence[Memory], memory: Memory) -> None:
+        """Make of a state what holds where ways from it meet again."""
+        conditional = [way.conditional - 1 for way in ways if way is not memory]
+        memory.changed, memory.ends, memory.conditional = (
+            joined([way.changed for way in ways], self.program),
+            self.ways.either(*(way.ends for way in ways)),
+            max([memory.conditional, *conditional]),
+        )
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
         """Note a branch that moves nothing (see ``Choices.met``)."""
@@ -244,8 +237,8 @@ class Flow(Loops):
 
     def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
         """One arm of a branch (see ``SplitBranches``); whether its end is reached."""
-        if self.recorder.emitting and self.choices.again(place):
-            self.ways.doubt()  # the arm may have come here by another choice
+        if not memory.trial and self.choices.again(place):
+            memory.doubt()  # the arm may have come here by another choice
         arm, choice = self.choices.forced[place], self.choices.found[place]
         reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
         forget(memory, choice.keys - choice.certain, Kind.UNDECIDED)
@@ -275,17 +268,13 @@ class Flow(Loops):
         routine = memory.frame.routine
         if statement.word in self.jumps_of(routine):
             forget(memory, self.changes.of_routine[routine.key], Kind.CHANGED_BEFORE_JUMP)
-            self.ways.doubt()
+            memory.doubt()
 
-    def leave_with(self, span: Span, memory: Memory) -> None:
-        """Note what RETURN gives, the expression at a span."""
+    def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
+        """What RETURN gives, the expression at a span."""
         if span[0] == span[1]:
-            return
-        value: Value | Unknown
+            return None
         try:
-            value = evaluate(self.data.tree(span, memory), memory)
+            return evaluate(self.data.tree(span, memory), memory)
         except Unknown as error:
-            value = error.kept()
-        if self.returned is not None:  # another way returns too
-            value = Unknown(Kind.RESULT_UNDECIDED)
-        self.returned = value
+            return error.kept()

@@ -110,7 +110,6 @@ class _Follower(Flow):
         ]
         self.calling = False  # from code in none of the files
         self.count = self.own = 0
-        self.recorder.emitting = False
 
     def memory(self, routine: Routine) -> WorldMemory:
         """New memory for a routine that is started from outside the program, not called.
@@ -129,14 +128,10 @@ class _Follower(Flow):
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         for declaration in routine.declarations:
             memory.initialise(declaration)
-        outer, self.returned = self.returned, None
-        self.stack.append(routine.key)
-        self.conditions[routine.key] = 0
         self.body(routine.body, memory)
         self.jump = None
-        self.stack.pop()
-        result, self.returned = self.returned, outer
-        return result
+        exits = memory.frame.exits
+        return exits[-1].value if exits else None
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
         steps, at, labels = tuple(statements), 0, dict[str, int]()
@@ -166,17 +161,10 @@ class _Follower(Flow):
                 return True
             case "leave":
                 raise _Stop
-            case "return":
-                self.leave_with(statement.parts[0], memory)
-                return False
             case "call" if motion is not None:
                 self.move(motion, memory)
                 return True
         return super().statement(statement, memory)
-
-    def leave_with(self, span: Span, memory: Memory) -> None:
-        self.returned = None
-        super().leave_with(span, memory)
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """Functions of the program run where they are called; what others are given by name is drawn again."""

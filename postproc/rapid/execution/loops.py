@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.values import Value
@@ -68,6 +69,7 @@ class Loops(Execution):
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
             self.unknown_turns(loop, memory, {}, certain=True)
+            memory.leave(goes_on=False)
             return False
         keys = self.changes.of_one(loop, memory.frame.routine)
         turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
@@ -107,35 +109,28 @@ class Loops(Execution):
         memory.frame.bindings.update(bindings)
         if self.steps > MOST_STEPS_ABOVE * MAX_STEPS:
             forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
-            self.ways.doubt()
+            memory.doubt()
             return
         body, moves = loop.branches[0].body, "@moves" in keys
         keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
         keys |= self.changes.of_one(loop, memory.frame.routine) & {UNSEEN}
         forget(memory, keys, Kind.CHANGED_IN_LOOP)
-        begin = self.ways.ends
-        self.conditional += not certain
+        begin = memory.ends
+        memory.conditional += not certain
         if not self.body(body, memory):
-            self.ways.leave()
-        elif moves and self.recorder.emitting and not self.recorder.returning and not self.recorder.only_new:
-            self.return_to_begin(body, memory, keys)
-        self.conditional -= not certain
+            memory.ends = frozenset()
+        elif moves and not memory.trial and not memory.returning and not self.recorder.only_new:
+            next_turn = replace(memory.aside(), trial=False, returning=True)
+            forget(next_turn, keys, Kind.CHANGED_IN_LOOP)
+            self.body(body, next_turn)
+        memory.conditional -= not certain
         forget(memory, keys, Kind.CHANGED_IN_LOOP)
-        self.ways.ends |= begin
-
-    def return_to_begin(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> None:
-        """Follow the arm from the end of a turn to the first motion of the next one."""
-        ends = self.ways.ends
-        forget(memory, keys, Kind.CHANGED_IN_LOOP)
-        self.recorder.returning = True
-        self.body(body, memory)
-        self.recorder.returning = False
-        self.ways.ends = ends
+        memory.ends = self.ways.either(memory.ends, begin)
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
         """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
         found: set[str] = {UNSEEN} & keys
-        if self.recorder.emitting and not self.exhausted(memory.frame.routine.source):
+        if not memory.trial and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
                 ends = self.tried(body, memory, keys, found)
                 if ends <= found:
@@ -145,19 +140,11 @@ class Loops(Execution):
 
     def tried(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str], unknown: set[str]) -> set[str]:
         """Those of the keys that are not after a turn what they were before it; nothing moves, nothing is kept."""
-        changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
-        ends, exits, returned, conditional = self.ways.ends, self.ways.exits, self.returned, self.conditional
-        left = list(self.left)
-        forget(memory, unknown, Kind.CHANGED_IN_LOOP)
-        before = _values(memory, keys)
-        self.recorder.emitting = False
-        self.body(body, memory)
-        self.recorder.emitting = True
-        after = _values(memory, keys)
-        memory.changed, memory.frame.bindings = changed, bindings
-        self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
-        self.left = left
-        return _differing(before, after)
+        trial = memory.aside()
+        forget(trial, unknown, Kind.CHANGED_IN_LOOP)
+        before = _values(trial, keys)
+        self.body(body, trial)
+        return _differing(before, _values(trial, keys))
 
 
 def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:

@@ -14,7 +14,7 @@ from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
-from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.memory import LOST, Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
 from postproc.rapid.execution.calls import MAX_STEPS, AddedMotions
 from postproc.rapid.execution.flow import Flow
@@ -119,10 +119,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
         if not routine.source.read_only and (loose or any(True for _ in _unreached(flow, routine))):
-            flow.recorder.supposed = routine.key in flow.entered and not loose
-            memory = _start(flow, routine, unknown)
-            _finish(flow, routine, memory)
-            flow.recorder.supposed = False
+            _finish(flow, routine, _start(flow, routine, unknown, routine.key in flow.entered and not loose))
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
@@ -154,10 +151,14 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     return found
 
 
-def _start(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """Run a routine as if somebody had started it; its parameters are not known."""
-    flow.ways.lose()
+def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
+    """Run a routine as if somebody had started it; its parameters are not known.
+
+    Args:
+        supposed: see ``CallFrame``.
+    """
     memory = _memory(flow, routine, state)
+    memory.frame.supposed = supposed
     flow.enter(routine, memory)
     return memory
 
@@ -181,10 +182,8 @@ def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
             continue
         memory = _memory(flow, routine, state)
         forget(memory, flow.changes.everything, Kind.UNCERTAIN)
-        flow.ways.lose()
-        flow.conditional += 1
+        memory.conditional += 1
         flow.body(body, memory)
-        flow.conditional -= 1
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
@@ -194,11 +193,10 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
         if statement.kind == "for":
             index = Unknown(Kind.LOOP_INDEX, statement.word)
             memory.frame.bindings[statement.word] = index
-    flow.conditional += 1
+    memory.conditional += 1
     for statement in _unreached(flow, routine):
-        flow.ways.lose()
+        memory.ends = LOST
         flow.statement(statement, memory)
-    flow.conditional -= 1
 
 
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:

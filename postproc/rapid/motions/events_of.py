@@ -34,9 +34,7 @@ class EventMaker:
         self.settings = SettingsReader(program, self.missing)
         self.last = Moment(_SET(AT_START))
 
-    def event(
-        self, statement: MotionStatement, memory: Memory, conditional: bool, before: MotionEvent | None = None
-    ) -> MotionEvent:
+    def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None = None) -> MotionEvent:
         """The event of one execution; ``before``: the one where the arm comes from, where that is one."""
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []
@@ -74,7 +72,7 @@ class EventMaker:
             origin,
             via_origin,
             in_force,
-            conditional,
+            memory.conditional > 0,
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
             numbers=named_numbers(statement, origin, memory) if apart else (),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.evaluation.memory import NOWHERE
 
-NOWHERE = -1  # where the arm stands is not known
 MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
 
@@ -14,37 +14,23 @@ MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand 
 class Predecessors:
     """Events in the order in which they run; where several ways meet, one after the other.
 
-    ``ends`` are indices of the events after one of which the arm stands now, and ``NOWHERE``.
-
-    Args:
-        exits: the same for ways on which the routine may have been left.
+    Where the arm stands on a way is told by ``Memory.ends``.
     """
 
     def __init__(self) -> None:
         self.events: list[MotionEvent] = []
-        self._ends: frozenset[int] = frozenset({NOWHERE})
-        self.exits: frozenset[int] = frozenset()
         self.last = NOWHERE  # the last event that moves the arm
 
-    @property
-    def ends(self) -> frozenset[int]:
-        """Where the arm may stand (see above)."""
-        return self._ends
-
-    @ends.setter
-    def ends(self, ends: frozenset[int]) -> None:
-        self._ends = self.either(ends, frozenset())
-
-    def either(self, ends: frozenset[int], more: frozenset[int]) -> frozenset[int]:
-        """Ends of some ways and of others; of very many those alone that a motion after them tells from all: two at
-        each of the last places (see ``go``), and ``NOWHERE``.
+    def either(self, *ends: frozenset[int]) -> frozenset[int]:
+        """Ends of some ways together; of very many those alone that a motion after them tells from all: two at each of
+        the last places (see ``go``), and ``NOWHERE``.
         """
-        ends |= more
-        if len(ends) <= MOST_KEPT:
-            return ends
+        found = ends[0].union(*ends[1:])
+        if len(found) <= MOST_KEPT:
+            return found
         places: dict[tuple[object, ...], list[int]] = {}
-        kept = [*ends & {NOWHERE}]
-        for end in sorted(ends, reverse=True):
+        kept = [*found & {NOWHERE}]
+        for end in sorted(found, reverse=True):
             if end == NOWHERE or len(places) == MOST_WAYS:
                 break
             here = places.setdefault(reached(self.events[end]), [])
@@ -52,49 +38,28 @@ class Predecessors:
             here.append(end)
         return frozenset(kept)
 
-    @property
-    def known(self) -> list[int]:
-        """Indices of the events that may have been the last motion, ascending.
-
-        Ways that come from an unknown place are left out, so that the list is not always complete.
-        """
-        return sorted(end for end in self.ends if end > NOWHERE)
-
-    def lose(self) -> None:
-        """Nobody knows where the arm stands."""
-        self.ends = frozenset({NOWHERE})
-
-    def doubt(self) -> None:
-        """The arm may stand elsewhere, too."""
-        self.ends |= {NOWHERE}
-
-    def leave(self) -> None:
-        """The routine ends on this way."""
-        self.exits = self.either(self.exits, self.ends)
-        self.ends = frozenset()
-
-    def go(self, event: MotionEvent) -> None:
-        """Add a motion once for every way that leads to it.
+    def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
+        """Add a motion once for every way that leads to it; where the arm stands then.
 
         On a way other than from the event before, the arm first stands ``resumes_from`` where that way has brought it.
         """
         if _still(event):
             self.events.append(event)
-            return
-        if self.last == NOWHERE or self.ends != {self.last}:
-            self._go_by_all_ways(event)
+            return ends
+        if self.last == NOWHERE or ends != {self.last}:
+            self._go_by_all_ways(event, ends)
         else:  # as nearly all do: on from the motion before
             self.events.append(event)
         self.last = len(self.events) - 1
-        self.ends = frozenset({self.last})
+        return frozenset({self.last})
 
-    def _go_by_all_ways(self, event: MotionEvent) -> None:
+    def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
-        known = self.known
+        known = sorted(ends - {NOWHERE})
         if len(known) > 1:
             known = sorted({reached(self.events[end]): end for end in known}.values())[-MOST_WAYS:]
             known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
-        if len(self.ends) > 1 or not known:
+        if len(ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
         for number, end in enumerate(known or [self.last]):
             if known and (end != self.last or number > 0):

@@ -22,9 +22,9 @@ class Kept:
     changed: Mapping[str, Data]
     words: frozenset[str]
 
-    def holds(self, memory: Memory, conditional: bool) -> bool:
+    def holds(self, memory: Memory) -> bool:
         """Whether the statement would make the same event again."""
-        same = self.event.conditional == conditional and self.changed == memory.changed
+        same = self.event.conditional == (memory.conditional > 0) and self.changed == memory.changed
         return same and self.words.isdisjoint(memory.frame.varying())
 
 
@@ -35,15 +35,13 @@ class Repeats:
         self.maker = maker
         self.kept: dict[StatementKey, Kept] = {}
 
-    def event(
-        self, statement: MotionStatement, memory: Memory, conditional: bool, before: MotionEvent | None
-    ) -> MotionEvent:
+    def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None) -> MotionEvent:
         """The event of a further execution."""
         kept = self.kept.get(statement.key)
-        if kept is not None and kept.holds(memory, conditional):
+        if kept is not None and kept.holds(memory):
             start = self.maker.start(before, statement, memory) if before is not None else None
             return kept.event if kept.event.start == start else replace(kept.event, start=start)
-        event = self.maker.event(statement, memory, conditional, before)
+        event = self.maker.event(statement, memory, before)
         if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:
             words = frozenset(identifiers(statement.source.data[slice(*statement.span)]))
             self.kept[statement.key] = Kept(event, dict(memory.changed), words)

@@ -51,7 +51,6 @@ class Calculation(Flow):
             raise PostprocError(found)
         super().__init__(program)
         self.data = self.values = _Values()
-        self.recorder.emitting = False
         routine = next(program.all_routines())
         self.outside = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
         self.outside.changed = dict(AT_START)
@@ -81,16 +80,13 @@ class Calculation(Flow):
         routine = self.program.routine(name)
         assert routine is not None
         self.taken = self.steps = self.depth = 0
-        self.stack.clear()
         self.call_routine(routine, (), self.outside)
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         for declaration in routine.declarations:
             memory.initialise(declaration)
-        (outer, self.returned), depth = (self.returned, None), self.depth
-        self.stack.append(routine.key)
-        self.conditions[routine.key] = 0
+        depth = self.depth
         try:
             self.body(routine.body, memory)
         except RapidError:
@@ -98,10 +94,8 @@ class Calculation(Flow):
                 raise
             self.depth = depth
             self.body(routine.handlers[0], memory)
-        finally:
-            del self.stack[self.stack.index(routine.key) :]
-            result, self.returned = self.returned, outer
-        return result
+        exits = memory.frame.exits
+        return exits[-1].value if exits else None
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
         return all(self.statement(statement, memory) for statement in statements)
@@ -126,10 +120,8 @@ class Calculation(Flow):
                 return self.body(branch.body, memory)
         return True
 
-    def leave_with(self, span: Span, memory: Memory) -> None:
-        self.returned = None
-        if span[0] < span[1]:
-            self.returned = self.values.known(span, memory)
+    def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
+        return self.values.known(span, memory) if span[0] < span[1] else None
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """Nothing: functions run where they are called."""
