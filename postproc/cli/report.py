@@ -110,16 +110,6 @@ def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
-def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool) -> None:
-    """Print a result on stdout, as a document or as text; with the document the text on stderr where both are asked."""
-    if json:
-        print_json(document)
-        if both:
-            say(text)
-    else:
-        put(text)
-
-
 def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) -> None:
     """Print a document on stdout as JSON, or its findings as SARIF (``form``).
 

@@ -50,8 +50,9 @@ def run(
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import get_ready, run_batch
-    from postproc.report.batch import batch_page
     from postproc.report.document import plain
+    from postproc.report.page import render_page
+    from postproc.results.batch import batch_document
     from postproc.settings import told
 
     part = _shard(shard)
@@ -76,7 +77,7 @@ def run(
     document = plain(batch.as_json(part))
     if report is not None:
         pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
-        write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
+        write(report, render_page(batch_document(folder_or_jobs.name, document, told(own), pages)))
     if (form := "json" if json else format) is not None:
         print_document(document, form, ready.plan.root)
     return int(batch.failed)

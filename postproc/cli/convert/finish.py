@@ -91,11 +91,12 @@ def write_pages(
     from postproc.settings import told
 
     if report is not None:
-        from postproc.report.compensation import compensation_page
+        from postproc.report.page import render_page
+        from postproc.results.conversion import conversion_document
 
-        write(report, compensation_page(name, result, told(settings)))
+        write(report, render_page(conversion_document(name, result, told(settings))))
     if certificate is not None:
-        from postproc.report.certificate import program_certificate
+        from postproc.results.certificate import program_certificate
 
         write(certificate, program_certificate(name, result, told(settings)))
 

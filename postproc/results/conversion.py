@@ -1,15 +1,16 @@
-"""The page of a compensated program: what it was off, what remains, where, and what was done about it."""
+"""A corrected program: what it was off, what remains, where, and what was done about it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from postproc import __version__
 from postproc.compensation.results.document import elsewhere, estimated_stiffness
 from postproc.convert import Conversion
-from postproc.report.document import plain
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section
 from postproc.report.drawing.path import path_data
-from postproc.report.page import Figure, Page, Section, figure, made_section, render, render_page, table
+from postproc.report.page import render
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
@@ -22,46 +23,47 @@ FINDING = ("line", "severity", "code", "what", "what to do")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
 
 
-def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
-    """HTML of a conversion.
+def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
+    """A conversion of the program that is named.
 
     Args:
-        name: of the program. made: with which model, loads and choices.
+        made: with which model, loads and choices.
     """
-    document = plain(found.report)
-    moved = found.plan is not None
-    sections = [*_pictures(document)] if moved else [*_statements(document)]
-    if document["diagnostics"]:
-        findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
-        sections.append(Section("Findings", table("findings", FINDING, findings)))
-    sections += _run_time(document)
-    sections.append(made_section({**({"arm": document["robot"]} if moved else {}), **(made or {})}))
-    page = Page(
+    values, moved = found.report, found.plan is not None
+    sections = [*_pictures(values)] if moved else [*_statements(values)]
+    if values["diagnostics"]:
+        findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
+        sections.append(Section("Findings", [DataTable("findings", FINDING, findings)]))
+    sections += _run_time(values)
+    sections.append(made_section({**({"arm": values["robot"]} if moved else {}), **(made or {})}))
+    return Document(
         title=f"postproc compensate {name}",
-        sentence=_sentence(document, bool(found.outputs)),
+        values=values,
+        sentence=_sentence(values, bool(found.outputs)),
+        figures=_figures(values) if moved else (),
+        basis=_basis(values, made or {}) if moved else "",
         sections=sections,
-        document=document,
-        figures=_figures(document) if moved else (),
-        assumed=_assumed(document, made or {}) if moved else "",
-        data={"path": plain(path_data(found))} if moved else {},
-        scripts=("space", "arm", "course", "path") if moved else (),
+        scene=Scene("path", lambda: path_data(found), ("space", "arm", "course", "path")) if moved else None,
     )
-    return render_page(page)
+
+
+def made_section(made: Mapping[str, str]) -> Section:
+    """With what a result was made, and by which version."""
+    rows = [*made.items(), ("postproc", __version__)]
+    return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows)], folded=True)
 
 
 def _pictures(document: Mapping[str, Any]) -> list[Section]:
-    seams = (
-        [Section("Seam by seam", '<div data-path="seams"></div>', "The largest deviation while the arc burns.")]
-        if document["welds"]
-        else []
-    )
+    seams = [Chart(lambda: ['<div data-path="seams"></div>'])] if document["welds"] else []
     return [
-        *seams,
-        Section("Where", render("path.html.j2"), IN_SPACE),
-        Section("How far off, along the path", '<div data-path="deviation"></div>', ACROSS),
-        Section("Every motion statement", '<div data-path="statements"></div>'),
+        Section("Seam by seam", seams, "The largest deviation while the arc burns."),
+        Section("Where", [Chart(lambda: [render("path.html.j2")])], IN_SPACE),
+        Section("How far off, along the path", [Chart(lambda: ['<div data-path="deviation"></div>'])], ACROSS),
+        Section("Every motion statement", [Chart(lambda: ['<div data-path="statements"></div>'])]),
         Section(
-            "Joints", '<div data-path="joints"></div>', "Torques of a rigid arm, under its own weight and the loads."
+            "Joints",
+            [Chart(lambda: ['<div data-path="joints"></div>'])],
+            "Torques of a rigid arm, under its own weight and the loads.",
         ),
     ]
 
@@ -70,7 +72,7 @@ def _statements(document: Mapping[str, Any]) -> Iterator[Section]:
     """The statements of a program none of whose targets is known before it runs, as a table."""
     rows = [tuple(row[key] for key in STATEMENT) for row in document["statements"]]
     if rows:
-        yield Section("Every motion statement", table("statements", STATEMENT, rows))
+        yield Section("Every motion statement", [DataTable("statements", STATEMENT, rows)])
 
 
 def _figures(document: Mapping[str, Any]) -> list[Figure]:
@@ -79,8 +81,8 @@ def _figures(document: Mapping[str, Any]) -> list[Figure]:
     left, through = _count(document, "skipped"), _count(document, "run_time")
     corrected = f"{_count(document, 'compensated')} corrected" + (f", {through} at run time" if through else "")
     return [
-        *figure(f"before, {where}", document[f"max_{arc}error_before_mm"], "before"),
-        *figure(f"after, {where}", document[f"max_{arc}error_after_mm"], "after"),
+        Figure(f"before, {where}", document[f"max_{arc}error_before_mm"], "before"),
+        Figure(f"after, {where}", document[f"max_{arc}error_after_mm"], "after"),
         Figure("motion statements", f"{corrected}, {left} left"),
     ]
 
@@ -92,14 +94,14 @@ def _run_time(document: Mapping[str, Any]) -> list[Section]:
         return []
     rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
-    return [Section("Corrected on the controller", table("run time", ("what", "value"), rows), note)]
+    return [Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)]
 
 
 def _count(document: Mapping[str, Any], status: str) -> int:
     return sum(row["status"] == status for row in document["statements"])
 
 
-def _assumed(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
+def _basis(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
     """What the result rests on, in a line."""
     known = document["expected_accuracy"]
     sure = (
