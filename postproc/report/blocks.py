@@ -30,7 +30,12 @@ class Figure:
     @property
     def text(self) -> str:
         """The value with its unit."""
-        return f"{self.value:.3f} {self.unit}" if isinstance(self.value, float) else str(self.value)
+        return f"{self.head} {self.unit}" if isinstance(self.value, float) else self.head
+
+    @property
+    def head(self) -> str:
+        """The value without its unit, as a sentence writes it."""
+        return f"{self.value:.3f}" if isinstance(self.value, float) else str(self.value)
 
 
 @dataclass(frozen=True, slots=True)

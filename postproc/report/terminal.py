@@ -29,7 +29,7 @@ def render_text(document: Document, every: bool = False) -> str:
         every: print all rows of all tables.
     """
     words = document.sentence
-    figures = [f"{f.label} {f.text}" for f in document.figures if f.text.split(" ")[0] not in words]
+    figures = [f"{f.label} {f.text}" for f in document.figures if isinstance(f.value, int) or f.head not in words]
     lines = [*filter(None, (words, ", ".join(figures), document.basis))]
     for section in document.sections:
         lines += _section(section, every)
@@ -70,19 +70,20 @@ def _bars(block: Bars) -> Iterator[str]:
 
 def _table(block: DataTable, every: bool) -> Iterator[str]:
     chosen = range(len(block.rows)) if every or block.brief is None else block.brief
+    if not chosen:
+        return
     cells = [_column([row[k] for row in block.rows], block.columns[k], chosen) for k in shown_columns(block)]
-    for row in zip(*cells, strict=True) if chosen else ():
+    for row in zip(*cells, strict=True):
         yield f"  {'  '.join(row)}".rstrip()
     if len(chosen) < len(block.rows):
-        more = " more" if chosen else ""
-        yield f"  {len(block.rows) - len(chosen)}{more}; `--verbose` shows them"
+        yield f"  {len(block.rows) - len(chosen)} more; `--verbose` shows them"
 
 
 def _column(cells: Sequence[object], title: str, chosen: Sequence[int]) -> list[str]:
     """The heading and the chosen cells, all of one width; numbers stand right, with the decimals of the largest."""
     numbers = [float(c) for c in cells if isinstance(c, float) and math.isfinite(c)]
-    largest = max(map(abs, numbers), default=0.0)
-    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS) if largest > 0 else 0
+    largest = max(map(abs, numbers), default=0.0) or 1.0
+    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
     texts = [title, *(_text(cells[i], decimals) for i in chosen)]
     width = max(map(len, texts))
     right = all(c is None or is_number(c) for c in cells)

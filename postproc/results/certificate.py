@@ -8,12 +8,13 @@ from hashlib import sha256
 from typing import Any
 
 from postproc import __version__
-from postproc.compensation.results.document import estimated_stiffness, shown_on_the_arm
+from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.identification.compare import Comparison
 from postproc.report.document import plain
 from postproc.report.page import asset, render
 from postproc.results.comparison import comparison_document, iso_figures
+from postproc.results.conversion import shown_on_the_arm
 
 COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "

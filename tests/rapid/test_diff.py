@@ -217,7 +217,7 @@ def test_text_and_json() -> None:
     assert figures == "largest distance 0.250 mm, largest angle 0.000 deg"
     assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
     assert columns.split()[:5] == ["what", "where", "line", "before", "line"]
-    assert row.split()[:8] == ["changed", "M.main", "4", "4", "MoveL", "0.2500", "0.0000", "0.0000"]
+    assert row.split()[:8] == ["changed", "M.main", "4", "4", "MoveL", "0.2500", "0.000", "0.000"]
     assert "150.0  100.0" in row
     data = json.loads(json.dumps(document.values, allow_nan=False))
     assert data["schema"] == "postproc/diff/1"

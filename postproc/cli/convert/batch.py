@@ -15,7 +15,7 @@ from postproc.cli.conversion import TaskOptions
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import print_document, say, unmeasured
+from postproc.cli.report import print_document, say
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -53,6 +53,7 @@ def run(
     from postproc.report.document import plain
     from postproc.report.page import render_page
     from postproc.results.batch import batch_document
+    from postproc.results.conversion import unknown_accuracy
     from postproc.settings import told
 
     part = _shard(shard)
@@ -73,7 +74,7 @@ def run(
         os._exit(1)
     shown.summary(batch)
     if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
-        say(unmeasured())
+        say(unknown_accuracy())
     document = plain(batch.as_json(part))
     if report is not None:
         pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
