@@ -31,7 +31,9 @@ def render_page(document: Document) -> str:
         key=document.figures,
         assumed=prose(document.basis),
         bar=Markup("" if scene is None else scene.bar),
-        sections=[(section, prose(section.note), Markup(html)) for section, html in drawn if html],
+        sections=[
+            (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
+        ],
         style=asset("page.css"),
         document=embedded(plain(document.values)),
         data={} if scene is None else {scene.name: embedded(plain(scene.data()))},

@@ -81,16 +81,15 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
 
 def _column(cells: Sequence[object], title: str, chosen: Sequence[int]) -> list[str]:
     """The heading and the chosen cells, all of one width; numbers stand right, with the decimals of the largest."""
-    numbers = [float(c) for c in cells if isinstance(c, float) and math.isfinite(c)]
-    largest = max(map(abs, numbers), default=0.0) or 1.0
-    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
-    texts = [title, *(_text(cells[i], decimals) for i in chosen)]
-    width = max(map(len, texts))
     right = all(c is None or is_number(c) for c in cells)
+    largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
+    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
+    texts = [title, *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]
+    width = max(map(len, texts))
     return [text.rjust(width) if right else text.ljust(width) for text in texts]
 
 
-def _text(cell: object, decimals: int) -> str:
+def _text(cell: object, number: str) -> str:
     if cell is None:
         return ""
-    return f"{cell:z.{decimals}f}" if isinstance(cell, float) else str(cell).replace("\n", " ")
+    return f"{cell:{number}}" if isinstance(cell, float) else str(cell).replace("\n", " ")

@@ -9,7 +9,7 @@ from postproc import __version__
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.diagnostics import Diagnostic, Matter
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section, figures
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
@@ -106,11 +106,13 @@ def _figures(values: Mapping[str, Any]) -> list[Figure]:
     arc, where = _welds(values)
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
     counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
-    return [
-        Figure(f"before, {where}", values[f"max_{arc}error_before_mm"], "before"),
-        Figure(f"after, {where}", values[f"max_{arc}error_after_mm"], "after"),
+    before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
+    known = bool(values["measured_statements"])
+    return figures(
+        Figure(f"before, {where}", before if known else None, "before"),
+        Figure(f"after, {where}", after if known else None, "after"),
         Figure("motion statements", ", ".join([*counts, f"{_count(values, 'skipped')} left"])),
-    ]
+    )
 
 
 def _run_time(document: Mapping[str, Any]) -> list[Section]:
@@ -164,7 +166,10 @@ def _sentence(found: Conversion) -> str:
     if found.plan is None and found.module is None:
         return "Nothing moves: the program is written as it is."
     through, corrected = _count(values, "run_time"), _count(values, "compensated")
-    on_controller = f"{through} motion statements are corrected on the controller, where their targets become known."
+    what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
+    on_controller = (
+        f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
+    )
     if through and not (corrected and values["measured_statements"]):
         return f"{on_controller}{_unseen(values)}"
     if not corrected:

@@ -106,7 +106,10 @@ def test_folders_are_compared_file_by_file(call: Call, samples: Path, tmp_path: 
     assert "Of 7 files: 2 changed, 1 added, 1 removed, 1 unreadable." in page and "RAPID/TASK1/moved.mod" in page
     text = call("diff", a, b).out.splitlines()
     assert text[0] == "Of 7 files: 2 changed, 1 added, 1 removed, 1 unreadable."
-    assert text[1:3] == ["largest distance 0.400 mm, files that differ 5", "Tolerance 0.001 mm and 0.01 deg."]
+    assert text[1:3] == [
+        "largest distance 0.400 mm, files that differ 5, statements that differ 1",
+        "Tolerance 0.001 mm and 0.01 deg.",
+    ]
     of_files, what = text[4:].index("What differs:") + 4, text.index("Every file:")
     rows = [line.split() for line in text[what + 2 : of_files - 1]]
     assert rows[0] == ["MOC.cfg", "changed", "0", "0", "0", "0", "other", "bytes"]

@@ -284,7 +284,7 @@ def test_what_is_left_while_the_arc_burns_stands_beside_the_ways_in_the_air() ->
     after, arc = found.report["max_error_after_mm"], found.report["max_arc_error_after_mm"]
     assert after > 0.1 and arc <= 0.01
     before, arc_before = found.report["max_error_before_mm"], found.report["max_arc_error_before_mm"]
-    told = f"At most {arc:.3f} mm of deviation remain while the arc burns, where there were {arc_before:.3f} mm."
+    told = f"At most {arc:.3f} mm of deviation remain while the arc burns at steady speed, where there were {arc_before:.3f}"
     assert text_of(found).startswith(told) and "tolerance 0.01 mm, 0.01 mm in the air" in text_of(found)
     assert f"with moves in the air {after:.3f} mm of {before:.3f} mm remain" in text_of(found)
     head = lines_of(written(found))

@@ -214,7 +214,7 @@ def test_text_and_json() -> None:
     document = difference_document("a.mod", "b.mod", found)
     sentence, figures, basis, _, heading, columns, row = render_text(document).splitlines()
     assert sentence == "Of 3 motion statements and all others: 1 changed."
-    assert figures == "largest distance 0.250 mm, largest angle 0.000 deg"
+    assert figures == "largest distance 0.250 mm, largest angle 0.000 deg, statements that differ 1"
     assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
     assert columns.split()[:5] == ["what", "where", "line", "before", "line"]
     assert row.split()[:8] == ["changed", "M.main", "4", "4", "MoveL", "0.2500", "0.000", "0.000"]
