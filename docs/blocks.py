@@ -25,6 +25,9 @@ FENCE = re.compile(
 )
 OUTPUT = re.compile(r"(^<!-- output (\d+) -->\n```text\n)(.*?)(^```$)", re.M | re.S)
 EXIT_CODE = re.compile(r"#.*exit code (\d+)")
+PROGRESS = re.compile(
+    r"^.*, \d+ s, about \d+ s remain\n|^[^`\n]*: [^`\n]*, \d+ %, \d+ s\n", re.MULTILINE
+)  # where a machine is slow
 
 
 @dataclass(frozen=True)
@@ -119,8 +122,7 @@ def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, st
         code = run(build(), arguments)
     if stdout is not None:
         stdout.write_bytes(_written(out))
-    # How far a work is stands there where a machine is slow.
-    return code, re.sub(r"(?m)^.+, \d+ s(, .* remain)?\n", "", _written(said).decode("utf-8", "replace"))
+    return code, PROGRESS.sub("", _written(said).decode("utf-8", "replace"))
 
 
 def _written(stream: io.TextIOWrapper) -> bytes:

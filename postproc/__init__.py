@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
     from postproc.rapid.diff.difference import ProgramDiff
     from postproc.rapid.program.program import Program
+    from postproc.report.blocks import Document
+
+    Result: TypeAlias = Fit | Comparison | Diagnosis | Addition | ProgramDiff | Conversion
 
 __version__ = "0.1.0"
 __all__ = [
@@ -44,6 +47,7 @@ __all__ = [
     "compensate",
     "diagnose",
     "diff",
+    "document",
     "fit",
     "predict",
     "read_measurements",
@@ -187,7 +191,7 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
 
 
 def compare(model: Model, data: Measurements) -> Comparison:
-    """Where a model fails on measurements: ``.as_json()``, ``.text()``."""
+    """Where a model fails on measurements: ``.fit``, ``.error``, ``.trends``, ``.bound``."""
     from postproc.identification import compare as comparison
 
     return comparison.compare(model, data)
@@ -206,7 +210,7 @@ def diagnose(model: Model, data: Measurements, effects: Iterable[str | Path] = (
 
 
 def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
-    """Add effects of the library by key and fit everything again: ``.model``, ``.fit``, ``.before``, ``.text()``.
+    """Add effects of the library by key and fit everything again: ``.model``, ``.fit``, ``.before``.
 
     Raises:
         PostprocError: EFF020 an unknown key, DAT021 the data lacks a channel that an effect reads.
@@ -216,13 +220,43 @@ def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
     return add_effects(model, data, effects)
 
 
-def text(found: Fit | Diagnosis | Comparison | Addition) -> str:
+def text(result: Result) -> str:
     """What the command prints that finds the same."""
-    from postproc.estimation.fitted import Fit
-    from postproc.estimation.words.text import fit_text
-    from postproc.identification.diagnosis import Diagnosis
-    from postproc.identification.words.text import diagnosis_text
+    from postproc.report.terminal import render_text
 
-    if isinstance(found, Fit):
-        return fit_text(found)
-    return diagnosis_text(found) if isinstance(found, Diagnosis) else found.text()
+    return render_text(_shown(result))
+
+
+def document(result: Result) -> dict[str, Any]:
+    """What ``--json`` prints of a result, as plain values (docs/documents.md)."""
+    from postproc.report.document import plain
+
+    return dict(plain(_shown(result).values))
+
+
+def _shown(result: Result) -> Document:
+    from postproc.estimation.fitted import Fit
+    from postproc.identification.add import Addition
+    from postproc.identification.compare import Comparison
+    from postproc.identification.diagnosis import Diagnosis
+    from postproc.rapid.diff.difference import ProgramDiff
+    from postproc.results.addition import addition_document
+    from postproc.results.comparison import comparison_document
+    from postproc.results.conversion import conversion_document
+    from postproc.results.diagnosis import diagnosis_document
+    from postproc.results.difference import difference_document
+    from postproc.results.fit import fit_document
+
+    match result:
+        case Fit():
+            return fit_document("", result)
+        case Comparison():
+            return comparison_document("", result)
+        case Diagnosis():
+            return diagnosis_document("", result)
+        case Addition():
+            return addition_document("", result)
+        case ProgramDiff():
+            return difference_document("a", "b", result)
+        case _:
+            return conversion_document("", result)

@@ -23,7 +23,7 @@ from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensation.results.belief import doubt_corrections, doubt_weights
-from postproc.compensation.results.document import JudgedProgram, document, refused, summary, unmeasured_document
+from postproc.compensation.results.document import JudgedProgram, document, refused, unmeasured_document
 from postproc.compensation.results.dynamics import check_corrected
 from postproc.compensation.results.figures import figures_of, worsened
 from postproc.compensation.results.outcomes import judge_statements, unknown_outcomes
@@ -77,13 +77,6 @@ class Conversion:
     before: Deviation | None = None
     after: Deviation | None = None
     model: Model | None = None
-
-    @property
-    def summary(self) -> str:
-        """One line for people."""
-        if self.plan is None and self.module is None:
-            return "nothing moves: written as it is" if self.outputs else "no program written"
-        return summary(self.report)
 
     @property
     def output(self) -> bytes | None:

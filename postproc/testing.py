@@ -39,13 +39,16 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
         PostprocError: a file that is not a program.
     """
     from postproc.rapid.diff.compare import compare_programs
+    from postproc.report.terminal import render_text
+    from postproc.results.difference import difference_document
 
     for path in (approved, produced):
         if not Path(path).is_file():
             raise AssertionError(f"{path} is not there")
     found = compare_programs(_read(approved), _read(produced), tolerance_mm)
     if not found.equal:
-        raise AssertionError(f"{produced} is not as approved in {approved}\n{found.render()}")
+        text = render_text(difference_document(str(approved), str(produced), found))
+        raise AssertionError(f"{produced} is not as approved in {approved}\n{text}")
 
 
 @pytest.fixture

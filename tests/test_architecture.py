@@ -33,6 +33,7 @@ ROOMS = (
     "settings",
     "choices",
     "report",
+    "results",
     "batch",
     "schemas",
     "cli",
@@ -84,8 +85,9 @@ FLOORS = {
     "cli": ("report", "options", "conversion", "programs", "convert", "app"),
     "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
     "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
-    "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "words"),
-    "identification": ("candidates", "state", "diagnosis", "interventions", "words"),
+    "estimation": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "findings"),
+    "identification": ("candidates", "state", "diagnosis", "interventions"),
+    "report": ("blocks", "document", "drawing", "page"),
     "runtime": ("conditions", "tables", "module", "proof", "written", "programs"),
 }
 

@@ -56,7 +56,7 @@ def draw_residuals(fits: list[Fit], path: Path) -> None:
 
 def draw_fall(data: postproc.Measurements, path: Path) -> None:
     """The error on rows that the fit has not seen, effect by effect, beside the noise."""
-    added = postproc.add(postproc.fit(data, ARM).model, ["backlash"], data).as_json()
+    added = postproc.document(postproc.add(postproc.fit(data, ARM).model, ["backlash"], data))
     names = ["frames, zeros, springs", "+ backlash"]
     values = [added["before"]["held_out_rms_mm"], added["held_out_rms_mm"]]
     figure, axis = plt.subplots(figsize=(8.4, 1.6), layout="constrained")

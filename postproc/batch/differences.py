@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from postproc.batch.discover import files_below
-from postproc.diagnostics import PostprocError, Source, has_errors, one_line
+from postproc.diagnostics import PostprocError, Source, has_errors
 from postproc.files import read_source
 from postproc.rapid.diff.compare import compare_programs
 from postproc.rapid.diff.difference import ProgramDiff
 from postproc.rapid.program.program import ENDINGS, read_program
+from postproc.results.difference import difference_rows
 from postproc.watch import Watch, unwatched
 
 Status = Literal["equal", "changed", "added", "removed", "unreadable"]
-FEW = 3  # differences of a file that are printed where not all are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,31 +35,18 @@ class FileDiff:
     reason: str | None = None
     found: ProgramDiff | None = None
 
-    def lines(self, all_of_them: bool) -> Iterator[str]:
-        """Text for a terminal."""
-        counts = "" if self.found is None else ", ".join(f"{n} {kind}" for kind, n in self.found.counts.items() if n)
-        largest = f"largest distance {self.found.max_distance_mm:.3f} mm" if self.found and self.found.compared else ""
-        told = "; ".join(filter(None, (counts, largest, self.reason)))
-        yield f"{self.status:10} {one_line(self.path)}" + (f"  {told}" if told else "")
-        found = () if self.found is None else self.found.differences
-        most = len(found) if all_of_them else FEW
-        yield from (f"  {difference.render()}" for difference in found[:most])
-        if len(found) > most:
-            yield f"  {len(found) - most} more; `--verbose` shows them"
-
     def as_json(self) -> dict[str, Any]:
         """An entry of ``files``."""
         found = self.found or ProgramDiff(())
         figures = {"max_distance_mm": found.max_distance_mm, "max_angle_deg": found.max_angle_deg}
         counts = {"compared": found.compared, **found.counts}
-        differences = [d.as_json() for d in found.differences]
         return {
             "path": self.path,
             "status": self.status,
             "reason": self.reason,
             **counts,
             **figures,
-            "differences": differences,
+            "differences": difference_rows(found),
         }
 
 
@@ -83,19 +69,8 @@ class FolderDiff:
         found = Counter(file.status for file in self.files)
         return {status: found[status] for status in ("equal", "changed", "added", "removed", "unreadable")}
 
-    def render(self, all_of_them: bool = False) -> str:
-        """Text for a terminal: a line for each file that is not equal, its first differences, and the sum.
-
-        Args:
-            all_of_them: print equal files and every difference, too.
-        """
-        shown = (file for file in self.files if all_of_them or file.status != "equal")
-        lines = [line for file in shown for line in file.lines(all_of_them)]
-        counts = ", ".join(f"{n} {status}" for status, n in self.counts.items() if n)
-        near = f"tolerance {self.tolerance_mm:g} mm and {self.tolerance_deg:g} deg"
-        return "\n".join([*lines, f"{len(self.files)} file{'s' * (len(self.files) != 1)}: {counts}; {near}"])
-
     def as_json(self) -> dict[str, Any]:
+        """``postproc/diff-folders/1``."""
         return {
             "schema": "postproc/diff-folders/1",
             "equal": self.equal,

@@ -69,9 +69,11 @@ def convert(job: Job) -> Result:
 
 
 def _page(job: Job, done: Conversion) -> bytes:
-    from postproc.report.compensation import compensation_page
 
-    return compensation_page(job.name, done, job.made).encode("utf-8", "replace")
+    from postproc.report.page import render_page
+    from postproc.results.conversion import conversion_document
+
+    return render_page(conversion_document(job.name, done, job.made)).encode("utf-8", "replace")
 
 
 @lru_cache(maxsize=16)

@@ -8,11 +8,13 @@ from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from postproc.cli.report import VERBOSE, print_json, put, say
 from postproc.diagnostics import PostprocError, visible
 from postproc.files import check_writes, read_source, real, why, write_whole
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
+    from postproc.report.blocks import Document
 
 
 def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) -> None:
@@ -58,6 +60,24 @@ def write(path: Path | None, data: bytes | str) -> None:
     except OSError as error:
         reason, help_ = why(error)
         raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None
+
+
+def present(document: Document, report: Path | None, json: bool, text: bool = False, aside: bool = False) -> None:
+    """Show a result: as a page where one is asked for, on stdout as JSON or as text.
+
+    Args:
+        text: with the JSON the text on stderr. aside: stdout is taken, the text goes to stderr.
+    """
+    if report is not None:
+        from postproc.report.page import render_page
+
+        write(report, render_page(document))
+    if json:
+        print_json(document.values)
+    if text or not json:
+        from postproc.report.terminal import render_text
+
+        (say if json or aside else put)(render_text(document, VERBOSE.get()))
 
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:

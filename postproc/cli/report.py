@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from postproc import __version__
-from postproc.diagnostics import Diagnostic, Matter, visible
+from postproc.diagnostics import Diagnostic, visible
 from postproc.excerpt import wrapped
 from postproc.report.document import to_json
 
@@ -101,23 +101,6 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
     told = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
     print(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"), file=sys.stderr)
-
-
-def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
-    """That nothing tells how near the real torch comes, and why."""
-    whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
-    why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
-    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
-
-
-def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool) -> None:
-    """Print a result on stdout, as a document or as text; with the document the text on stderr where both are asked."""
-    if json:
-        print_json(document)
-        if both:
-            say(text)
-    else:
-        put(text)
 
 
 def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) -> None:

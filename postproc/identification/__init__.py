@@ -5,5 +5,5 @@ accepted: `acceptance`. The search, and where it stands: `forward`, `state`; fit
 `refits`; what the data does not tell apart, on parts of it too: `indistinguishable`; laws as `curves`.
 The verdict and how it is found: `diagnosis`, `diagnose`, with `lack_of_fit` against the noise; whether it carries over
 to levels that no fit has seen: `interventions`. Other commands: `compare` (with `trends`), `add`, `predict`; the next
-poses: `planning`. What is said: `words`.
+poses: `planning`.
 """

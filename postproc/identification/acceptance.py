@@ -20,7 +20,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.candidates.composition import columns_of, linear_part
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import DECADES, QUIET, WIDE, laplace
+from postproc.identification.evidence import DECADES, QUIET, SIGNIFICANT, WIDE, laplace
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
@@ -177,6 +177,11 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
     rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))
     clearly = gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain))
     return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))
+
+
+def convincing(candidate: Candidate) -> bool:
+    """Worth its parameters, and significant after counting effects and forms."""
+    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT
 
 
 def lives_on_a_row(fit: Fit, best: Candidate) -> bool:

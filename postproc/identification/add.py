@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
-from postproc.estimation.errors import mm
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.rounding import rounded
 from postproc.estimation.solving.solve import Terms
-from postproc.estimation.words.record import figures_json, fit_json
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.candidates.candidate import Screen
 from postproc.identification.candidates.composition import compose
@@ -32,8 +30,6 @@ from postproc.watch import Watch, unwatched
 
 HELPS = 0.005
 """Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
-LITTLE = 0.05
-"""Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 
 
 @dataclass(frozen=True)
@@ -90,46 +86,6 @@ class Addition:
     def model(self) -> Model:
         """The new model with its table [fit], ready to be written."""
         return recorded_model(self.fit)
-
-    def as_json(self) -> dict[str, Any]:
-        """``postproc/fit/1`` with the ladder and the leave-one-out table."""
-        return {
-            **fit_json(self.fit, figures_json(self.before)),
-            self.fit.observed.key("floor"): mm(self.floor),
-            "ladder": [{"step": s.name, **figures_json(s.fit), "share_of_way": s.share} for s in self.ladder],
-            "leave_one_out": [{"without": key, **figures_json(f)} for key, f in self.without.items()],
-        }
-
-    def text(self) -> str:
-        """How far the error fell, then the ladder and the leave-one-out table."""
-        first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
-        helps = last < (1 - HELPS) * first
-        known, unit, each = self.fit.parts.level is not None, self.fit.observed.unit, self.fit.observed.each
-        floor = "the noise is" if known else "any smooth function of the channels would leave"
-        floor = f"{floor} {1e3 * self.floor:.3f} {unit}"
-        names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
-        gone, unseen = self.ladder[-1].share, "on rows that the fit has not seen"
-        falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
-        said = f"O{unseen[1:]}, {falls}"
-        if not helps:
-            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
-            said += f"{first:.3f} before"
-        elif gone is not None and gone < LITTLE:
-            helps, said = False, f"Adding {names} hardly helps: {unseen}, {falls}"
-        lines = [
-            f"{said}; {floor}.",
-            "The next `compensate` with this model corrects what it now predicts."
-            if helps
-            else "Keep the model as it was, and ask `diagnose` what it lacks.",
-            "",
-            f"{'ladder':28s} rms {unit}  held-out {unit}  way to {'the noise' if known else 'that bound'}",
-        ]
-        for s in self.ladder:
-            way = "" if s.share is None else f"{100 * s.share:5.0f} %"
-            lines.append(f"  {s.name:24s} {1e3 * s.fit.rms:8.3f} {1e3 * s.fit.held_out_rms:10.3f}     {way}")
-        lines += ["", f"{'leave one out':28s} rms {unit}  held-out {unit}"]
-        lines += [f"  - {k:22s} {1e3 * f.rms:8.3f} {1e3 * f.held_out_rms:10.3f}" for k, f in self.without.items()]
-        return "\n".join(lines)
 
 
 def add_effects(

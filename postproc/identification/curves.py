@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect, State
-from postproc.estimation.channels import shown, unit_of
+from postproc.estimation.channels import unit_of
 from postproc.estimation.errors import mm
 from postproc.estimation.fitted import Fit
 
@@ -47,12 +47,6 @@ class JointCurve:
             "turn_mrad": [mm(x) for x in self.turn],
             "sigma_mrad": [mm(x) for x in self.sigma],
         }
-
-    def text(self) -> str:
-        """``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``: where it is least and most."""
-        ends = sorted((int(np.argmin(self.turn)), int(np.argmax(self.turn))))
-        said = ", ".join(f"{1e3 * self.turn[k]:.2f} mrad near {shown(self.channel, self.at[k])}" for k in ends)
-        return f"joint {self.joint} along {self.channel}: {said}, \N{PLUS-MINUS SIGN} {1e3 * np.median(self.sigma):.2f}"
 
 
 def curves(fit: Fit, key: str) -> Iterator[JointCurve]:

@@ -10,17 +10,16 @@ import numpy as np
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.estimation.channels import channels
+from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.rounding import rounded
-from postproc.estimation.words.findings import data_findings
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.diagnosis import Diagnosis, Verdict
+from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.forward import search, with_patterns
 from postproc.identification.lack_of_fit import lacks_fit
 from postproc.identification.refits import refit_all, thinned, without
 from postproc.identification.state import SearchState, SelectedEffect
-from postproc.identification.words.sentences import too_few
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model

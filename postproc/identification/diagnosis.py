@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.estimation.errors import mm, rms
+from postproc.estimation.errors import rms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, hold_out
 from postproc.identification.candidates.candidate import Candidate
@@ -56,37 +57,6 @@ class Intervention:
     def fails(self, key: str) -> list[str]:
         """Levels to which an effect that was found does not carry over."""
         return [level.name for level in self.levels if level.carries(key) is False]
-
-    def as_json(self) -> dict[str, Any]:
-        """An entry of a diagnosis, ``hold_out``."""
-        return {
-            "channel": self.channel,
-            "levels": [
-                {
-                    "level": level.name,
-                    "rows": level.rows,
-                    f"rms_{self.unit}": mm(level.before),
-                    f"rms_{self.unit}_after": mm(level.after),
-                    "does_not_carry_over": [key for key in level.without if level.carries(key) is False],
-                    "cannot_be_told": list(level.untold),
-                }
-                for level in self.levels
-            ],
-        }
-
-    def text(self) -> str:
-        """A line for each level, then the names that do not carry over."""
-        lines = [f"Held out by {self.channel}, {self.unit} on rows of a level that no fit has seen:"]
-        width = max(len(level.name) for level in self.levels)
-        for level in self.levels:
-            lines.append(
-                f"  {level.name:{width}s}  {level.rows:5d} rows   {1e3 * level.before:.3f} as it came, "
-                f"{1e3 * level.after:.3f} with what was found"
-            )
-        for key in self.levels[0].without:
-            if levels := self.fails(key):
-                lines.append(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
-        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -145,3 +115,14 @@ class Diagnosis:
     def misleading(self) -> bool:
         """Whether rows that the fit has not seen are predicted worse with the patterns that remain than without."""
         return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
+
+
+def suspect_size(fit: Fit, suspect: Suspect) -> Array:
+    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
+    columns = fit.linear.project(suspect.columns(fit.problem))
+    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
+
+
+def too_few(fit: Fit) -> bool:
+    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
+    return fit.freedom < 2 * len(fit.parameters)

@@ -13,6 +13,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
+    convincing,
     is_white,
     judged,
     lives_on_a_row,
@@ -37,7 +38,7 @@ def search(start: SearchState) -> SearchState:
     """What a model lacks: effects of the library, and patterns without a name where these are worth more.
 
     1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
-       `.patterns_left`). 2. The one of the largest log evidence is taken; everything is refitted,
+       `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
     and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
     5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
     were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
@@ -63,7 +64,7 @@ def forward(state: SearchState, unnamed: bool = True) -> SearchState:
     """
     refused: set[str] = set()
     for _ in range(MOST):
-        name = next((c for c in state.ranked if c.key not in refused and c.evidence > 0), None)
+        name = next((c for c in state.ranked if c.key not in refused and convincing(c)), None)
         left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
         pattern = next(iter(left), None)
         if pattern is not None and (name is None or pattern.evidence > name.evidence):
@@ -110,7 +111,7 @@ def backward(state: SearchState) -> SearchState:
         done.add(one.key)
         bare = state.without(one.key)
         mine = next((c for c in bare.ranked if c.key == one.key), None)
-        needed = mine is not None and mine.evidence > 0
+        needed = mine is not None and convincing(mine)
         rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
         best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
@@ -139,7 +140,7 @@ def _instead(
     if len(state.missing) + len(state.outside) > 1:
         if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
             yield from filter(None, [accepted(bare, mine)])
-        others = (c for c in bare.ranked if c.key not in state.keys and c.evidence > 0)
+        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c))
         other = next(others, None)
         if other is not None and (mine is None or other.evidence > mine.evidence):
             yield from filter(None, [accepted(bare, other)])

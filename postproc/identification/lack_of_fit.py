@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from postproc.estimation.findings import MANY, larger_noise, standing_out
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
-from postproc.estimation.words.findings import MANY, larger_noise, standing_out
 from postproc.measure.checks.repeats import scatters
 
 CHANCE = 1e-3

@@ -11,9 +11,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.diagnostics import joined
 from postproc.effects.contract import State
 from postproc.estimation.channels import shown
-from postproc.estimation.words.wording import joined
 from postproc.patterns.curves import (
     GEAR,
     LINE,

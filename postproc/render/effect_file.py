@@ -14,8 +14,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.parameters import unit_suffix
 from postproc.effects.registry import effect_library
-from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.words.sentences import suspect_size
+from postproc.identification.diagnosis import Diagnosis, suspect_size
 from postproc.patterns.instrument_model import SEEN, WAYS, Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, off_everywhere
 from postproc.patterns.signals import Draft, Way, channels_read, text_of

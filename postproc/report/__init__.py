@@ -1,7 +1,5 @@
-"""One self-contained HTML page from any result; ``templates/report`` has what draws it.
+"""What draws any result, from its `blocks`: as JSON, as text on a `terminal`, as one self-contained HTML `page`.
 
-A page each: `compensation`, `batch`, `comparison`, `diagnosis`, `addition`, `difference`; `certificate` is to be
-signed, `inspection` lists what a program moves, in which `postures`. `page` puts sections and tables together,
-`parameters` is one of them, `drawing` has the pictures. `document` makes plain JSON of a result, `sarif` a log of
-findings for other tools.
+`document` makes plain JSON of values, `sarif` a log of findings for other tools; `drawing` has the pictures.
+`inspection` follows what a program moves, in which `postures`.
 """

@@ -1,11 +1,10 @@
-"""One self-contained HTML page: a sentence and a number first, then pictures, then tables, the document inside."""
+"""A document as one self-contained HTML page; ``templates/report`` has what draws it. Its values are carried inside."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import cache
 from html import escape
 from typing import Any
@@ -13,69 +12,51 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from postproc import __version__
+from postproc.report.blocks import Bars, Beside, Block, Chart, DataTable, Document, Sentence, is_number, shown_columns
+from postproc.report.document import plain
+from postproc.report.drawing.charts import bars
 from postproc.resources import resource
 
 SCRIPTS = ("base", "table")  # of every page
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A heading, one sentence that says how to read what follows, and HTML; folded sections are opened by a click."""
-
-    title: str
-    html: str
-    note: str = ""
-    folded: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A figure that stands large under the sentence; kind: ``before`` or ``after``, which have colours."""
-
-    label: str
-    text: str
-    kind: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Page:
-    """One page.
-
-    Args:
-        sentence: what the result is; figures: at most a few that matter; assumed: what the result rests on.
-        document: the JSON document of the same result, plain values, carried in ``<script id="document">``.
-        bar: HTML that stays in sight, with what changes the page.
-        data: further plain values by the id of the element that carries them; scripts: that draw them.
-    """
-
-    title: str
-    sentence: str
-    sections: Sequence[Section]
-    document: Mapping[str, Any]
-    figures: Sequence[Figure] = ()
-    assumed: str = ""
-    bar: str = ""
-    data: Mapping[str, Any] = field(default_factory=dict)
-    scripts: Sequence[str] = ()
-
-
-def render_page(content: Page) -> str:
-    """The page as text."""
+def render_page(document: Document) -> str:
+    """A document as a page."""
+    scene = document.scene
+    drawn = [(section, "".join(map(_html, section.blocks))) for section in document.sections]
     page = render(
         "page.html.j2",
-        title=content.title,
-        sentence=prose(content.sentence),
-        key=content.figures,
-        assumed=prose(content.assumed),
-        bar=Markup(content.bar),
-        sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in content.sections],
+        title=document.title,
+        sentence=prose(document.sentence),
+        key=document.figures,
+        assumed=prose(document.basis),
+        bar=Markup("" if scene is None else scene.bar),
+        sections=[
+            (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
+        ],
         style=asset("page.css"),
-        document=embedded(content.document),
-        data={name: embedded(value) for name, value in content.data.items()},
-        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *content.scripts)),
+        document=embedded(plain(document.values)),
+        data={} if scene is None else {scene.name: embedded(plain(scene.data()))},
+        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *(() if scene is None else scene.scripts))),
     )
     return str(page)
+
+
+def _html(block: Block) -> str:
+    """A block as HTML, empty where it shows nothing."""
+    match block:
+        case Sentence(text):
+            return f"<p>{prose(text)}</p>"
+        case DataTable():
+            return block.live or table(block)
+        case Bars():
+            return bars(block)
+        case Chart(draw, least):
+            charts = [chart for chart in draw() if chart]
+            return grid(charts, least) if least and charts else "".join(charts)
+        case Beside(left, right):
+            sides = ("".join(map(_html, side)) for side in (left, right))
+            return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
 
 
 def render(template: str, **values: Any) -> Markup:
@@ -99,43 +80,18 @@ def prose(text: str) -> Markup:
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text)))
 
 
-def figure(label: str, value: object, kind: str = "", unit: str = "mm") -> list[Figure]:
-    """A figure that stands large, none where nothing is known; floats are lengths [mm] unless another unit is said."""
-    if value is None:
-        return []
-    return [Figure(label, f"{value:.3f} {unit}" if isinstance(value, float) else str(value), kind)]
-
-
-def table(
-    label: str,
-    columns: Sequence[str],
-    rows: Sequence[Sequence[object]],
-    links: tuple[int, Sequence[str | None]] | None = None,
-) -> str:
-    """A table that can be searched and sorted; columns of numbers stand right, with four significant digits.
-
-    A column without a value in any row is left out.
-
-    Args:
-        label: what it holds, for people who hear the page.
-        links: a column, and for each row where its cell leads to.
-    """
-    every = [[row[k] for row in rows] for k in range(len(columns))]
-    numbers = [any(map(_is_number, cells)) and all(c is None or _is_number(c) for c in cells) for cells in every]
-    shown = [k for k, cells in enumerate(every) if any(c is not None and c != "" for c in cells) or not rows]
+def table(block: DataTable) -> str:
+    """A table that can be searched and sorted; columns of numbers stand right, with four significant digits."""
+    every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
+    numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
+    shown, (column, links) = shown_columns(block), block.links or (None, ())
     spec = {
-        "label": label,
-        "columns": [{"title": columns[k], "number": numbers[k]} for k in shown],
-        "rows": [[*(_cell(row[k]) for k in shown), *([links[1][i]] if links else [])] for i, row in enumerate(rows)],
-        "link": shown.index(links[0]) if links else None,
+        "label": block.label,
+        "columns": [{"title": block.columns[k], "number": numbers[k]} for k in shown],
+        "rows": [[*(_cell(row[k]) for k in shown), *links[i : i + 1]] for i, row in enumerate(block.rows)],
+        "link": None if column is None else shown.index(column),
     }
     return f'<div data-table><script type="application/json">{embedded(spec)}</script></div>'
-
-
-def made_section(made: Mapping[str, str]) -> Section:
-    """With what a result was made, and by which version."""
-    rows = [*made.items(), ("postproc", __version__)]
-    return Section("How this was made", table("how this was made", ("what", "with"), rows), folded=True)
 
 
 def grid(charts: Sequence[str], least: int) -> str:
@@ -143,13 +99,9 @@ def grid(charts: Sequence[str], least: int) -> str:
     return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
 
 
-def _is_number(cell: object) -> bool:
-    return isinstance(cell, (int, float)) and not isinstance(cell, bool)
-
-
 def _cell(cell: object) -> object:
     # A file name that is not Unicode is shown as far as it is.
-    return cell if cell is None or _is_number(cell) else str(cell).replace("`", "").encode("utf-8", "replace").decode()
+    return cell if cell is None or is_number(cell) else str(cell).replace("`", "").encode("utf-8", "replace").decode()
 
 
 @cache

@@ -19,11 +19,12 @@ from postproc.cli.app import build
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say_next, show, unmeasured
+from postproc.cli.report import print_json, say_next, show
 from postproc.cli.run import run
 from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.excerpt import columns
+from postproc.results.conversion import unknown_accuracy
 
 from .conftest import ARM, Call
 
@@ -235,9 +236,9 @@ def test_vectors() -> None:
 def test_channels_are_names_with_numbers() -> None:
     assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
     assert parse_channel("shift=night=1") == ("shift=night", 1.0)
-    assert unmeasured().startswith("the model was not fitted")
+    assert unknown_accuracy().startswith("the model was not fitted")
     left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`", matter=Matter.NOT_WHOLE)
-    assert unmeasured([left_out]).startswith("not all of the model holds here")
+    assert unknown_accuracy([left_out]).startswith("not all of the model holds here")
     for wrong in ("temperature", "=3", "t=warm", "t=nan"):
         with pytest.raises(PostprocError, match="CLI006"):
             parse_channel(wrong)

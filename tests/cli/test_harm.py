@@ -18,7 +18,8 @@ from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import check_writes, place, write_whole
 from postproc.model.file import default_model
-from postproc.report.page import Page, render_page
+from postproc.report.blocks import Document
+from postproc.report.page import render_page
 
 from .conftest import Call
 
@@ -150,7 +151,7 @@ def test_predict_has_a_row_for_every_row(call: Call, samples: Path, tmp_path: Pa
 
 def test_no_file_name_ends_the_document_of_a_page() -> None:
     evil = "<!--<script>a</script>--></SCRIPT>.mod"
-    page = render_page(Page(title="t", sentence="s", sections=[], document={"name": evil}))
+    page = render_page(Document(title="t", sentence="s", values={"name": evil}))
     (inside,) = re.findall(r'<script[^>]*id="document"[^>]*>(.*?)</script', page, re.DOTALL | re.IGNORECASE)
     assert "<" not in inside and json.loads(inside) == {"name": evil}
 

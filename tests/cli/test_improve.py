@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from postproc.cli.options import MeasuredOptions
+from postproc.report.blocks import Document
 from tests.independent import library_effects as hidden
 from tests.independent.hidden_effects import Plan, make_set
 
@@ -216,10 +217,8 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
         untold=False,
         verdict="missing",
     )
-    monkeypatch.setattr(
-        "postproc.identification.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"}
-    )
-    monkeypatch.setattr("postproc.identification.words.text.diagnosis_text", lambda _: "The model lacks ..")
+    shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="The model lacks ..")
+    monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
     monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
@@ -245,12 +244,10 @@ def test_what_follows_can_be_copied_into_a_shell(
         untold=False,
         verdict="complete",
     )
-    monkeypatch.setattr(
-        "postproc.identification.words.text.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"}
-    )
-    monkeypatch.setattr("postproc.identification.words.text.diagnosis_text", lambda _: "..")
+    shown = Document(title="", values={"schema": "postproc/diagnose/1"}, sentence="..")
+    monkeypatch.setattr("postproc.results.diagnosis.diagnosis_document", lambda *_: shown)
     monkeypatch.setattr("postproc.identification.diagnose.diagnose", lambda *_, **__: found)
-    monkeypatch.setattr("postproc.identification.words.sentences.too_few", lambda *_: False)
+    monkeypatch.setattr("postproc.identification.diagnosis.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.convert import Conversion
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_compliance import JointCompliance
@@ -17,8 +18,9 @@ from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import pose_matrix
-from postproc.report.certificate import NOT_SHOWN, program_certificate
-from postproc.report.compensation import compensation_page
+from postproc.report.page import render_page
+from postproc.results.certificate import NOT_SHOWN, program_certificate
+from postproc.results.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
 from postproc.robot.kinematics import jacobian
@@ -153,11 +155,11 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
         f" {before * low:.2f} to {before * high:.2f} mm, is expected to remain"
     )
     assert f"! {said}" in written(found)
-    page, certificate = compensation_page("p.mod", found), program_certificate("p.mod", found)
+    page, certificate = render_page(conversion_document("p.mod", found)), program_certificate("p.mod", found)
     assert said in page and said in certificate and NOT_SHOWN in certificate
     known = convert(TEXT, force=NO_FORCE)
     assert known.report["expected_remaining_fraction"] is None
-    assert "estimated" not in known.summary + written(known)
+    assert "estimated" not in text_of(known) + written(known)
 
 
 def test_an_arm_without_weight_or_springs_is_refused() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
@@ -61,4 +62,4 @@ def test_it_is_said_where_and_how_far(found: Conversion) -> None:
     assert 0.94 * found.report["max_transition_mm"] < after.max() <= found.report["max_transition_mm"]
     assert found.report["max_error_after_mm"] < 0.01
     assert not any(d.code == "CMP006" for d in found.diagnostics)
-    assert f"{found.report['max_transition_mm']:.3f} mm where the correction jumps" in found.summary
+    assert f"{found.report['max_transition_mm']:.3f} mm where the correction jumps" in text_of(found)

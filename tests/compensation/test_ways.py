@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.compensation.results.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.compensation.text.assignment import ELSEWHERE, WAYS
 from postproc.effects.library.joints.backlash import Backlash
@@ -114,11 +115,11 @@ def test_runs_with_a_displacement_that_is_not_known_are_no_part_of_the_promise()
     found = convert(module(head, f"seam;\nWHILE k<3 DO\n{step}\nENDWHILE\nPDispOff;", seam))
     assert [o.status for o in found.outcomes] == ["compensated"] * 2
     assert found.report["unproved_statements"] == 2
-    assert "2 of them also run where they cannot be followed" in found.summary
+    assert "2 of these statements also run where they cannot be followed" in text_of(found)
     assert "! 2 motion statements also run where what remains is not proved" in written(found)
     proved = convert(module(head, "seam;", seam))
     assert proved.report["unproved_statements"] == 0
-    assert "not proved" not in proved.summary + written(proved)
+    assert "not proved" not in text_of(proved) + written(proved)
 
 
 def test_runs_that_begin_nobody_knows_where_are_no_part_of_the_promise() -> None:
@@ -251,7 +252,7 @@ def test_lines_that_nobody_can_follow_are_in_no_figure(more: str, measured: int)
     found = convert(module("VAR robtarget p;", f"MoveJ {C},v200,fine,tT;\n{measured_place}{more}"))
     assert found.report["measured_statements"] == measured
     assert found.report["unmeasured_statements"] == 1 + measured  # the line that begins there is right at its target
-    for told in (found.summary, written(found)):
+    for told in (text_of(found), written(found)):
         assert ("no line or arc could be measured" in told) == (measured == 0)
         assert "in no figure" in told
     assert ("CMP017" in codes(found)) == (measured == 0)
@@ -283,14 +284,15 @@ def test_what_is_left_while_the_arc_burns_stands_beside_the_ways_in_the_air() ->
     after, arc = found.report["max_error_after_mm"], found.report["max_arc_error_after_mm"]
     assert after > 0.1 and arc <= 0.01
     before, arc_before = found.report["max_error_before_mm"], found.report["max_arc_error_before_mm"]
-    told = f"{arc_before:.3f} mm -> {arc:.3f} mm while the arc burns (tolerance 0.01 mm), "
-    assert found.summary.startswith(told + f"{before:.3f} mm -> {after:.3f} mm with moves in the air (0.01 mm)")
+    told = f"At most {arc:.3f} mm of deviation remain while the arc burns at steady speed, where there were {arc_before:.3f}"
+    assert text_of(found).startswith(told) and "tolerance 0.01 mm, 0.01 mm in the air" in text_of(found)
+    assert f"with moves in the air {after:.3f} mm of {before:.3f} mm remain" in text_of(found)
     head = lines_of(written(found))
     assert f"! deviation while the arc burns: {arc_before:.3f} mm before, {arc:.3f} mm after" in head
     assert f"! with moves in the air: {before:.3f} mm before, {after:.3f} mm after" in head
     unwelded = convert(module("", f"{lift}\n{lift}"))
     assert unwelded.report["max_arc_error_after_mm"] is None
-    assert "burns" not in unwelded.summary + written(unwelded)
+    assert "burns" not in text_of(unwelded) + written(unwelded)
 
 
 @pytest.mark.parametrize(("set_to", "told"), [("", ["RAP036"]), ("wide:=DInput(di2)=1;\n", [])])

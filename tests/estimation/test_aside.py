@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from postproc.estimation.channels import channels
+from postproc.estimation.findings import data_findings, standing_out
 from postproc.estimation.problem import Weights
-from postproc.estimation.words.findings import data_findings, standing_out
 from postproc.identification.diagnose import diagnose
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.screening import PatternScreen

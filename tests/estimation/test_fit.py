@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from postproc import text as text_of
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.base import Displacement, Effect, param
@@ -19,13 +20,12 @@ from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.errors import rms
+from postproc.estimation.findings import cautions
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
-from postproc.estimation.words.record import cautions, fit_json
-from postproc.estimation.words.text import fit_text
 from postproc.identification.add import Addition, Step, add_effects
 from postproc.identification.compare import compare
 from postproc.measure.checks.repeats import estimate_noise
@@ -38,6 +38,8 @@ from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
 from postproc.model.rewrite import render_model
 from postproc.model.uncertainty import predict_sigma
+from postproc.results.addition import addition_sentence
+from postproc.results.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.identification.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
@@ -58,7 +60,7 @@ def test_a_clean_cell_is_fitted_to_its_noise():
 
 def test_what_positions_cannot_show_is_held_at_null_and_named():
     fit = base_fit(cell(seed=11)[0])
-    named = fit_json(fit)["not_identifiable"]
+    named = fit_values(fit)["not_identifiable"]
     assert "joint_offset.offset_rad[1]" in named  # turns the whole arm, as the instrument's frame does
     assert "joint_compliance.compliance_rad_per_Nm[1]" in named  # no load turns axis 1
     assert {f"tool_frame.turn_rad[{a}]" for a in "xyz"} <= set(named)
@@ -109,7 +111,7 @@ def test_a_row_far_off_is_set_aside_and_named():
     position[17] += [0.0, 0.099, 0.0]
     fit = base_fit(replace(data, position=position))
     assert fit.set_aside == (17,)
-    assert fit_json(fit)["set_aside_rows"] == [18]
+    assert fit_values(fit)["set_aside_rows"] == [18]
     assert fit.rms == pytest.approx(3e-5, rel=0.15)
 
 
@@ -243,10 +245,10 @@ def test_a_joint_that_yields_against_its_load_is_named():
         return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -2e-6 * tau[:, 1]))
 
     odd, usual = base_fit(cell(lifted, seed=961)[0]), base_fit(cell(seed=961)[0])
-    (found,) = [d for d in fit_json(odd)["diagnostics"] if d["code"] == "DAT026"]
+    (found,) = [d for d in fit_values(odd)["diagnostics"] if d["code"] == "DAT026"]
     assert "joint 2 is negative" in found["message"]
-    assert "joint 2 is negative" in fit_text(odd)
-    assert "DAT026" not in [d["code"] for d in fit_json(usual)["diagnostics"]]
+    assert "joint 2 is negative" in text_of(odd)
+    assert "DAT026" not in [d["code"] for d in fit_values(usual)["diagnostics"]]
 
 
 def test_a_compliance_that_stops_at_its_lower_bound_is_named():
@@ -281,11 +283,11 @@ def test_what_was_held_beside_a_parameter_goes_on_where_that_stops_at_its_bound(
 
 def test_an_effect_that_does_not_help_is_said_so():
     fit = base_fit(cell(seed=962)[0])
-    text = add_effects(fit.model, fit.data, ["wrist_coupling"]).text()
+    text = addition_sentence(add_effects(fit.model, fit.data, ["wrist_coupling"]))
     assert text.startswith("Adding `wrist_coupling` does not help: on rows that the fit has not seen, the error is 0.0")
     assert "Keep the model as it was" in text
     better = base_fit(cell(kinds.backlash, seed=962)[0])
-    assert " falls from " in add_effects(better.model, better.data, ["backlash"]).text().split("\n")[0]
+    assert " falls from " in addition_sentence(add_effects(better.model, better.data, ["backlash"]))
 
 
 def test_an_effect_that_hardly_helps_is_said_so():
@@ -297,21 +299,21 @@ def test_an_effect_that_hardly_helps_is_said_so():
             observed=observations(False, False)[0],
         )
 
-    def said(held_out: float, share: float) -> list[str]:
+    def said(held_out: float, share: float) -> str:
         arm = Model(load_robot("irb4600_60_205"))
         steps = Step("base", fit(143e-6), arm), Step("+ own", fit(held_out), arm, share)
-        return Addition(steps, {}, 2.5e-5).text().split("\n")[:2]
+        return addition_sentence(Addition(steps, {}, 2.5e-5))
 
-    first, then = said(142e-6, 0.008)
-    assert first.startswith(
+    text = said(142e-6, 0.008)
+    assert text.startswith(
         "Adding `own` hardly helps: on rows that the fit has not seen, the error falls from 0.143 to"
     )
-    assert then.startswith("Keep the model as it was")
-    first, then = said(132e-6, 0.09)
-    assert first.startswith(
+    assert "Keep the model as it was" in text
+    text = said(132e-6, 0.09)
+    assert text.startswith(
         "On rows that the fit has not seen, the error falls from 0.143 to 0.132 mm per axis; the noise"
     )
-    assert then.startswith("The next `compensate`")
+    assert "The next `compensate`" in text
 
 
 def test_what_stays_unexplained_is_the_error_on_other_poses_and_nothing_where_nothing_is_missing():
@@ -501,7 +503,7 @@ def test_lost_motion_of_a_joint_that_came_from_one_side_alone_may_be_there():
     free = np.isin(np.arange(6), [1, 2])
     after = fit_model(base_fit(data).model, data, [Backlash()], terms=Terms({"backlash": free}))
     assert ("backlash", 0) in after.unknown and ("backlash", 3) not in after.unknown
-    assert "backlash.half_gap_rad[1]" in fit_json(after)["not_identifiable"]
+    assert "backlash.half_gap_rad[1]" in fit_values(after)["not_identifiable"]
     model, back = recorded_model(after), data.state.with_(approach=side * [-1, 1, 1, 1, 1, 1])
     wider = predict_sigma(model, back) ** 2 - predict_sigma(model, data.state) ** 2
     lever = np.linalg.norm(data.position[:, :2], axis=1)
@@ -516,10 +518,10 @@ def test_what_only_says_the_same_in_other_axes_is_not_listed_as_not_determined()
     free = np.array([name == "shift_m[4,x]" for name in names])
     after = fit_model(plain.model, data, [LinkGeometry()], terms=Terms({"link_geometry": free}))
     out = [names[i] for key, i in after.unknown if key == "link_geometry"]
-    listed = [n.split(".")[1] for n in fit_json(after)["not_identifiable"] if n.startswith("link_geometry")]
+    listed = [n.split(".")[1] for n in fit_values(after)["not_identifiable"] if n.startswith("link_geometry")]
     assert {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} <= set(out)
     assert not {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} & set(listed)
-    assert recorded_model(after).fit["not_identifiable"] == fit_json(after)["not_identifiable"]
+    assert recorded_model(after).fit["not_identifiable"] == fit_values(after)["not_identifiable"]
 
 
 class Guess(Effect, reads=("q",), drafted=True):

@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.effects.contract import State
 from postproc.estimation import least_squares
+from postproc.estimation.findings import cautions
 from postproc.estimation.solving.smooth import enough_for_smoothness
-from postproc.estimation.words.record import cautions, fit_json
-from postproc.estimation.words.text import fit_text
 from postproc.identification.refits import thinned
 from postproc.measure.measurements import Measurements
+from postproc.results.fit import fit_values
 from tests.identification.cells import base_fit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,8 +68,8 @@ def test_rows_that_a_fit_takes_are_told_and_lose_nothing_that_alternates(monkeyp
     assert 150 <= len(fit.data) <= 200 and fit.data.whole == 799
     assert 0.3 < np.mean(fit.data.state.approach == 1.0) < 0.7  # every fourth row would have come from one side alone
     assert [d.code for d in cautions(fit)][:1] == ["DAT037"]
-    assert f"Of 799 rows {len(fit.data)} are used" in fit_text(fit)
-    assert "DAT037" in [d["code"] for d in fit_json(fit)["diagnostics"]]
+    assert f"Of 799 rows {len(fit.data)} are used" in text_of(fit)
+    assert "DAT037" in [d["code"] for d in fit_values(fit)["diagnostics"]]
 
 
 def test_a_search_on_some_of_the_poses_loses_nothing_that_alternates():

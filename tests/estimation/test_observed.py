@@ -5,18 +5,19 @@ import json
 import numpy as np
 import pytest
 
+import postproc
+from postproc import text as text_of
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.words.record import fit_json
-from postproc.estimation.words.text import fit_text
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
 from postproc.identification.predict import predict_rows
-from postproc.identification.words.text import diagnosis_json, diagnosis_text
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
+from postproc.results.diagnosis import diagnosis_values
+from postproc.results.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.estimation.encoders import KINDS, NOISE_RAD, encoder_table
 
@@ -42,26 +43,26 @@ def test_what_encoders_show_is_named(kind, seed):
 def test_figures_are_in_mrad_and_keys_say_so():
     base = fitted("servo_lag")
     assert 2e-4 < base.rms < 3e-3 and base.noise.sigma == pytest.approx(NOISE_RAD, rel=0.25)
-    document = fit_json(base)
+    document = fit_values(base)
     assert document["rms_mrad"] == pytest.approx(1e3 * base.rms, abs=1e-6) and document["observed"] == "joint"
     assert not [key for key in document if key.endswith("_mm") and key != "unexplained_mm"]
-    assert " mrad per joint" in fit_text(base)
+    assert " mrad per joint" in text_of(base)
     found = diagnose(base.model, base.data)
-    document = diagnosis_json(found)
+    document = diagnosis_values(found)
     assert {"rms_mrad", "noise_mrad", "bound_mrad"} <= document.keys() and "rms_mm" not in document
-    text = diagnosis_text(found)
+    text = text_of(found)
     assert "mrad per joint" in text and " mm" not in text.splitlines()[0]
     beside = compare(base.model, base.data)
-    assert set(beside.as_json()["per_joint_mrad"]) == set("123456") and "mrad" in beside.text()
-    json.dumps(beside.as_json(), allow_nan=False)
+    assert set(postproc.document(beside)["per_joint_mrad"]) == set("123456") and "mrad" in text_of(beside)
+    json.dumps(postproc.document(beside), allow_nan=False)
 
 
 def test_add_shows_the_error_of_the_joints_fall():
     base = fitted("servo_lag")
     found = add_effects(base.model, base.data, ["servo_lag"])
     assert found.before.held_out_rms > 1e-4 and found.fit.held_out_rms < 1.2 * NOISE_RAD
-    assert found.text().startswith("On rows that the fit has not seen, the error falls from")
-    assert found.as_json()["ladder"][1]["held_out_rms_mrad"] < 0.01
+    assert text_of(found).startswith("On rows that the fit has not seen, the error falls from")
+    assert postproc.document(found)["ladder"][1]["held_out_rms_mrad"] < 0.01
     assert found.model.fit["rms_mrad"] < 0.01
 
 

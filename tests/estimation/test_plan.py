@@ -7,13 +7,17 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.diagnostics import PostprocError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.diagnose import diagnose
 from postproc.identification.planning.plan import plan_poses
 from postproc.identification.planning.room import Room
-from postproc.identification.words.text import diagnosis_json, diagnosis_text
+from postproc.results.addition import addition_values
+from postproc.results.comparison import comparison_values
+from postproc.results.diagnosis import diagnosis_values
+from postproc.results.plan import plan_sentence
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 
@@ -59,7 +63,7 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
                 continue
             for pair in permutations((one, other)):
                 plan = plan_poses(base.model, data, 5, pair)
-                assert "tells them apart already" not in plan.text()
+                assert "tells them apart already" not in plan_sentence(plan)
                 assert not plan.told_apart
             pairs += 1
     assert pairs > 0
@@ -70,9 +74,9 @@ def test_a_map_is_called_a_smooth_correction():
     found = diagnose(base_fit(data).model, data)
     (smooth,) = (m for m in found.missing if m.candidate.key == "joint_error_map")
     numbers = len(found.final.model.effect("joint_error_map").vector())
-    document = diagnosis_json(found)["missing"][found.missing.index(smooth)]
+    document = diagnosis_values(found)["missing"][found.missing.index(smooth)]
     assert document["is"] == "smooth correction" and 2 < document["effective_parameters"] < numbers
-    assert "a smooth correction with" in diagnosis_text(found) and "not a cause" in diagnosis_text(found)
+    assert "a smooth correction with" in text_of(found) and "not a cause" in text_of(found)
 
 
 def test_one_bound_for_one_table():
@@ -83,8 +87,8 @@ def test_one_bound_for_one_table():
     data = data.rows(np.unique(data.repeats, return_index=True)[1]).in_order
     model = base_fit(data).model
     bounds = [
-        compare(model, data).as_json()["bound_mm"],
-        diagnosis_json(diagnose(model, data))["bound_mm"],
-        add_effects(model, data, ["backlash"]).as_json()["floor_mm"],
+        comparison_values(compare(model, data))["bound_mm"],
+        diagnosis_values(diagnose(model, data))["bound_mm"],
+        addition_values(add_effects(model, data, ["backlash"]))["floor_mm"],
     ]
     assert bounds == pytest.approx([bounds[0]] * 3, rel=0.01)

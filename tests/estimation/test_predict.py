@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from postproc import text as text_of
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Displacement, Effect, param
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.words.record import fit_json
-from postproc.estimation.words.text import fit_text
 from postproc.identification.compare import compare
 from postproc.identification.predict import predict_rows
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.terms import Reading
 from postproc.model.equilibrium import predict
+from postproc.results.comparison import comparison_values
+from postproc.results.fit import fit_values
 from postproc.robot.catalogue import load_robot
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
@@ -67,13 +68,13 @@ def test_the_arm_repeats_a_pose_worse_than_the_instrument_sees_it():
     stated = replace(data, sigma=np.full(len(data), 1e-5))
     fit = fit_model(base_fit(data).model, stated)
     expected = np.sqrt(0.03**2 - 0.01**2)
-    assert fit_json(fit)["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
+    assert fit_values(fit)["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
     bare = stated.rows(np.unique(data.repeats, return_index=True)[1])
     alone = fit_model(base_fit(data).model, bare)
-    document = fit_json(alone)
+    document = fit_values(alone)
     assert document["noise_repeatability_mm"] == pytest.approx(expected, rel=0.25)
     assert document["noise_mm"] == pytest.approx(0.03, rel=0.2)
-    assert "how well the arm repeats a pose" in fit_text(alone)
+    assert "how well the arm repeats a pose" in text_of(alone)
 
 
 def test_rows_of_a_better_instrument_weigh_no_more_than_the_arm_repeats():
@@ -122,8 +123,8 @@ def test_orientations_of_a_probe_mounted_anew_do_not_drag_the_placement():
     moved = seen_from_elsewhere(true)
     oriented = replace(moved, rotation=(R * turns).as_matrix())
     without, with_it = compare(model, moved), compare(model, oriented)
-    assert with_it.as_json()["rms_mm"] == pytest.approx(without.as_json()["rms_mm"], rel=0.02)
-    assert with_it.as_json()["rotation_rms_mrad"] > 1.0
+    assert comparison_values(with_it)["rms_mm"] == pytest.approx(comparison_values(without)["rms_mm"], rel=0.02)
+    assert comparison_values(with_it)["rotation_rms_mrad"] > 1.0
 
 
 class Settling(Effect, reads=("row",)):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
+from postproc.estimation.findings import cautions, data_findings, one_path
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.words.findings import data_findings, one_path
-from postproc.estimation.words.record import cautions
 from postproc.identification.diagnose import diagnose
 from postproc.measure.read.table import read_measurements
 from postproc.measure.trajectory import is_record

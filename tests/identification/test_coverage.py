@@ -9,14 +9,15 @@ import pytest
 
 from postproc.effects.contract import State
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
+from postproc.estimation.findings import cautions
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.solve import Terms
 from postproc.estimation.solving.step import sizes
-from postproc.estimation.words.record import cautions, fit_json
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma
+from postproc.results.fit import fit_values
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identification.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds
@@ -169,7 +170,7 @@ def test_repeats_of_a_warmer_round_tell_the_noise_once_the_drift_is_known():
     assert whole.noise.sigma == pytest.approx(2e-5, rel=0.25)
     assert whole.problem.weights.values.max() == pytest.approx(1 / whole.noise.sigma)
     assert 0.7 < whole.variance < 1.4
-    assert fit_json(whole)["noise_mm"] == pytest.approx(0.02, rel=0.25)
+    assert fit_values(whole)["noise_mm"] == pytest.approx(0.02, rel=0.25)
 
 
 def test_a_stated_noise_that_cannot_be_is_said():

@@ -8,14 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.servo_lag import ServoLag
 from postproc.effects.library.joints.wrist_coupling import WristCoupling
 from postproc.identification.add import grown
 from postproc.identification.curves import curves
 from postproc.identification.diagnose import diagnose
-from postproc.identification.words.sentences import headline
-from postproc.identification.words.text import diagnosis_json, diagnosis_text
+from postproc.results.diagnosis import diagnosis_values
+from postproc.results.sentences import headline
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as library
 from tests.independent import unknown_effects as unknown
@@ -39,7 +40,7 @@ def bent(at: np.ndarray, values: np.ndarray) -> np.ndarray:
 def test_a_map_is_told_as_the_curve_that_it_is():
     data, _ = cell(wavy_joint, seed=971, poses=200)
     found = diagnose(base_fit(data).model, data)
-    entry = next(m for m in diagnosis_json(found)["missing"] if m["effect"] == "joint_error_map")
+    entry = next(m for m in diagnosis_values(found)["missing"] if m["effect"] == "joint_error_map")
     law = {curve["joint"]: curve for curve in entry["law"]}[3]
     assert set(law) == {"joint", "channel", "unit", "at", "turn_mrad", "sigma_mrad"} and isinstance(law["joint"], int)
     assert (law["channel"], law["unit"]) == ("q3", "deg") and len(law["at"]) == len(law["turn_mrad"]) > 100
@@ -47,7 +48,7 @@ def test_a_map_is_told_as_the_curve_that_it_is():
     off = 1e-3 * bent(at, np.array(law["turn_mrad"])) - bent(at, wavy(at))
     sigma = 1e-3 * np.array(law["sigma_mrad"])
     assert np.mean(np.abs(off) < 2 * sigma) > 0.85 and sigma.max() < 1e-4
-    assert "joint 3 along q3: " in diagnosis_text(found)
+    assert "joint 3 along q3: " in text_of(found)
     json.dumps(law, allow_nan=False)
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.contract import State
 from postproc.effects.library.joints.thermal_joint_drift import ThermalJointDrift
@@ -25,8 +26,11 @@ from postproc.identification.planning.plan import MeasuringPlan as PosePlan
 from postproc.identification.planning.plan import plan_poses
 from postproc.identification.predict import predict_rows
 from postproc.identification.trends import joint_errors
-from postproc.identification.words.sentences import headline
-from postproc.identification.words.text import diagnosis_json, diagnosis_text
+from postproc.results.addition import addition_values
+from postproc.results.comparison import comparison_values
+from postproc.results.diagnosis import diagnosis_values
+from postproc.results.plan import plan_sentence, plan_values
+from postproc.results.sentences import headline
 from tests.identification.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -231,8 +235,11 @@ def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
         suspect = found.suspects[0]
         assert suspect.where == f"joint {suspect.channel[1]}" and suspect.pattern.startswith("step near")
         assert 0.8 * found.floor < found.unnamed < 1.2 * found.floor < 0.6 * found.base.held_out_rms
-        table = diagnosis_text(found).split("held-out error")[1].splitlines()
-        assert table[2] == f"  + what was found, without a name     {1e3 * found.unnamed:8.3f}"
+        table = text_of(found).split("The error on rows that the fit has not seen")[1].splitlines()
+        assert table[2].split() == [
+            *["+", "what", "was", "found,", "without", "a", "name"],
+            f"{1e3 * found.unnamed:.3f}",
+        ]
     # A pattern of several channels is told with all of them, columns of the table's own first.
     data = replace(
         found.base.data, state=data.rows(data.usable).state.with_(channels={"door": np.zeros(len(found.base.data))})
@@ -255,7 +262,7 @@ def test_shuffled_channels_win_nothing():
 
 def test_json_keeps_its_contract_and_text_speaks_first():
     found = hidden_found(kinds.backlash, seed=211)
-    j = json.loads(json.dumps(diagnosis_json(found), allow_nan=False))
+    j = json.loads(json.dumps(diagnosis_values(found), allow_nan=False))
     assert j["schema"] == "postproc/diagnose/1"
     keys = {
         "verdict",
@@ -276,10 +283,10 @@ def test_json_keeps_its_contract_and_text_speaks_first():
     assert re.match(
         r"The model lacks `backlash` \(joints 2 and 4\): a joint stops short on the side from which it came\. "
         r"With it, the error on rows the fit has not seen falls from [\d.]+ to [\d.]+ mm per axis\.",
-        diagnosis_text(found),
+        text_of(found),
     )
     value, sigma = j["missing"][0]["parameters"]["half_gap_rad"][1]
-    told = re.search(r"^  half_gap\[2\] (\S+) ± (\S+) mrad$", diagnosis_text(found), re.M)
+    told = re.search(r"^  backlash +half_gap\[2\] +(\S+) ± (\S+) +mrad$", text_of(found), re.M)
     assert told and [float(x) for x in told.groups()] == pytest.approx([1e3 * value, 1e3 * sigma], rel=0.05)
 
 
@@ -288,8 +295,8 @@ def test_few_poses_tell_nothing():
     few = data.rows(np.arange(9))
     found = diagnose(base_fit(few).model, few)
     assert found.verdict == "unknown"  # nine rows without a repeat
-    assert diagnosis_text(found).startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
-    assert "measure 8 more poses at least" in diagnosis_text(found).splitlines()[0]
+    assert text_of(found).startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
+    assert "measure 8 more poses at least" in text_of(found).splitlines()[0]
 
 
 def test_adding_prints_the_ladder_down_to_the_floor():
@@ -298,26 +305,26 @@ def test_adding_prints_the_ladder_down_to_the_floor():
     steps = [s.fit.held_out_rms for s in added.ladder]
     assert steps[0] > steps[1] > steps[2] and added.ladder[-1].share > 0.9
     assert true_error(added.fit, true) < 0.6 * NOISE
-    j = json.loads(json.dumps(added.as_json(), allow_nan=False))
+    j = json.loads(json.dumps(addition_values(added), allow_nan=False))
     assert j["schema"] == "postproc/fit/1" and [s["step"] for s in j["ladder"]] == ["base", "+ backlash", "+ arm_load"]
-    assert "leave one out" in added.text() and f"the noise is {1e3 * added.floor:.3f} mm" in added.text()
+    assert "without backlash" in text_of(added) and f"the noise is {1e3 * added.floor:.3f} mm" in text_of(added)
 
 
 def test_where_no_noise_is_known_a_bound_is_called_one():
     data, _ = cell(kinds.backlash, seed=222, poses=60)
     single = data.rows(np.unique(data.repeats, return_index=True)[1])
-    text = add_effects(base_fit(single).model, single, ["backlash"]).text()
+    text = text_of(add_effects(base_fit(single).model, single, ["backlash"]))
     assert "any smooth function of the channels would leave" in text and "floor" not in text
 
 
 def test_comparing_shows_where_the_residual_lives():
     data, _ = cell(kinds.backlash, seed=211)
     found = compare(recorded_model(base_fit(data)), data)
-    j = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    j = json.loads(json.dumps(comparison_values(found), allow_nan=False))
     assert j["rms_mm"] > j["bound_mm"] > 0.5 * j["noise_mm"]
     assert j["channels"][0]["channel"].startswith("dir") and j["channels"][0]["where"].startswith("joint")
     assert j["worst"][0]["error_mm"] == j["maximum_mm"]
-    assert f"brings it to {j['bound_mm']:.3f} mm" in found.text()
+    assert f"brings it to {j['bound_mm']:.3f} mm" in text_of(found)
     distance = 1e3 * np.linalg.norm(found.error, axis=1)
     assert list(j["percentiles_mm"].values()) == pytest.approx(np.percentile(distance, [50, 95, 99]), abs=1e-5)
     [told] = [t["share"] for t in j["channels"] if (t["channel"], t["where"]) == ("dir2", "joint 2")]
@@ -327,7 +334,7 @@ def test_comparing_shows_where_the_residual_lives():
     chance = (len(np.unique(side)) - 1) / (len(off) - 1)
     assert told == pytest.approx((explained - chance) / (1 - chance), abs=1e-4)
     clean, _ = cell(seed=101)
-    assert "What is left is of the size of the noise." in compare(recorded_model(base_fit(clean)), clean).text()
+    assert "What is left is of the size of the noise." in text_of(compare(recorded_model(base_fit(clean)), clean))
 
 
 def test_predictions_keep_the_rows_and_carry_their_deviation():
@@ -364,10 +371,10 @@ def test_planned_poses_separate_what_the_data_could_not():
     sharper = plan_poses(fit.model, few, 8)
     assert sharper.after < sharper.before
     assert ("joint_offset", 0) in sharper.never and not set(sharper.never) & set(sharper.worst)
-    assert "joint_offset.offset_rad[1]" in sharper.as_json()["no_pose_determines"]
-    assert "No pose determines joint_offset offset[1 6]" in sharper.text()
+    assert "joint_offset.offset_rad[1]" in plan_values(sharper)["no_pose_determines"]
+    assert "No pose determines joint_offset offset[1 6]" in plan_sentence(sharper)
     told = f"to ± {sharper.before:.2g} times the ordinary size of such a parameter now, to ± {sharper.after:.2g} times with"
-    assert told in sharper.text() and ("as good as unknown" in sharper.text()) == (sharper.after > 1.0)
+    assert told in plan_sentence(sharper) and ("as good as unknown" in plan_sentence(sharper)) == (sharper.after > 1.0)
 
 
 @pytest.mark.parametrize(
@@ -380,13 +387,13 @@ def test_planned_poses_separate_what_the_data_could_not():
 )
 def test_a_plan_says_whether_it_is_enough(before, after, says):
     state = State(q=np.zeros((4, 6)))
-    assert says in PosePlan(None, state, np.zeros((4, 4, 4)), ("backlash", "arm_load"), before, after).text()
+    assert says in plan_sentence(PosePlan(None, state, np.zeros((4, 4, 4)), ("backlash", "arm_load"), before, after))
 
 
 def test_a_pair_that_does_the_same_is_said_to_do_so():
     data, _ = cell(seed=101)
     plan = plan_poses(base_fit(data).model, data, 5, ("gravity_compensator", "transmission_error"))
-    assert plan.after < 3.0 and plan.text().startswith("Even with these 5 poses")
+    assert plan.after < 3.0 and plan_sentence(plan).startswith("Even with these 5 poses")
 
 
 @pytest.mark.parametrize("drift", [kinds.frame_drift, kinds.session_step])

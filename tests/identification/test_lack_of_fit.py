@@ -11,9 +11,9 @@ from postproc.diagnostics import Source
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.lack_of_fit import lacks_fit
-from postproc.identification.words.sentences import headline
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
+from postproc.results.sentences import headline
 from postproc.robot.catalogue import load_robot
 from tests.identification.cells import base_fit
 from tests.independent import arm as A

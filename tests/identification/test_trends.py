@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc import text as text_of
 from postproc.estimation.recorded import recorded_model
 from postproc.identification.compare import compare
 from postproc.identification.trends import residual_trends
+from postproc.results.comparison import comparison_values
 from tests.identification.cells import base_fit, cell
 
 
@@ -39,13 +41,13 @@ def test_rows_that_stand_out_are_named_and_in_no_figure_of_a_comparison():
     position[7, 1] *= -1  # a sign that was forgotten
     model = recorded_model(base_fit(data))
     found = compare(model, replace(data, position=position))
-    far = found.as_json()["worst"][0]["error_mm"]
-    assert f"Row 8 was left out: it lies {far:.1f} mm off, far from everything else." in found.text()
-    assert "per axis), without a row that lies far from everything else; " in found.text().splitlines()[0]
-    assert "without" not in compare(model, data).text().splitlines()[0]
-    told, others = found.as_json(), np.delete(np.arange(len(data)), 7)
+    far = comparison_values(found)["worst"][0]["error_mm"]
+    assert f"Row 8 was left out: it lies {far:.1f} mm off, far from everything else." in text_of(found)
+    assert "per axis), without a row that lies far from everything else; " in text_of(found).splitlines()[0]
+    assert "without" not in text_of(compare(model, data)).splitlines()[0]
+    told, others = comparison_values(found), np.delete(np.arange(len(data)), 7)
     assert told["set_aside_rows"] == [8] and told["worst"][0]["row"] == 8
-    clean = compare(model, data.rows(others)).as_json()
+    clean = comparison_values(compare(model, data.rows(others)))
     for name in ("rms_mm", "mean_mm", "maximum_mm", "percentiles_mm", "per_axis_mm"):
         assert told[name] == clean[name]
     assert told["bound_mm"] < 1.5 * clean["bound_mm"]

@@ -10,6 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc import text as text_of
+from postproc.diagnostics import joined
 from postproc.effects.library.frames.session import Session
 from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.transmission_error import TransmissionError
@@ -18,15 +20,14 @@ from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
-from postproc.estimation.words.record import fit_json, parameters_json
-from postproc.estimation.words.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identification.compare import compare
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.state import SelectedEffect
-from postproc.identification.words.sentences import doubts, headline, of_little_worth
-from postproc.identification.words.text import _followed, _told
 from postproc.measure.observations import observations
-from postproc.report.diagnosis import _verdict
+from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
+from postproc.results.fit import fit_values, parameter_values
+from postproc.results.sentences import doubts, headline, of_little_worth
+from postproc.results.wording import fitted_values, grouped, held_text, p_text, parameter_rows, place
 from tests.identification.cells import base_fit, cell
 
 POSITIONS = observations(rotation=False, joint=False)[0]
@@ -68,17 +69,18 @@ def test_values_are_told_in_shop_units_with_the_digits_that_are_known() -> None:
     data, _ = cell(seed=101)
     fit = fit_model(base_fit(data).model, data, [ArmLoad(body=(3,))])
     sigma = dict(zip(fit.parameters, np.sqrt(np.diag(fit.covariance)), strict=True))
-    lines = values_lines(fit, "tool_frame")
+    rows = parameter_rows(fit, "tool_frame", 12)
     shift = fit.model.effect("tool_frame").vector()[0]
-    name, value, plus, deviation, unit = lines[0].split()
-    assert (name, plus, unit) == ("shift[x]", "±", "mm")
+    key, name, told, unit = rows[0]
+    value, plus, deviation = told.split()
+    assert (key, name, plus, unit) == ("tool_frame", "shift[x]", "±", "mm")
     assert abs(float(value) - 1e3 * shift) <= 0.5 * 10 ** -len(value.partition(".")[2])
     assert float(deviation) == pytest.approx(1e3 * sigma["tool_frame", 0], rel=0.05)
     assert len(value.partition(".")[2]) == len(deviation.partition(".")[2])
     assert len(deviation.replace(".", "").lstrip("0")) == 2
-    assert re.match(r"compliance\[2\] \S+ ± \S+ µrad/\(N m\)$", values_lines(fit, "joint_compliance")[0])
+    assert parameter_rows(fit, "joint_compliance", 12)[0][1::2] == ("compliance[2]", "µrad/(N m)")
     assert [v[0] for v in fitted_values(fit, "arm_load")][:2] == ["mass[body 3]", "moment[body 3, x]"]
-    assert values_lines(fit, "joint_offset", most=2) == ["4 numbers, in the model file"]
+    assert [row[1] for row in parameter_rows(fit, "joint_offset", 2)] == ["4 numbers, in the model file"]
     assert list(fitted_values(fit, "backlash")) == []
 
 
@@ -98,7 +100,7 @@ def test_a_gear_error_is_named_by_its_joint_and_order() -> None:
     names = [name for name, *_ in fitted_values(fit, "transmission_error")]
     assert "sine[joint 3, order 12]" in names
     assert "cosine[joint 2, order 1]" in names
-    assert fit_json(fit)["structure"] == {"transmission_error": {"joint": [2, 3], "order": [1.0, 12.0]}}
+    assert fit_values(fit)["structure"] == {"transmission_error": {"joint": [2, 3], "order": [1.0, 12.0]}}
 
 
 def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
@@ -121,10 +123,10 @@ def test_deviations_in_json_are_standard_deviations() -> None:
     data, _ = cell(seed=101)
     fit = base_fit(data)
     at = fit.parameters.index(("joint_offset", 1))
-    told = parameters_json(fit, "joint_offset")["offset_rad"]
+    told = parameter_values(fit, "joint_offset")["offset_rad"]
     assert told[1] == [fit.model.effect("joint_offset").vector()[1], math.sqrt(fit.covariance[at, at])]
     assert told[0][1] is None  # joint 1 turns with the instrument's frame
-    assert np.shape(parameters_json(fit, "instrument_frame")["shift_m"]) == (3, 2)
+    assert np.shape(parameter_values(fit, "instrument_frame")["shift_m"]) == (3, 2)
 
 
 def test_a_map_of_a_joint_is_told_by_its_size() -> None:
@@ -132,7 +134,7 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
     fit = fit_model(
         base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(strength={"joint_error_map": 1.0})
     )
-    assert re.fullmatch(r"1\d numbers, in the model file", values_lines(fit, "joint_error_map")[0])
+    assert re.fullmatch(r"1\d numbers, in the model file", parameter_rows(fit, "joint_error_map", 12)[0][1])
 
 
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
@@ -152,7 +154,7 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
         "and `backlash`"
     )
     told = {"effect": "arm_load", "not_separable_from": load.not_separable, "not_seen_beside": load.unseen}
-    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    (figure,) = verdict_figures({"verdict": "missing", "missing": [told]})
     assert (figure.label, figure.text) == ("missing", "arm_load or payload_error or dress_pack")
 
 
@@ -174,23 +176,23 @@ def test_many_rivals_stand_below_the_headline():
         "`bearing_tilt` as well."
     )
     told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
-    (figure,) = _verdict({"verdict": "missing", "missing": [told]})
+    (figure,) = verdict_figures({"verdict": "missing", "missing": [told]})
     assert (figure.label, figure.text) == ("missing", "joint_error_map or others")
 
 
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
     told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6)]
     suspects = [SimpleNamespace(channel=c, where=w, pattern="step", share=s) for c, w, s in told]
-    assert list(_followed(suspects)) == [
-        "  joint 2, q2 and load3: step, 60 % of what is above the noise",
-        "  joint 2, load2: step, 50 % of what is above the noise",
+    assert suspect_table(suspects).rows == [
+        ("joint 2", "q2 and load3", "step", "60 %"),
+        ("joint 2", "load2", "step", "50 %"),
     ]
 
 
 def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
     chances = {"backlash": 1e-9, "arm_load": 0.2, "session": 0.3, "payload_error": 0.4, "gear_step": 0.6}
     ranked = [SimpleNamespace(key=key, p_value=p) for key, p in chances.items()]
-    assert [c.key for c in _told(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
+    assert [ranked[i].key for i in brief_ranking(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
 
 
 @pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
@@ -254,5 +256,5 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
 def test_a_mean_of_nothing_has_no_sign():
     fit = base_fit(cell(seed=401)[0])
     found = compare(fit.model, fit.data)
-    text = replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])).text()
-    assert re.search(r"z +0\.000 +0\.000$", text, re.MULTILINE)
+    text = text_of(replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])))
+    assert re.search(r"^  z +0\.0+ +0\.0+$", text, re.MULTILINE)

@@ -12,6 +12,8 @@ import pytest
 from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.compare import ProgramDiff, compare_programs
 from postproc.rapid.diff.pairing import ALONE, cheapest_pairs
+from postproc.report.terminal import render_text
+from postproc.results.difference import difference_document
 from tests.rapid.build import UNUSED, module, program, target
 
 DATA = f"CONST robtarget p:={target(100, 0, 0)};CONST robtarget q:={target(200, 0, 0)};PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
@@ -42,7 +44,7 @@ def kinds(found: ProgramDiff) -> list[tuple[str, str, str]]:
 )
 def test_what_means_the_same_is_equal(body: str, data: str) -> None:
     found = compare(body, data)
-    assert found.equal, found.render()
+    assert found.equal, found.differences
     assert found.compared == 3
 
 
@@ -198,7 +200,7 @@ def test_a_circle_point_is_told_apart_from_the_target() -> None:
     one, two = (program(module(body.format(target(150, y, 0)), DATA)) for y in (50, 48))
     (difference,) = compare_programs(one, two, 0.001).differences
     assert difference.distance_mm == pytest.approx(2.0) and difference.at_circle_point
-    assert "2.000 mm (dx +0.000, dy -2.000, dz +0.000) at the circle point" in difference.render()
+    assert difference.shift_mm == pytest.approx((0.0, -2.0, 0.0))
 
 
 def test_joint_targets() -> None:
@@ -209,12 +211,15 @@ def test_joint_targets() -> None:
 
 def test_text_and_json() -> None:
     found = compare(BODY.replace("q,v100,fine", "q,v150,fine"), DATA.replace("[200,", "[200.25,"))
-    assert found.render().splitlines() == [
-        "changed M.main:4/4 MoveL  0.250 mm (dx +0.250, dy +0.000, dz +0.000)  0.0000 deg  speed 100 -> 150 mm/s",
-        "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 difference "
-        "beyond 0.001 mm and 0.01 deg: 1 changed",
-    ]
-    data = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    document = difference_document("a.mod", "b.mod", found)
+    sentence, figures, basis, _, heading, columns, row = render_text(document).splitlines()
+    assert sentence == "Of 3 motion statements and all others: 1 changed."
+    assert figures == "largest distance 0.250 mm, largest angle 0.000 deg, statements that differ 1"
+    assert (basis, heading) == ("Tolerance 0.001 mm and 0.01 deg.", "What differs:")
+    assert columns.split()[:5] == ["what", "where", "line", "before", "line"]
+    assert row.split()[:8] == ["changed", "M.main", "4", "4", "MoveL", "0.2500", "0.000", "0.000"]
+    assert "150.0  100.0" in row
+    data = json.loads(json.dumps(document.values, allow_nan=False))
     assert data["schema"] == "postproc/diff/1"
     assert data["differences"][0]["distance_mm"] == pytest.approx(0.25)
     assert data["differences"][0]["line_b"] == 4

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from postproc.report.batch import batch_page
+from postproc.report.page import render_page
+from postproc.results.batch import batch_document
 from tests.report.conftest import tables
 
 
@@ -32,7 +33,7 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     ]  # fmt: skip
     counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "copied": 0}
     document = {"tasks": tasks, "counts": counts, "diagnostics": []}
-    page = batch_page("cell", document, pages={"a.mod": "out/report/a #1.html"})
+    page = render_page(batch_document("cell", document, pages={"a.mod": "out/report/a #1.html"}))
     assert (
         "2 of 3 programs are corrected; 1 failed and has no output; at most 0.200 mm remain, in <code>c.mod</code>."
         in page

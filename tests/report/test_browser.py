@@ -17,14 +17,15 @@ from postproc.diagnostics import Source
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.model.file import default_model
-from postproc.report.addition import addition_page
-from postproc.report.batch import batch_page
-from postproc.report.certificate import arm_certificate, program_certificate
-from postproc.report.comparison import comparison_page
-from postproc.report.compensation import compensation_page
-from postproc.report.diagnosis import diagnosis_page
-from postproc.report.difference import folders_page
+from postproc.report.page import render_page
 from postproc.resources import resource
+from postproc.results.addition import addition_document
+from postproc.results.batch import batch_document
+from postproc.results.certificate import arm_certificate, program_certificate
+from postproc.results.comparison import comparison_document
+from postproc.results.conversion import conversion_document
+from postproc.results.diagnosis import diagnosis_document
+from postproc.results.difference import folders_document
 from tests.bench.programs import program
 from tests.report.test_improve import diagnosed, sample
 
@@ -91,15 +92,19 @@ def selected(page: Any) -> str:
 @pytest.fixture(scope="module")
 def corrected() -> str:
     data = resource("samples", "hull_seam.mod").read_bytes()
-    return compensation_page(
-        "hull_seam.mod", compensate_program(Source("hull_seam.mod", data), default_model(), Options())
+    return render_page(
+        conversion_document(
+            "hull_seam.mod", compensate_program(Source("hull_seam.mod", data), default_model(), Options())
+        )
     )
 
 
 @pytest.fixture(scope="module")
 def improved() -> str:
-    return addition_page(
-        "cell.toml", add_effects(*sample("simulated_backlash.csv"), ["backlash", "transmission_error"])
+    return render_page(
+        addition_document(
+            "cell.toml", add_effects(*sample("simulated_backlash.csv"), ["backlash", "transmission_error"])
+        )
     )
 
 
@@ -178,7 +183,7 @@ def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
     rows = [{"name": f"p{i}.mod", "status": "compensated", "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i % 977,
              "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0} for i in range(20_000)]  # fmt: skip
     counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
-    page = opened(batch_page("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
+    page = opened(render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []})))
     assert page.evaluate("document.documentElement.scrollHeight") < 4000
     assert page.locator(".long tbody tr").count() < 200
     page.fill("input[type=search]", "p19999")
@@ -202,7 +207,7 @@ def long_program() -> Conversion:
 
 
 def test_a_long_program(opened: Open, long_program: Conversion) -> None:
-    page = opened(compensation_page("long.mod", long_program))
+    page = opened(render_page(conversion_document("long.mod", long_program)))
     assert page.evaluate("document.documentElement.scrollHeight") < 4000
     assert page.locator(".code").count() < 100 and page.locator('[data-path="statements"] tbody tr').count() < 100
     page.fill('[data-path="statements"] input[type=search]', "1302")
@@ -242,7 +247,9 @@ def test_watch_the_error_fall(opened: Open, improved: str) -> None:
 
 
 def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
-    page = opened(comparison_page("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1])))
+    page = opened(
+        render_page(comparison_document("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1])))
+    )
     with changes(page, picture()):
         page.click('[data-steps="worst"] tbody tr >> nth=0')
     page.click("summary >> nth=0")
@@ -255,7 +262,7 @@ def page_of_a_batch(count: int) -> str:
              "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1),
              "added_targets": 0} for i in range(count)]  # fmt: skip
     counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
-    return batch_page("cell", {"tasks": rows, "counts": counts, "diagnostics": []})
+    return render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
 
 
 def page_of_folders() -> str:
@@ -278,7 +285,7 @@ def page_of_folders() -> str:
         "tolerance_mm": 0.001,
         "tolerance_deg": 0.01,
     }
-    return folders_page("approved", "out", found)
+    return render_page(folders_document("approved", "out", found))
 
 
 def every_page(name: str, seam: Conversion) -> str:
@@ -289,17 +296,19 @@ def every_page(name: str, seam: Conversion) -> str:
     if name == "diff":
         return page_of_folders()
     if name == "compare":
-        return comparison_page("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+        return render_page(
+            comparison_document("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+        )
     if name == "arm certificate":
         return arm_certificate("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
     if name == "diagnose":
-        return diagnosis_page("cell.toml", diagnosed("simulated_backlash.csv"))
+        return render_page(diagnosis_document("cell.toml", diagnosed("simulated_backlash.csv")))
     if name == "unknown":
-        return diagnosis_page("cell.toml", diagnosed("simulated_step.csv"))
+        return render_page(diagnosis_document("cell.toml", diagnosed("simulated_step.csv")))
     return (
         program_certificate("hull_seam.mod", seam)
         if name == "certificate"
-        else compensation_page("hull_seam.mod", seam)
+        else render_page(conversion_document("hull_seam.mod", seam))
     )
 
 

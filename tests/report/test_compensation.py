@@ -13,14 +13,17 @@ from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
-from postproc.report.certificate import KEPT, NOT_SHOWN, program_certificate
-from postproc.report.compensation import compensation_page
 from postproc.report.drawing.path import path_data
+from postproc.report.page import render_page
+from postproc.results.certificate import KEPT, NOT_SHOWN, program_certificate
+from postproc.results.conversion import conversion_document
 from tests.report.conftest import carried, numbers, tables
 
 
 def test_the_first_screen(conversion: Conversion) -> None:
-    page = compensation_page("a<b>.mod", conversion, {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"})
+    page = render_page(
+        conversion_document("a<b>.mod", conversion, {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"})
+    )
     r = conversion.report
     made = {row[0]: row[1] for row in tables(page)["how this was made"]["rows"]}
     assert (made["model"], made["force on the TCP [N]"], made["arm"]) == ("cell.toml", "0,0,-50", r["robot"])
@@ -36,7 +39,7 @@ def test_the_first_screen(conversion: Conversion) -> None:
 
 def test_what_remains_beside_the_steady_way_stands_in_the_first_sentence(conversion: Conversion) -> None:
     def sentence(**figures: float | None) -> str:
-        page = compensation_page("x.mod", replace(conversion, report={**conversion.report, **figures}))
+        page = render_page(conversion_document("x.mod", replace(conversion, report={**conversion.report, **figures})))
         return re.findall(r'<p class="sentence">(.*?)</p>', page)[0]
 
     steady = {
@@ -62,7 +65,7 @@ def test_names_in_a_page_are_text(conversion: Conversion) -> None:
         conversion.report["statements"][0], routine="r<1>", reason="loop </script> index", residual_mm=np.nan
     )
     found = replace(conversion, report={**conversion.report, "statements": [hostile]})
-    page = compensation_page("x.mod", found)
+    page = render_page(conversion_document("x.mod", found))
     assert "r<1>" not in page and "loop </script>" not in page
     assert carried(page)["statements"][0]["reason"] == "loop </script> index"
     assert carried(page)["statements"][0]["residual_mm"] is None
@@ -70,7 +73,7 @@ def test_names_in_a_page_are_text(conversion: Conversion) -> None:
 
 def test_a_refused_program_says_so() -> None:
     refused = compensate_program(Source("x.mod", b"hello"), default_model(), Options())
-    page = compensation_page("x.mod", refused)
+    page = render_page(conversion_document("x.mod", refused))
     assert "no program was written" in page
     findings = tables(page)["findings"]
     titles = [c["title"] for c in findings["columns"]]

@@ -12,23 +12,22 @@ import pytest
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.tool_frame import ToolFrame
-from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.words.text import diagnosis_json
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
-from postproc.report.addition import addition_page
-from postproc.report.certificate import arm_certificate
-from postproc.report.comparison import comparison_page
-from postproc.report.diagnosis import diagnosis_page
 from postproc.report.drawing.residuals import suspect_chart
+from postproc.report.page import render_page
 from postproc.resources import resource
+from postproc.results.addition import addition_document
+from postproc.results.certificate import arm_certificate
+from postproc.results.comparison import comparison_document, comparison_values
+from postproc.results.diagnosis import diagnosis_document, diagnosis_values
 from tests.identification.cells import hidden_found
 from tests.render.test_effect_file import square_of_warmth
 from tests.report.conftest import carried, numbers, points, tables
@@ -54,8 +53,8 @@ def figures(page: str) -> dict[str, str]:
 
 def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
     found = compare(default_model(), sample("simulated_backlash.csv")[1])
-    page = comparison_page("cell.csv", found)
-    j = found.as_json()
+    page = render_page(comparison_document("cell.csv", found))
+    j = comparison_values(found)
     assert figures(page)["mean distance"] == f"{j['mean_mm']:.3f} mm"
     every = page.partition("What it follows: every channel")[2].partition("</section>")[0]
     titles = re.findall(r'class="title">([^<]*)<', every)
@@ -75,17 +74,20 @@ def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
 
 def test_the_certificate_of_an_arm() -> None:
     found = compare(default_model(), sample("simulated_backlash.csv")[1])
-    page, iso = arm_certificate("cell.csv", found), found.as_json()["iso9283"]
+    page, iso = arm_certificate("cell.csv", found), comparison_values(found)["iso9283"]
     assert f">{iso['accuracy_mean_mm']:.3f}<" in page and f">{iso['repeatability_max_mm']:.3f}<" in page
     assert page.count("name, date, signature") == 3
 
 
 def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
     found = diagnosed("simulated_backlash.csv")
-    page = diagnosis_page("cell.toml cell.csv", found)
+    page = render_page(diagnosis_document("cell.toml cell.csv", found))
     assert "The model lacks <code>backlash</code> (joints 2 and 4): a joint stops short" in page
     assert figures(page)["missing"] == "backlash"
-    assert tables(page)["missing effects"]["rows"][0][:2] == ["backlash", Backlash.title]
+    assert tables(page)["missing effects"]["rows"][0][:2] == [
+        "backlash",
+        "a joint stops short on the side from which it came",
+    ]
     gap = found.final.model.effect("backlash").vector()  # type: ignore[union-attr]
     told = {row[1]: float(row[2].split(" ")[0]) for row in tables(page)["parameters"]["rows"]}
     assert told == {
@@ -130,17 +132,19 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
         assert f"{ours} at {where}, along (" in suspect_chart(found.searched, replace(first, where=where), found.floor)
     for where in ("instrument, shifted and turned", "tool, under a weight", "instrument, azimuth"):
         assert suspect_chart(found.searched, replace(first, where=where), found.floor) == ""
-    assert figures(diagnosis_page("cell.toml cell.csv", found))["error with what has no name"].startswith("0.03")
+    assert figures(render_page(diagnosis_document("cell.toml cell.csv", found)))[
+        "error with what has no name"
+    ].startswith("0.03")
 
 
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     model, measured = sample("simulated_step.csv")
-    whole = diagnosis_json(diagnosed("simulated_step.csv"))
+    whole = diagnosis_values(diagnosed("simulated_step.csv"))
     monkeypatch.setattr("postproc.identification.refits.ENOUGH", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)
     assert found.suspects[0].where == "joint 4"
-    page = diagnosis_page("cell.toml cell.csv", found)
+    page = render_page(diagnosis_document("cell.toml cell.csv", found))
     assert "joint 4: step near" in page
     # The error that an effect would leave is told from the rows on which its fall was measured.
     after = {c["effect"]: c["rms_mm_after"] for c in whole["candidates"] if c["testable"]}
@@ -150,7 +154,7 @@ def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch:
 
 def test_addition_page_shows_what_each_effect_is_worth() -> None:
     found = add_effects(*sample("simulated_backlash.csv"), ["backlash"])
-    page = addition_page("cell.toml cell.csv", found)
+    page = render_page(addition_document("cell.toml cell.csv", found))
     bars = re.findall(r">([^<>]*)</(?:span|button)><b><i[^>]*></i>.*?</b><span>([\d.]+) mm</span>", page)
     expected = [("the model as it came", found.before), ("+ backlash", found.fit)]
     expected += [(f"without {key}", fit) for key, fit in found.without.items()]
@@ -164,7 +168,7 @@ def test_addition_page_shows_what_each_effect_is_worth() -> None:
 def test_the_steps_of_an_addition_are_its_ladder() -> None:
     """Residuals of every step are those of its model, and its sample targets are what that model commands."""
     found = add_effects(*sample("simulated_backlash.csv"), ["joint_error_map", "backlash"])
-    steps = carried(addition_page("cell.toml cell.csv", found), "steps")
+    steps = carried(render_page(addition_document("cell.toml cell.csv", found)), "steps")
     assert [step["name"] for step in steps["steps"]] == ["the model as it came", "+ joint_error_map", "+ backlash"]
     assert [step["error"] for step in steps["steps"]] == pytest.approx([1e3 * s.fit.held_out_rms for s in found.ladder])
     for step, rung in zip(steps["steps"], found.ladder, strict=True):

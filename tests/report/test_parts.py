@@ -7,10 +7,11 @@ import re
 import numpy as np
 import pytest
 
+from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Scene, Section
 from postproc.report.drawing.charts import Bins, DrawnCurve, bars, histogram, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.svg import ticks
-from postproc.report.page import Page, Section, grid, render_page, table
+from postproc.report.page import grid, render_page, table
 from tests.report.conftest import numbers, points, tables
 
 
@@ -53,13 +54,15 @@ def test_means_and_marks_speak_when_pointed_at() -> None:
 
 
 def test_bars_end_at_the_floor() -> None:
-    chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, 0.1, aside="b")
+    chart = bars(Bars([Bar("a", 1.0), Bar("b", 0.5), Bar("unknown", None)], 0.1, aside="b"))
     assert re.findall(r"width: ([\d.]+)%", chart) == ["100.0", "50.0"]
     assert set(re.findall(r"left: ([\d.]+)%", chart)) == {"10.0"}
     assert ">noise<" in chart
     assert "0.100 mm" in chart
     assert 'class="aside" style="width: 50.0%"' in chart
-    assert '<button type="button" data-step="0">b</button>' in bars({"a": 1.0, "b": 0.5}, steps=["b"])
+    assert '<button type="button" data-step="0">b</button>' in bars(
+        Bars([Bar("a", 1.0), Bar("b", 0.5)], None, steps=["b"])
+    )
     assert grid(["a", "b"], 300) == '<div class="grid" style="--least: 300px">ab</div>'
 
 
@@ -104,15 +107,16 @@ def test_a_histogram_counts_every_program() -> None:
 
 
 def test_tables_are_text_and_align() -> None:
-    page = table("t", ("name", "value"), [("</script><x>", 1.23456), ("y", None)], links=(0, ["a.html", None]))
+    page = table(
+        DataTable("t", ("name", "value"), [("</script><x>", 1.23456), ("y", None)], links=(0, ["a.html", None]))
+    )
     assert page.count("</script>") == 1
     spec = tables(page)["t"]
     assert spec["rows"] == [["</script><x>", 1.23456, "a.html"], ["y", None, None]]
     assert [column["number"] for column in spec["columns"]] == [False, True]
-    assert tables(table("t", ("name",), []))["t"]["rows"] == []
-    spec = tables(table("t", ("left", "empty", "name"), [(1, None, "y"), (0, "", "x")], links=(2, ["a.html", None])))[
-        "t"
-    ]
+    assert tables(table(DataTable("t", ("name",), [])))["t"]["rows"] == []
+    rows = [(1, None, "y"), (0, "", "x")]
+    spec = tables(table(DataTable("t", ("left", "empty", "name"), rows, links=(2, ["a.html", None]))))["t"]
     assert [column["title"] for column in spec["columns"]] == ["left", "name"]  # a column without any value is left out
     assert (spec["rows"], spec["link"]) == ([[1, "y", "a.html"], [0, "x", None]], 1)
 
@@ -126,14 +130,8 @@ def test_columns_are_read_as_they_were_written() -> None:
 
 
 def test_pages_load_nothing_and_are_small() -> None:
-    page = render_page(
-        Page(
-            title="t",
-            sentence="s",
-            sections=[Section("a", "<p>b</p>")],
-            document={},
-            scripts=("space", "arm", "course", "path", "steps"),
-        )
-    )
+    scene = Scene("path", dict, ("space", "arm", "course", "path", "steps"))
+    section = Section("a", [Chart(lambda: ["<p>b</p>"])])
+    page = render_page(Document(title="t", values={}, sentence="s", sections=[section], scene=scene))
     assert not re.search(r"""(src|href)\s*=\s*["']|https?:(?!//www\.w3\.org/)|@import|url\(""", page)
     assert len(page) < 100_000

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc import text as text_of
 from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
@@ -85,7 +86,7 @@ def test_what_numbers_correct_stays_with_numbers_and_the_rest_goes_through_the_f
     (row,) = [r for r in found.report["statements"] if r["status"] == "run_time"]
     assert (row["edited"], row["shift_mm"]) == ("function", None)
     assert found.report["run_time"]["statements"] == 1
-    assert "1 corrected on the controller" in found.summary
+    assert "1 at run time" in text_of(found)
 
 
 def test_off_says_how_many_statements_it_would_reach() -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.convert.finish import finish, module_file, tell, write_pages
+from postproc.cli.convert.finish import finish, module_file, show_result
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import watching
-from postproc.cli.report import STDIN, print_document, say, show
+from postproc.cli.report import STDIN, print_document, show
 from postproc.diagnostics import PostprocError
 from postproc.process import load_scipy
 
@@ -59,18 +59,15 @@ def run(
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
         result = compensate_program(sources, arm, settings.options, watch)
     show(named_files(result.diagnostics))
-    write_pages(Path(source.path).name, result, settings, report, certificate)
+    show_result(Path(source.path).name, result, settings, report, certificate)
     code = max(1, result.exit_code)
     if result.output is not None:
-        tell(result)
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             still_there(source)
         module = None if result.module is None or beside is None else (beside, result.module)
         quiet = form is not None
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
-    else:
-        say("no program was written")
     if form is not None:  # files first: who reads stdout may go away
         print_document({**result.report, **settings.document(arm.robot.name)}, form)
     return code

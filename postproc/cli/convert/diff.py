@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, ReportFile
-from postproc.cli.output import check_outputs, write
+from postproc.cli.output import check_outputs, present
 from postproc.cli.progress import watching
-from postproc.cli.report import VERBOSE, print_json, put, show
+from postproc.cli.report import show
 from postproc.diagnostics import PostprocError, has_errors
 from postproc.files import real
 
@@ -51,26 +51,19 @@ def run(
 
 def _compare_files(a: str, b: str, near: tuple[float, float], report: Path | None, json: bool) -> int:
     from postproc.rapid.diff.compare import compare_programs
-    from postproc.report.difference import difference_page
-    from postproc.report.document import plain
+    from postproc.results.difference import difference_document
 
     check_outputs((a, b), report)
     one, two = _read(a), _read(b)
     with watching(f"comparing `{a}` and `{b}`"):
         found = compare_programs(one, two, *near)
-    if report is not None:
-        write(report, difference_page(Path(a).name, Path(b).name, plain(found.as_json())))
-    if json:
-        print_json(found.as_json())
-    else:
-        put(found.render())
+    present(difference_document(Path(a).name, Path(b).name, found), report, json)
     return int(not found.equal)
 
 
 def _compare_folders(a: Path, b: Path, near: tuple[float, float], report: Path | None, json: bool) -> int:
     from postproc.batch.differences import compare_folders
-    from postproc.report.difference import folders_page
-    from postproc.report.document import plain
+    from postproc.results.difference import folders_document
 
     check_outputs((), report)
     if report is not None and any(real(report).is_relative_to(real(folder)) for folder in (a, b)):
@@ -78,12 +71,7 @@ def _compare_folders(a: Path, b: Path, near: tuple[float, float], report: Path |
         raise PostprocError.of("CLI007", text, help="name a file outside of both folders")
     with watching("comparing") as watch:
         found = compare_folders(a, b, *near, watch)
-    if report is not None:
-        write(report, folders_page(str(a), str(b), plain(found.as_json())))
-    if json:
-        print_json(found.as_json())
-    else:
-        put(found.render(VERBOSE.get()))
+    present(folders_document(str(a), str(b), found.as_json()), report, json)
     return int(not found.equal)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.output import write, write_together
-from postproc.cli.report import say, unmeasured
+from postproc.cli.report import VERBOSE, say
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -73,29 +73,22 @@ def finish(
     return 0
 
 
-def tell(result: Conversion) -> None:
-    """Say in a line what came out, and how sure that is."""
-    from postproc.compensation.results.document import estimated_stiffness
-
-    say(result.summary)
-    if estimated := estimated_stiffness(result.report):
-        say(estimated)
-    if result.plan is not None and result.report["expected_accuracy"] is None:
-        say(unmeasured(result.diagnostics))
-
-
-def write_pages(
+def show_result(
     name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
-    """Write the report and the certificate of a conversion, where they are asked for."""
+    """Say on stderr what came out, and write the report and the certificate, where they are asked for."""
+    from postproc.report.terminal import render_text
+    from postproc.results.conversion import conversion_document
     from postproc.settings import told
 
+    document = conversion_document(name, result, told(settings))
+    say(render_text(document, VERBOSE.get()))
     if report is not None:
-        from postproc.report.compensation import compensation_page
+        from postproc.report.page import render_page
 
-        write(report, compensation_page(name, result, told(settings)))
+        write(report, render_page(document))
     if certificate is not None:
-        from postproc.report.certificate import program_certificate
+        from postproc.results.certificate import program_certificate
 
         write(certificate, program_certificate(name, result, told(settings)))
 

@@ -10,7 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import ConvertOptions
-from postproc.cli.convert.finish import tell, write_pages
+from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
 from postproc.cli.output import check_outputs, write
@@ -74,8 +74,7 @@ def run(
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])
-        tell(result)
-    write_pages(output.name, result, settings, report, certificate)
+    show_result(output.name, result, settings, report, certificate)
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from postproc.cli.inputs import cell_words, effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
-from postproc.cli.output import check_outputs, write, write_model
+from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.progress import watching
-from postproc.cli.report import print_result, put, say, say_next, show
+from postproc.cli.report import say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
@@ -35,7 +35,7 @@ def run(
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identification.add import add_effects
-    from postproc.report.addition import addition_page
+    from postproc.results.addition import addition_document
 
     keys = [key for word in effect for key in word.split(",") if key]
     if not keys:
@@ -50,16 +50,10 @@ def run(
     with watching("adding") as watch:
         found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
-    if report is not None:
-        write(report, addition_page(short_names(model, *keys, *data), found))
-    if json:
-        print_result(found.as_json(), found.text(), json, text)
-    else:
-        (say if output is None else put)(found.text())
-        if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
-            say_next(
-                "says whether more is missing", "diagnose", output, *data, *table.words(effects), *cell_words(cell)
-            )
-            words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")
-            say_next("corrects a program with it", *words, lead="or")
+    document = addition_document(short_names(model, *keys, *data), found)
+    present(document, report, json, text, aside=output is None)
+    if not json and output is not None and found.fit.held_out_rms < found.before.held_out_rms:
+        say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects), *cell_words(cell))
+        words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")
+        say_next("corrects a program with it", *words, lead="or")
     return 0

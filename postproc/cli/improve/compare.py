@@ -15,9 +15,9 @@ from postproc.cli.options import (
     Tables,
     TextFlag,
 )
-from postproc.cli.output import check_outputs, write
+from postproc.cli.output import check_outputs, present, write
 from postproc.cli.progress import watching
-from postproc.cli.report import print_result, say_next, show
+from postproc.cli.report import say_next, show
 
 
 def run(
@@ -39,8 +39,8 @@ def run(
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identification.compare import compare
-    from postproc.report.certificate import arm_certificate
-    from postproc.report.comparison import comparison_page
+    from postproc.results.certificate import arm_certificate
+    from postproc.results.comparison import comparison_document
 
     check_outputs((model, *data, *table.inputs, *effects, cell), report, certificate)
     arm = open_model(model, effects, cell, sigma=table.sigma)
@@ -48,11 +48,9 @@ def run(
     with watching(f"comparing {len(measured)} rows"):
         found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
-    if report is not None:
-        write(report, comparison_page(short_names(model, *data), found))
     if certificate is not None:
         write(certificate, arm_certificate(short_names(model, *data), found))
-    print_result(found.as_json(), found.text(), json, text)
+    present(comparison_document(short_names(model, *data), found), report, json, text)
     if not json:
         say_next(
             "says whether an effect is missing", "diagnose", model, *data, *table.words(effects), *cell_words(cell)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Literal
 
 from postproc.cli.inputs import cell_words, effect_words, open_model, own_effects, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
-from postproc.cli.output import check_outputs, write
+from postproc.cli.output import check_outputs, present, write
 from postproc.cli.progress import watching
-from postproc.cli.report import print_result, say_next, show
+from postproc.cli.report import say_next, show
 
 if TYPE_CHECKING:
     from postproc.identification.diagnosis import Diagnosis
@@ -42,9 +42,8 @@ def run(
     """
     from postproc.identification.diagnose import diagnose
     from postproc.identification.interventions import hold_out_levels
-    from postproc.identification.words.text import diagnosis_json, diagnosis_text
     from postproc.render.effect_file import effect_file, nothing_to_draft
-    from postproc.report.diagnosis import diagnosis_page
+    from postproc.results.diagnosis import diagnosis_document
 
     check_outputs((model, *data, *table.inputs, *effects, cell), report, draft)
     arm = open_model(model, effects, cell, sigma=table.sigma)
@@ -55,14 +54,12 @@ def run(
             watch(f"without each level of {hold_out}", 0.9)
             found = replace(found, hold_out=hold_out_levels(found, hold_out))
     show(d for d in found.diagnostics if d not in measured.diagnostics)
-    if report is not None:
-        write(report, diagnosis_page(short_names(model, *data), found))
     name, code = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
     if draft is not None and code is not None:
         write(draft, code)
     elif draft is not None:
         show([nothing_to_draft(found)])
-    print_result(diagnosis_json(found), diagnosis_text(found), json, text)
+    present(diagnosis_document(short_names(model, *data), found), report, json, text)
     if not json:
         _say_further(found, _Question(model, data, effects, cell, table), draft, None if code is None else name)
     return 0
@@ -89,7 +86,8 @@ def _say_further(found: Diagnosis, asked: _Question, draft: Path | None, drafted
     Args:
         draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
     """
-    from postproc.identification.words.sentences import of_little_worth, to_record, too_few
+    from postproc.identification.diagnosis import too_few
+    from postproc.results.sentences import of_little_worth, to_record
 
     little = of_little_worth(found)
     keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import VectorText
-from postproc.cli.inputs import assumed
+from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
-from postproc.cli.output import check_outputs, write_model
+from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.progress import watching
-from postproc.cli.report import print_result, put, say, say_next, show
+from postproc.cli.report import say, say_next, show
 from postproc.cli.words import parse_vector
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -57,9 +57,8 @@ def run(
     from postproc.estimation.least_squares import fit_model
     from postproc.estimation.nominal import no_farther_than_nominal
     from postproc.estimation.recorded import recorded_model
-    from postproc.estimation.words.record import fit_json
-    from postproc.estimation.words.text import fit_text
     from postproc.identification.add import grown
+    from postproc.results.fit import fit_document
     from postproc.robot.catalogue import doubts, load_robot
 
     robot, cell, stated, robot_from = _stated(data[0], robot, cell)
@@ -80,13 +79,10 @@ def run(
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
-    if json:
-        print_result(fit_json(fit), fit_text(fit), json, text)
-    else:
-        (say if output is None else put)(fit_text(fit))
-        if output is not None:
-            own = table.words([word for word in words if word.endswith(".py")])
-            say_next("says whether an effect is missing", "diagnose", output, *data, *own)
+    present(fit_document(short_names(*data), fit), None, json, text, aside=output is None)
+    if not json and output is not None:
+        own = table.words([word for word in words if word.endswith(".py")])
+        say_next("says whether an effect is missing", "diagnose", output, *data, *own)
     return 0
 
 

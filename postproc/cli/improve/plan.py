@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import cell_words, open_model, own_effects
+from postproc.cli.inputs import cell_words, open_model, own_effects, short_names
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import watching
@@ -54,6 +54,7 @@ def run(
     from postproc.identification.planning.plan import plan_poses
     from postproc.identification.planning.room import Room
     from postproc.render.measuring import measuring_module
+    from postproc.results.plan import plan_document
 
     check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)
     arm = open_model(model, effects, cell, sigma=table.sigma)
@@ -64,7 +65,8 @@ def run(
     own = own_effects(effects)
     with watching(f"choosing {count} poses"):
         plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
-    say(plan.text())
+    document = plan_document(short_names(model, *data), plan)
+    say(document.sentence)
     text = plan.as_csv()
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
@@ -74,7 +76,7 @@ def run(
     if output is not None or not json:
         write(output, text)
     if json:
-        print_json(plan.as_json())
+        print_json(document.values)
     elif output is not None:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(effects), *cell_words(cell))

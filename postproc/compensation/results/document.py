@@ -1,8 +1,7 @@
-"""The ``postproc/compensate/1`` document, and its one line for people."""
+"""The ``postproc/compensate/1`` document."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -102,33 +101,6 @@ def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
     return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
 
 
-def summary(r: Mapping[str, Any]) -> str:
-    """A document in one line."""
-    known = r["expected_accuracy"]
-    passing = ", ".join([" at steady speed", *told]) if (told := elsewhere(r)) else ""
-    expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
-    doubt = unseen = ""
-    if r["unproved_statements"]:
-        doubt = (
-            f" ({r['unproved_statements']} of them also run where they cannot be followed: what remains is not proved)"
-        )
-    if r["unmeasured_statements"]:
-        what = "line or arc" if r["unmeasured_statements"] == 1 else "lines or arcs"
-        unseen = f", {r['unmeasured_statements']} {what} in no figure: where they begin or end is not known"
-    fall = "no line or arc could be measured"
-    if r["measured_statements"]:
-        fall = f"{_fall(r)}{passing}"
-    count = Counter(o["status"] for o in r["statements"])
-    statements = "statement" if count["compensated"] == 1 else "statements"
-    through = f" {count['run_time']} corrected on the controller," if r["run_time"] else ""
-    time = "" if r["cycle_time_s"] is None else f"; cycle time {r['cycle_time_s']:.1f} s"
-    return (
-        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},{through}"
-        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are"
-        f"{time}{expected}"
-    )
-
-
 def estimated_stiffness(document: Mapping[str, Any]) -> str:
     """What an estimated stiffness means, in a sentence; empty where it is none."""
     between = document.get("expected_remaining_fraction")
@@ -140,28 +112,6 @@ def estimated_stiffness(document: Mapping[str, Any]) -> str:
         f"the stiffness of this arm is estimated: {low} to {high} % of its deflection, {least} to {most} mm, is"
         " expected to remain, and `postproc fit` with measurements narrows that"
     )
-
-
-def shown_on_the_arm(document: Mapping[str, Any], tolerance_mm: float) -> bool:
-    """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
-    known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
-    after = document["max_error_after_mm"] if after is None else after
-    return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
-
-
-def elsewhere(document: Mapping[str, Any]) -> list[str]:
-    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
-    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
-    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
-
-
-def _fall(r: Mapping[str, Any]) -> str:
-    """The largest deviation over everything that welds, before and after, and that of other lines and arcs."""
-    whole = f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm"
-    if r["max_arc_error_after_mm"] is None:
-        return f"{whole} along lines and arcs (tolerance {r['tolerance_mm']:g} mm)"
-    welds = f"{r['max_arc_error_before_mm']:.3f} mm -> {r['max_arc_error_after_mm']:.3f} mm while the arc burns"
-    return f"{welds} (tolerance {r['tolerance_mm']:g} mm), {whole} with moves in the air ({r['air_tolerance_mm']:g} mm)"
 
 
 def _mm(value: float) -> float:

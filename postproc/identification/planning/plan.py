@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.problem import Problem, make_weights
 from postproc.estimation.solving.step import Name
-from postproc.estimation.words.record import parameter_name
-from postproc.estimation.words.wording import held_text
 from postproc.identification.diagnose import diagnose
 from postproc.identification.diagnosis import Diagnosis
 from postproc.identification.planning.design import separate, sharpen
@@ -89,55 +86,6 @@ class MeasuringPlan:
             cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:.8g}" for x in row[12:]]
             lines.append(",".join([f"N{i + 1:03d}", *cells]))
         return "\n".join(lines) + "\n"
-
-    def as_json(self) -> dict[str, Any]:
-        """``postproc/plan/1``."""
-        return {
-            "schema": "postproc/plan/1",
-            "poses": len(self.state),
-            "between": None if self.between is None else list(self.between),
-            "told_apart": self.told_apart,
-            "before": round(self.before, 3),
-            "after": round(self.after, 3),
-            "worst_determined": [parameter_name(self.fit, *entry) for entry in self.worst],
-            "no_pose_determines": [parameter_name(self.fit, *entry) for entry in self.never],
-        }
-
-    def text(self) -> str:
-        """What the poses will do."""
-        n = len(self.state)
-        if self.between is not None:
-            a, b = self.between
-            if self.after < 3.0:
-                return (
-                    f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only "
-                    f"{self.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
-                    f"`postproc effects show {a}` says what tells them apart."
-                )
-            enough = (
-                "the data so far tells them apart already"
-                if self.before >= APART and self.told_apart
-                else "enough to tell them apart"
-                if self.after >= APART
-                else f"{APART:.0f} tell them apart: ask for more poses with `-n`"
-            )
-            return (
-                f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard "
-                f"deviations (now {self.before:.1f}); {enough}. Approach every joint from the stated side and wait a "
-                "second."
-            )
-        never = (
-            f" No pose determines {held_text(self.fit, self.never)}: others do the same, or no load moves them."
-            if self.never
-            else ""
-        )
-        if not self.worst:
-            return f"The data so far determines what poses can determine.{never}"
-        hardly = " More than 1 is as good as unknown: little moves there on any pose." if self.after > 1.0 else ""
-        return (
-            f"Least is known of {held_text(self.fit, self.worst)}: to ± {self.before:.2g} times the ordinary size of "
-            f"such a parameter now, to ± {self.after:.2g} times with these {n} poses.{hardly}{never}"
-        )
 
 
 def plan_poses(

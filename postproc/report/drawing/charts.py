@@ -9,6 +9,7 @@ from html import escape
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.report.blocks import Bars
 from postproc.report.drawing.svg import ChartAxes, Range, band, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
@@ -95,31 +96,23 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
     return frame.draw(parts, f"distance [{unit}]", "% of the poses")
 
 
-def bars(
-    levels: Mapping[str, float | None],
-    floor: float | None = None,
-    aside: str = "",
-    unit: str = "mm",
-    steps: Sequence[str] = (),
-) -> str:
-    """Horizontal bars, a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey.
-
-    Args:
-        steps: levels whose name is a button that leads to this step of the page.
-    """
-    known = {label: value for label, value in levels.items() if value is not None}
-    percent = 100 / max([*known.values(), floor or 0.0, 1e-12])
+def bars(block: Bars) -> str:
+    """Horizontal bars, a dashed line at the floor where there is one; the level ``aside`` is drawn in grey."""
+    known = [level for level in block.bars if level.value is not None]
+    floor = block.floor
+    percent = 100 / max([*(level.value or 0.0 for level in known), floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%"></i>'
     rows = []
-    for label, value in known.items():
-        kind = ' class="aside"' if label == aside else ""
-        bar = f'<i{kind} style="width: {value * percent:.1f}%"></i>'
-        name = f"<span>{escape(label)}</span>"
-        if label in steps:
-            name = f'<button type="button" data-step="{steps.index(label)}">{escape(label)}</button>'
-        rows.append(f"{name}<b>{bar}{end}</b><span>{value:.3f} {unit}</span>")
+    for level in known:
+        kind = ' class="aside"' if level.name == block.aside else ""
+        said = f' title="{escape(level.note)}"' if level.note else ""
+        bar = f'<i{kind}{said} style="width: {(level.value or 0.0) * percent:.1f}%"></i>'
+        name = f"<span>{escape(level.name)}</span>"
+        if level.name in block.steps:
+            name = f'<button type="button" data-step="{block.steps.index(level.name)}">{escape(level.name)}</button>'
+        rows.append(f"{name}<b>{bar}{end}</b><span>{level.value:.3f} {block.unit}</span>")
     if floor is not None:
-        figure = f'<span class="noise">{floor:.3f} {unit}</span>'
+        figure = f'<span class="noise">{floor:.3f} {block.unit}</span>'
         rows.append(f'<span class="noise">noise</span><b>{end}</b>{figure}')
     return f'<div class="bars">{"".join(rows)}</div>'
 

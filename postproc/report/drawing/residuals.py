@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
 from postproc.identification.compare import WORST
+from postproc.identification.diagnosis import suspect_size
 from postproc.identification.trends import DAMPING, Trend, joint_inverse, residual_trends
-from postproc.identification.words.sentences import suspect_size
 from postproc.patterns.suspects import Suspect
+from postproc.report.blocks import Chart, Section
 from postproc.report.drawing.charts import Bins, scatter
 from postproc.report.drawing.svg import Range, spread
-from postproc.report.page import Section, grid
 
 HOW = (
     "Points: each pose, less the mean. Red: means with their standard errors; rings: the worst poses. "
@@ -59,19 +60,21 @@ def channel_sections(
         first: (channel, place) that come before the others. folded: all of them are.
     """
     asked = set(first)
-    trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
-    draw = _Charts.of(fit)
-    if folded:
-        return [Section(title, grid([draw.chart(t) for t in trends], 320), HOW, True)] if trends else []
-    out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
-    rest = [t for t in trends if t not in out]
-    sections = []
-    if out:
-        sections.append(Section(title, grid([draw.chart(t) for t in out], 320), HOW))
-    if rest:
-        name = f"{title}: {len(rest)} channels of which none stands out"
-        sections.append(Section(name, grid([draw.chart(t) for t in rest], 320), "" if out else HOW, True))
-    return sections
+
+    @cache
+    def charts() -> tuple[list[str], list[str]]:
+        trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
+        draw = _Charts.of(fit)
+        out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
+        rest = [t for t in trends if t not in out]
+        shown, hidden = ([], trends) if folded else (out, rest)
+        return [draw.chart(t) for t in shown], [draw.chart(t) for t in hidden]
+
+    others = title if folded else f"{title}: the channels of which none stands out"
+    return [
+        Section(title, [Chart(lambda: charts()[0], 320)], HOW),
+        Section(others, [Chart(lambda: charts()[1], 320)], HOW, folded=True),
+    ]
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:

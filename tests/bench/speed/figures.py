@@ -259,11 +259,12 @@ def adding(sizes: Sizes) -> list[Figure]:
 
 def pages(sizes: Sizes, n: int) -> list[Figure]:
     """The page of a conversion: time and size, and what of it is no data."""
-    from postproc.report.compensation import compensation_page
+    from postproc.report.page import render_page
+    from postproc.results.conversion import conversion_document
 
     done = _converted(n)()
-    page = compensation_page("long.mod", done)
-    times = repeated(lambda: compensation_page("long.mod", done), sizes.long)
+    page = render_page(conversion_document("long.mod", done))
+    times = repeated(lambda: render_page(conversion_document("long.mod", done)), sizes.long)
     data = sum(map(len, re.findall(r'(?s)<script type="application/json"[^>]*>(.*?)</script>', page)))
     name = f"page of {n:,} targets"
     return [

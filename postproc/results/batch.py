@@ -1,4 +1,4 @@
-"""The page of a batch: how many programs, the worst that remains, what failed and why, every program."""
+"""A batch: how many programs, the worst that remains, what failed and why, every program."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from urllib.parse import quote
 import numpy as np
 
 from postproc.grouping import grouped
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, figures
 from postproc.report.drawing.charts import histogram
-from postproc.report.page import Page, Section, figure, made_section, render_page, table
+from postproc.results.conversion import made_section
 
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
@@ -21,64 +22,67 @@ COLUMNS = (
 )
 
 
-def batch_page(
+def batch_document(
     name: str,
-    document: Mapping[str, Any],
+    values: Mapping[str, Any],
     made: Mapping[str, str] | None = None,
     pages: Mapping[str, str] | None = None,
-) -> str:
-    """HTML of a batch.
+) -> Document:
+    """A batch.
 
     Args:
-        name: of the folder or the jobs file. document: ``postproc/batch/1``, plain values. made: with which model,
+        name: of the folder or the jobs file. values: ``postproc/batch/1``. made: with which model,
             loads and choices, where no jobs file says otherwise. pages: where the page of each task is, as a link.
     """
-    tasks, count = sorted(document["tasks"], key=_rank), document["counts"]
+    tasks, count = sorted(values["tasks"], key=_rank), values["counts"]
     done = [t for t in tasks if "max_error_after_mm" in t]
     worst = max(done, key=lambda t: float(t["max_error_after_mm"]), default=None)
     told = [(t["name"], d) for t in tasks for d in t["diagnostics"]]
     said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
-    said += [_finding("", d) for d in document["diagnostics"]]
-    sections = [Section("Errors", table("errors", FINDING, said))] if said else []
+    said += [_finding("", d) for d in values["diagnostics"]]
+    sections = [Section("Errors", [DataTable("errors", FINDING, said)])] if said else []
     note = "Failures first, then the largest deviations that remain."
     if pages:
         note += " A click on a program opens its page."
     if any(t.get("unproved_statements") for t in tasks):
         note += f" Unproved: {UNPROVED}."
     links = (0, [_link((pages or {}).get(t["name"])) for t in tasks]) if pages else None
-    sections.append(Section("Every program", table("programs", COLUMNS, [_row(t) for t in tasks], links), note))
+    sections.append(
+        Section("Every program", [DataTable("programs", COLUMNS, [_row(t) for t in tasks], links=links)], note)
+    )
     if len(done) > 1:
-        values = {
-            key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
-            for key, kind in (("before", "was"), ("after", "is"))
-        }
-        drawn = histogram(values, "mm", "Each program, before and after")
-        sections.append(Section("Before and after", f'<div class="one">{drawn}</div>' if drawn else ""))
+        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)])]))
     if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
         note = (
             "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
         )
-        sections.append(
-            Section("Warnings", table("warnings", ("how many", "programs", *FINDING), _kinds(warned)), note)
-        )
+        kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
+        sections.append(Section("Warnings", [kinds], note))
     sections.append(made_section(made or {}))
-    figures = [
-        *figure("programs corrected", str(count["compensated"])),
-        *figure("failed", str(count["failed"]) if count["failed"] else None),
-        *figure("nothing to correct", str(count["unchanged"]) if count["unchanged"] else None),
-        *figure("worst before", max((t["max_error_before_mm"] for t in done), default=None), "before"),
-        *figure("worst after", worst and worst["max_error_after_mm"], "after"),
-        *figure("targets added", str(sum(t["added_targets"] for t in done))),
-    ]
-    return render_page(
-        Page(
-            title=f"postproc batch {name}",
-            sentence=_sentence(count, worst),
-            sections=sections,
-            document=document,
-            figures=figures,
-        )
+    return Document(
+        title=f"postproc batch {name}",
+        values=values,
+        sentence=_sentence(count, worst),
+        figures=figures(
+            Figure("programs corrected", count["compensated"]),
+            Figure("failed", count["failed"] or None),
+            Figure("nothing to correct", count["unchanged"] or None),
+            Figure("worst before", max((t["max_error_before_mm"] for t in done), default=None), "before"),
+            Figure("worst after", worst and worst["max_error_after_mm"], "after"),
+            Figure("targets added", sum(t["added_targets"] for t in done)),
+        ),
+        sections=sections,
     )
+
+
+def _histogram(done: Sequence[Mapping[str, Any]]) -> str:
+    """How far programs are off, before and after; empty where none is."""
+    lengths = {
+        key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
+        for key, kind in (("before", "was"), ("after", "is"))
+    }
+    drawn = histogram(lengths, "mm", "Each program, before and after")
+    return f'<div class="one">{drawn}</div>' if drawn else ""
 
 
 def _link(path: str | None) -> str | None:

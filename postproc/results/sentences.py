@@ -6,13 +6,12 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from postproc.arrays import Array
-from postproc.estimation.fitted import Fit
+from postproc.diagnostics import joined
 from postproc.estimation.solving.smooth import effective_parameters
-from postproc.estimation.words.wording import joined, place
-from postproc.identification.diagnosis import Diagnosis
+from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
 from postproc.identification.state import SelectedEffect
 from postproc.patterns.suspects import Suspect
+from postproc.results.wording import place
 
 NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
@@ -131,12 +130,6 @@ def _extent(d: Diagnosis, s: Suspect) -> str:
     return f", {1e3 * float(np.ptp(turned)):.2g} mrad in all"
 
 
-def suspect_size(fit: Fit, suspect: Suspect) -> Array:
-    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
-    columns = fit.linear.project(suspect.columns(fit.problem))
-    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
-
-
 def of_little_worth(d: Diagnosis) -> list[str]:
     """Keys of effects that are significant, and lower the error by next to nothing; not known beside what remains."""
     if d.verdict == "unknown":
@@ -144,11 +137,6 @@ def of_little_worth(d: Diagnosis) -> list[str]:
     before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
     pairs = zip(d.missing, before, strict=False)
     return [m.candidate.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]
-
-
-def too_few(fit: Fit) -> bool:
-    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
-    return fit.freedom < 2 * len(fit.parameters)
 
 
 def _named(d: Diagnosis, m: SelectedEffect) -> str:

@@ -1,16 +1,16 @@
-"""Findings about the data that a fit brings to light: rows that stand out, a stated noise that repeats contradict."""
+"""What a fit brings to light: rows that stand out, a noise that cannot be, what to know before relying on it."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.diagnostics import Diagnostic
-from postproc.estimation.errors import distances
+from postproc.diagnostics import Diagnostic, joined
+from postproc.effects.roles import Role
+from postproc.estimation.errors import distances, mm
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.unseen import anywhere
-from postproc.estimation.words.wording import joined
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
@@ -18,6 +18,8 @@ from postproc.model.uncertainty import predict_sigma
 
 RARE = 1e-3
 """Chance that any row of clean data stands out as much."""
+SCARCE = 3.0
+"""So many times the error on a fit's own rows that on others may be before poses are too few."""
 DOUBTFUL = 0.01
 """Chance that repeats scatter as much beyond a noise that was stated rightly."""
 MANY = 1e6
@@ -117,3 +119,59 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
     square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
     rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
     return np.flatnonzero((rare < RARE) & used.any(axis=1))
+
+
+def cautions(fit: Fit) -> list[Diagnostic]:
+    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
+    return [*some_of_many(fit.data), *_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
+
+
+def _unread(fit: Fit) -> list[Diagnostic]:
+    """DAT021 where an effect of the model reads a channel that was not measured: nothing of it can be fitted."""
+    found = []
+    for effect in fit.model.effects:
+        missing = effect.missing(fit.problem.sensitivity.state)
+        if missing:
+            message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
+            help_ = "measure with that channel, or leave the effect out"
+            found.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
+    return found
+
+
+def _scarce(fit: Fit) -> list[Diagnostic]:
+    """DAT016 where the fit is far better on its own rows than on others: it took on what it cannot know."""
+    poses = int(fit.data.repeats.max()) + 1
+    if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+        return []
+    unit = fit.observed.unit
+    message = (
+        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {mm(fit.rms):.3f} {unit} on "
+        f"rows of the fit, {mm(fit.held_out_rms):.3f} {unit} on rows that it has not seen"
+    )
+    help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
+    return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
+
+
+def _unphysical(fit: Fit) -> list[Diagnostic]:
+    """DAT026 where the fit makes joints yield against their load, by more than the interval."""
+    effect = fit.model.in_role(Role.JOINT_SPRINGS)
+    if effect is None:
+        return []
+    x, width = effect.vector().copy(), fit.intervals[effect.key]
+    for j in (i for key, i in fit.at_bound if key == effect.key):
+        # What stopped at a bound is judged by where it would have gone.
+        alone = np.arange(len(x)) == j
+        column = fit.linear.project(fit.problem.slopes(effect, alone))
+        told = float(np.sum(column**2))
+        x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
+        width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
+    sure = np.nan_to_num(width, nan=np.inf)
+    joints = [str(j + 1) for j in np.flatnonzero(x + sure < 0)]
+    if not joints:
+        return []
+    which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
+    message = f"the fitted compliance of {which} is negative: no gear yields against its load"
+    help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
+    if len(joints) > 1 and not (x > sure).any():
+        help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"
+    return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]

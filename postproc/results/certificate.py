@@ -8,12 +8,13 @@ from hashlib import sha256
 from typing import Any
 
 from postproc import __version__
-from postproc.compensation.results.document import estimated_stiffness, shown_on_the_arm
+from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.identification.compare import Comparison
-from postproc.report.comparison import iso_figures
 from postproc.report.document import plain
 from postproc.report.page import asset, render
+from postproc.results.comparison import comparison_document, iso_figures
+from postproc.results.conversion import shown_on_the_arm
 
 COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
@@ -77,7 +78,8 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
 
 def arm_certificate(name: str, found: Comparison) -> str:
     """HTML of a certificate for an arm beside its measurements: ISO 9283 figures, with room for what is required."""
-    document = plain(found.as_json())
+    shown = comparison_document(name, found)
+    document = plain(shown.values)
     kind, data = found.fit.observed, found.fit.data
     within = document[kind.key("percentiles")]
     figures = [
@@ -96,7 +98,7 @@ def arm_certificate(name: str, found: Comparison) -> str:
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     parts = [Part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
-    return _page(("Accuracy of an arm", "", found.text().splitlines()[0]), facts, parts, ())
+    return _page(("Accuracy of an arm", "", shown.sentence), facts, parts, ())
 
 
 def _page(

@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from postproc.diagnostics import joined
 from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
 from postproc.estimation.fitted import Fit
@@ -32,16 +33,15 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
             yield name, factor * float(value), factor * fit.sigma[key, i], shown
 
 
-def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:
-    """``half_gap[2] 0.109 ± 0.001 mrad`` for every fitted parameter of an effect; only their number if more than most.
+def parameter_rows(fit: Fit, key: str, most: int) -> list[tuple[str, str, str, str]]:
+    """Effect, ``half_gap[2]``, ``0.109 ± 0.001``, ``mrad`` of every fitted parameter; their number if more than most.
 
     The value has the digits that its standard deviation leaves it.
     """
     values = list(fitted_values(fit, key))
     if len(values) > most:
-        return [f"{len(values)} numbers, in the model file"]
-    width = max((len(name) for name, *_ in values), default=0)
-    return [f"{name:{width}s} {with_sigma(value, sigma)} {unit}".rstrip() for name, value, sigma, unit in values]
+        return [(key, f"{len(values)} numbers, in the model file", "", "")]
+    return [(key, name, with_sigma(value, sigma), unit) for name, value, sigma, unit in values]
 
 
 def place(label: str) -> str:
@@ -81,11 +81,6 @@ def grouped(names: Iterable[str]) -> str:
         found.setdefault(array, []).append(index.rstrip("]"))
     between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in found.items()}
     return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in found.items())
-
-
-def joined(words: Sequence[str], last: str = "and") -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def p_text(p: float) -> str:

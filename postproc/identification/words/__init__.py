@@ -1,1 +1,0 @@
-"""What a diagnosis says: its `sentences`, and `text` and JSON of it."""

@@ -1,0 +1,168 @@
+"""A result for people and programs: its values, and the blocks in which a terminal and a page show them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Sentence:
+    """Prose, with `names` set apart."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
+
+    Args:
+        value: floats are shown with three decimals. kind: ``before`` or ``after``, which have colours.
+    """
+
+    label: str
+    value: object
+    kind: str = ""
+    unit: str = "mm"
+
+    @property
+    def text(self) -> str:
+        """The value with its unit."""
+        return f"{self.head} {self.unit}" if isinstance(self.value, float) else self.head
+
+    @property
+    def head(self) -> str:
+        """The value without its unit, as a sentence writes it."""
+        return f"{self.value:.3f}" if isinstance(self.value, float) else str(self.value)
+
+
+@dataclass(frozen=True, slots=True)
+class DataTable:
+    """Rows of words and numbers; a column without a value in any row is not shown.
+
+    Args:
+        label: what it holds. brief: rows that a terminal prints where not all are asked for, None for all of them.
+        links: a column, and for each row the address to which its cell leads on a page. live: HTML of the element in
+            which scripts of the scene draw the same rows, empty where they stand as they are.
+    """
+
+    label: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    brief: Sequence[int] | None = None
+    links: tuple[int, Sequence[str | None]] | None = None
+    live: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """One of the figures that are compared with each other; value: None where it is not known; note: beside it."""
+
+    name: str
+    value: float | None
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Bars:
+    """Figures of one kind, on a page as bars.
+
+    Args:
+        floor: the noise, at which the bars can end at best, None where it is not known. aside: name of a level that is
+            no step of the same way. steps: names of levels that lead to this step of the scene.
+    """
+
+    bars: Sequence[Bar]
+    floor: float | None
+    aside: str = ""
+    unit: str = "mm"
+    steps: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """Pictures on a page: as SVG, or as HTML in which the scripts of the scene draw.
+
+    Args:
+        draw: makes them, none where there is nothing to draw. least: pixels that one of several side by side needs, 0
+            where they stand one after another.
+    """
+
+    draw: Callable[[], Sequence[str]]
+    least: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Blocks that stand side by side on a page that is wide enough."""
+
+    left: Sequence[Block]
+    right: Sequence[Block]
+
+
+Block = Sentence | DataTable | Bars | Chart | Beside
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Blocks under a heading, left out where none of them has anything to show.
+
+    Args:
+        note: how to read what a page shows. folded: a page opens it by a click.
+    """
+
+    title: str
+    blocks: Sequence[Block]
+    note: str = ""
+    folded: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What scripts of a page draw, and redraw where the reader chooses.
+
+    Args:
+        name: of the element that carries the data; data: makes its plain values. scripts: names of the files.
+        bar: HTML that stays in sight, with what changes the page.
+    """
+
+    name: str
+    data: Callable[[], Mapping[str, Any]]
+    scripts: Sequence[str]
+    bar: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Document:
+    """One result.
+
+    Args:
+        title: the command and what it was asked of. values: what ``--json`` prints (docs/documents.md).
+        sentence: what the result is; figures: at most a few that matter; basis: what the result rests on.
+    """
+
+    title: str
+    values: Mapping[str, Any] = field(repr=False)
+    sentence: str
+    figures: Sequence[Figure] = ()
+    basis: str = ""
+    sections: Sequence[Section] = ()
+    scene: Scene | None = None
+
+
+def figures(*entries: Figure) -> list[Figure]:
+    """Those whose value is known."""
+    return [entry for entry in entries if entry.value is not None]
+
+
+def is_number(cell: object) -> bool:
+    """Whether a cell of a table holds a number."""
+    return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+
+
+def shown_columns(table: DataTable) -> list[int]:
+    """Columns in which some row has a value; all of an empty table."""
+    every = range(len(table.columns))
+    return [k for k in every if any(row[k] is not None and row[k] != "" for row in table.rows) or not table.rows]

@@ -1,0 +1,95 @@
+"""A document as text: the sentence, then tables and figures under their headings; pictures are left to pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from postproc.report.blocks import (
+    Bars,
+    Beside,
+    Block,
+    Chart,
+    DataTable,
+    Document,
+    Section,
+    Sentence,
+    is_number,
+    shown_columns,
+)
+
+DIGITS = 4
+"""Significant digits of the largest number of a column."""
+
+
+def render_text(document: Document, every: bool = False) -> str:
+    """The document as lines of text.
+
+    Args:
+        every: print all rows of all tables.
+    """
+    words = document.sentence
+    figures = [f"{f.label} {f.text}" for f in document.figures if isinstance(f.value, int) or f.head not in words]
+    lines = [*filter(None, (words, ", ".join(figures), document.basis))]
+    for section in document.sections:
+        lines += _section(section, every)
+    return "\n".join(lines)
+
+
+def _section(section: Section, every: bool) -> list[str]:
+    lines: list[str] = []
+    for block in section.blocks:
+        drawn = list(_lines(block, every))
+        lines += ["", *drawn] if lines and drawn and isinstance(block, DataTable) else drawn
+    return ["", f"{section.title}:", *lines] if lines else []
+
+
+def _lines(block: Block, every: bool) -> Iterator[str]:
+    match block:
+        case Sentence(text):
+            yield text
+        case DataTable():
+            yield from _table(block, every)
+        case Bars():
+            yield from _bars(block)
+        case Beside(left, right):
+            for inside in (*left, *right):
+                yield from _lines(inside, every)
+        case Chart():
+            pass
+
+
+def _bars(block: Bars) -> Iterator[str]:
+    rows = [(level.name, level.value, level.note) for level in block.bars]
+    rows.append(("noise", block.floor, ""))
+    width = max(len(name) for name, *_ in rows)
+    for name, value, note in rows:
+        shown = "unknown" if value is None else f"{value:.3f}"
+        yield f"  {name:{width}}  {shown:>8}   {note}".rstrip()
+
+
+def _table(block: DataTable, every: bool) -> Iterator[str]:
+    chosen = range(len(block.rows)) if every or block.brief is None else block.brief
+    if not chosen:
+        return
+    cells = [_column([row[k] for row in block.rows], block.columns[k], chosen) for k in shown_columns(block)]
+    for row in zip(*cells, strict=True):
+        yield f"  {'  '.join(row)}".rstrip()
+    if len(chosen) < len(block.rows):
+        yield f"  {len(block.rows) - len(chosen)} more; `--verbose` shows them"
+
+
+def _column(cells: Sequence[object], title: str, chosen: Sequence[int]) -> list[str]:
+    """The heading and the chosen cells, all of one width; numbers stand right, with the decimals of the largest."""
+    right = all(c is None or is_number(c) for c in cells)
+    largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
+    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
+    texts = [title, *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]
+    width = max(map(len, texts))
+    return [text.rjust(width) if right else text.ljust(width) for text in texts]
+
+
+def _text(cell: object, number: str) -> str:
+    if cell is None:
+        return ""
+    return f"{cell:{number}}" if isinstance(cell, float) else str(cell).replace("\n", " ")

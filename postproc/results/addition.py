@@ -1,0 +1,128 @@
+"""A model with more physics: how far the error falls from step to step, and what each effect is worth."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from postproc.estimation.errors import mm
+from postproc.estimation.fitted import Fit
+from postproc.estimation.least_squares import evaluate
+from postproc.identification.add import HELPS, Addition
+from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section
+from postproc.report.drawing.residuals import channel_sections
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
+from postproc.results.comparison import SCRIPTS, workspace_section
+from postproc.results.fit import error_values, fit_values, known_of, parameter_table
+
+LITTLE = 0.05
+"""Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
+EACH = "Everything fitted again without the effect: long bars matter."
+BASE = "the model as it came"
+BAR = '<div class="controls" data-steps="controls"></div>'
+LAWS = '<div class="grid" style="--least: 300px" data-steps="laws"></div>'
+FALL = (
+    "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
+    "charts and the sample targets are those of the step."
+)
+
+
+def addition_document(name: str, found: Addition) -> Document:
+    """An addition to the model, with the effects and the tables that are named."""
+    values, kind, fit = addition_values(found), found.fit.observed, found.fit
+    floor, noise = mm(found.floor), fit.parts.level is not None
+    dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
+    rungs = cache(lambda: _rungs(found))
+    added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in found.ladder[1:]))
+    steps = cache(lambda: steps_data(rungs(), added, dashed))
+    ladder = [
+        Bar(
+            step.name if k else BASE,
+            1e3 * step.fit.held_out_rms,
+            f"{1e3 * step.fit.rms:.3f} {kind.unit} in the fit" + _way(step.share, noise),
+        )
+        for k, step in enumerate(found.ladder)
+    ]
+    without = [
+        Bar(f"without {key}", 1e3 * f.held_out_rms, f"{1e3 * f.rms:.3f} {kind.unit} in the fit")
+        for key, f in found.without.items()
+    ]
+    return Document(
+        title=f"postproc add {name}",
+        values=values,
+        sentence=addition_sentence(found),
+        figures=[
+            Figure("error before", mm(found.before.held_out_rms), "before", kind.unit),
+            Figure("error after", mm(fit.held_out_rms), "after", kind.unit),
+            Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
+        ],
+        sections=[
+            Section(
+                f"The error step by step, {each} on rows that the fit has not seen",
+                [
+                    Beside(
+                        [
+                            Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder]),
+                            Chart(lambda: [distance_chart(fit, dashed, held_out=True)]),
+                        ],
+                        [Chart(lambda: [LAWS] if any(step["laws"] for step in steps()["steps"]) else [])],
+                    )
+                ],
+                FALL,
+            ),
+            *workspace_section(kind.name, "Where it is off, at this step", program=True),
+            Section(
+                f"What each effect is worth, {each} on rows that the fit has not seen",
+                [Bars(without, dashed, unit=kind.unit)],
+                EACH,
+            ),
+            *channel_sections(fit, "What the rest follows", folded=True),
+            Section("What to know of this fit", known_of(fit)),
+            Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
+        ],
+        scene=Scene("steps", steps, SCRIPTS, BAR),
+    )
+
+
+def addition_values(found: Addition) -> dict[str, Any]:
+    """``postproc/fit/1`` with the ladder and the leave-one-out table."""
+    return {
+        **fit_values(found.fit, error_values(found.before)),
+        found.fit.observed.key("floor"): mm(found.floor),
+        "ladder": [{"step": s.name, **error_values(s.fit), "share_of_way": s.share} for s in found.ladder],
+        "leave_one_out": [{"without": key, **error_values(f)} for key, f in found.without.items()],
+    }
+
+
+def addition_sentence(found: Addition) -> str:
+    """How far the error falls, and what follows from that."""
+    first, last = 1e3 * found.before.held_out_rms, 1e3 * found.fit.held_out_rms
+    unit, each = found.fit.observed.unit, found.fit.observed.each
+    known = found.fit.parts.level is not None
+    floor = "the noise is" if known else "any smooth function of the channels would leave"
+    names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in found.ladder[1:])
+    share, unseen = found.ladder[-1].share, "on rows that the fit has not seen"
+    falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
+    helps, text = True, f"O{unseen[1:]}, {falls}"
+    if last >= (1 - HELPS) * first:
+        helps, text = False, f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
+        text += f"{first:.3f} before"
+    elif share is not None and share < LITTLE:
+        helps, text = False, f"Adding {names} hardly helps: {unseen}, {falls}"
+    then = "The next `compensate` with this model corrects what it now predicts."
+    if not helps:
+        then = "Keep the model as it was, and ask `diagnose` what it lacks."
+    return f"{text}; {floor} {1e3 * found.floor:.3f} {unit}. {then}"
+
+
+def _way(share: float | None, noise: bool) -> str:
+    return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
+
+
+def _rungs(found: Addition) -> list[Rung]:
+    """The steps of the ladder, each with its model beside the measurements."""
+    rungs = []
+    for k, step in enumerate(found.ladder):
+        fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)
+        rungs.append(Rung(step.name if k else BASE, fit, step.fit.held_out_rms))
+    return rungs

@@ -1,0 +1,232 @@
+"""A model beside measurements: how far it is off, where, and what that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from postproc.estimation.errors import mm, rms
+from postproc.estimation.findings import some_of_many
+from postproc.identification.compare import WORST, Comparison, sizes
+from postproc.measure.iso9283 import Iso9283
+from postproc.report.blocks import (
+    Bar,
+    Bars,
+    Beside,
+    Block,
+    Chart,
+    DataTable,
+    Document,
+    Figure,
+    Scene,
+    Section,
+    Sentence,
+)
+from postproc.report.blocks import figures as known
+from postproc.report.drawing.laws import law_charts, laws_of
+from postproc.report.drawing.residuals import channel_sections
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
+from postproc.report.page import render
+from postproc.results.fit import left_out, noise_values
+from postproc.results.wording import FREE
+
+IN_SPACE = (
+    "Beside it the channels that stand out. Points: each pose, less the mean; red: means with their standard errors; "
+    "rings: the worst poses; grey: twice the noise."
+)
+GREY = (
+    "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
+    "An effect that jumps can do better."
+)
+SCRIPTS = ("space", "arm", "steps")
+NAMED, FOLLOWED = 5, 8
+"""Worst poses, and channels that the residual follows, that a terminal prints."""
+
+
+def comparison_document(name: str, found: Comparison) -> Document:
+    """A comparison of the model and the tables that are named."""
+    values, fit, kind = comparison_values(found), found.fit, found.fit.observed
+    noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
+    levels = [Bar("this model", values[kind.key("rms")]), Bar(FREE, values[kind.key("bound")])]
+    return Document(
+        title=f"postproc compare {name}",
+        values=values,
+        sentence=_sentence(found, values),
+        figures=known(
+            Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
+            Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
+            Figure(f"noise per {kind.each}", noise, unit=kind.unit),
+        ),
+        sections=[
+            Section(
+                f"How far, and how far it could be, rms in {each}",
+                [
+                    Beside(
+                        [Bars(levels, noise, FREE, kind.unit)],
+                        [Chart(lambda: [distance_chart(fit, noise, held_out=False)])],
+                    ),
+                    Sentence(_without_physics(values[kind.key("rms")], values[kind.key("bound")], noise, each)),
+                    *(Sentence(f"{d.message[0].upper()}{d.message[1:]}.") for d in some_of_many(fit.data)),
+                    *left_out(fit),
+                ],
+                GREY,
+            ),
+            *workspace_section(kind.name, "Where it is off"),
+            Section("Worst poses", [_worst(values, kind.key("error"), kind.unit)]),
+            *channel_sections(fit, "What it follows: every channel", folded=kind.name == "position"),
+            Section("Figures", _figures(values, found)),
+            Section(
+                "Laws that the model holds",
+                [Chart(lambda: law_charts(laws_of(fit, [e.key for e in fit.model.effects])), 320)],
+                "At these poses.",
+                folded=True,
+            ),
+            Section("What the residual follows: share of its variance above chance", [_follows(values)], folded=True),
+        ],
+        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise), SCRIPTS),
+    )
+
+
+def comparison_values(found: Comparison) -> dict[str, Any]:
+    """``postproc/compare/1``; keys of figures end in the unit of what was observed."""
+    data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
+    key, good = kind.key, np.isfinite(length)
+    far = sizes(found.fit.observed_error, kind) * 1e3
+    worst = [int(i) for i in np.argsort(-np.nan_to_num(far, nan=-1.0))[:WORST] if np.isfinite(far[i])]
+    p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
+    kept = np.isin(np.arange(len(data)), found.fit.set_aside, invert=True)
+    rotation = found.fit.problem.error[kept, 3:6] if data.rotation is not None else None
+    space = kind.name == "position"
+    return {
+        "schema": "postproc/compare/1",
+        "observed": kind.name,
+        "rows": len(data),
+        "set_aside_rows": [row for _, row in found.fit.left_out],
+        key("rms"): mm(rms(found.error)),
+        **({"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0} if space else {}),
+        key("mean"): round(float(np.mean(length[good])), 6) if good.any() else 0.0,
+        key("maximum"): round(float(np.max(length[good])), 6) if good.any() else 0.0,
+        key("percentiles"): {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
+        key(f"per_{kind.each}"): _each(found),
+        **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
+        **({"iso9283": _iso_json(found.iso)} if space else {}),
+        **noise_values(found.fit),
+        key("floor"): None if found.fit.parts.level is None else mm(found.fit.parts.level),
+        key("bound"): mm(found.bound),
+        "worst": [
+            {
+                **({"file": data.sources[data.file[i]].path} if data.file else {}),
+                "row": data.row[i],
+                "pose_id": data.pose_id[i],
+                key("error"): round(float(far[i]), 6),
+            }
+            for i in worst
+        ],
+        "channels": [t.as_json() for t in found.trends],
+        "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *found.moved)],
+    }
+
+
+def _each(found: Comparison) -> dict[str, dict[str, float]]:
+    """Rms and mean along every axis, or of every joint, that was measured."""
+    names = [str(j) for j in range(1, 7)] if found.fit.observed.name == "joint" else "xyz"
+    pairs = zip(names, found.error.T, strict=True)
+    some = [(name, column[np.isfinite(column)]) for name, column in pairs]
+    return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
+
+
+def _iso_json(iso: Iso9283) -> dict[str, Any]:
+    return {
+        "accuracy_mean_mm": round(iso.accuracy_mean, 6),
+        "accuracy_max_mm": round(iso.accuracy_max, 6),
+        "repeatability_median_mm": iso.repeatability_median,
+        "repeatability_max_mm": iso.repeatability_max,
+        "repeated_poses": iso.poses,
+    }
+
+
+def workspace_section(observed: str, title: str, program: bool = False) -> list[Section]:
+    """The residuals in space and over the channels that stand out; none where no position was measured.
+
+    Args:
+        program: with some poses as targets of a program, as each step would have them corrected.
+    """
+    drawn = Chart(lambda: [render("steps.html.j2", program=program)])
+    return [Section(title, [drawn], IN_SPACE)] if observed == "position" else []
+
+
+def _sentence(found: Comparison, values: Mapping[str, Any]) -> str:
+    kind = found.fit.observed
+    noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
+    told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
+    subject = {"position": "The arm is", "orientation": "The flange is turned", "joint": "The worst joint is"}
+    along = f" along {' and '.join(axes)}" if kind.name == "position" and len(axes) in (1, 2) else ""
+    return (
+        f"{subject[kind.name]} {values[kind.key('mean')]:.3f} {kind.unit} from where the model says{along}, "
+        f"{values[kind.key('maximum')]:.3f} {kind.unit} at worst (rms {values[kind.key('rms')]:.3f} {kind.unit} per "
+        f"{kind.each}){_without(values['set_aside_rows'])}; {told}."
+    )
+
+
+def _without(rows: list[int]) -> str:
+    """Rows that the first sentence does not count: whoever counts them finds another figure."""
+    if not rows:
+        return ""
+    return f", without {'a row that lies' if len(rows) == 1 else f'{len(rows)} rows that lie'} far from everything else"
+
+
+def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
+    if noise is not None and error < 1.2 * noise:
+        return "What is left is of the size of the noise."
+    if bound > 0.9 * error:
+        return (
+            "No free function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
+            "lost motion."
+        )
+    return (
+        f"A free function of the channels, without physics, brings it to {bound:.3f} {unit} on rows that "
+        "it has not seen."
+    )
+
+
+def _worst(values: Mapping[str, Any], error: str, unit: str) -> DataTable:
+    rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
+    columns = ("pose", "row", "file", f"off [{unit}]")
+    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), live='<div data-steps="worst"></div>')
+
+
+def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:
+    kind = found.fit.observed
+    within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
+    single = [
+        ("half of the poses are within", within["50"]),
+        ("95 % of the poses are within", within["95"]),
+        ("99 % of the poses are within", within["99"]),
+        ("worst pose", values[kind.key("maximum")]),
+        *iso_figures(values),
+    ]
+    axes = [(name, float(v["rms"]), float(v["mean"]) + 0.0) for name, v in along.items()]
+    return [
+        DataTable("axes", (kind.each, f"rms [{kind.unit}]", f"mean [{kind.unit}]"), axes),
+        DataTable("figures", ("figure", kind.unit), single),
+    ]
+
+
+def iso_figures(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Pose figures of ISO 9283 [mm]; none where no position was measured."""
+    iso = values.get("iso9283")
+    if not iso:
+        return []
+    return [
+        ("ISO 9283 pose accuracy AP, mean", iso["accuracy_mean_mm"]),
+        ("ISO 9283 pose accuracy AP, largest", iso["accuracy_max_mm"]),
+        ("ISO 9283 pose repeatability RP, median", iso["repeatability_median_mm"]),
+        ("ISO 9283 pose repeatability RP, largest", iso["repeatability_max_mm"]),
+    ]
+
+
+def _follows(values: Mapping[str, Any]) -> DataTable:
+    rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
+    return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))

@@ -1,0 +1,214 @@
+"""A corrected program: what it was off, what remains, where, and what was done about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from postproc import __version__
+from postproc.compensation.results.document import estimated_stiffness
+from postproc.convert import Conversion
+from postproc.diagnostics import Diagnostic, Matter
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section, figures
+
+ACROSS = (
+    "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
+    "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
+    "double-click to see all, click to choose a place."
+)
+IN_SPACE = "Pick a seam, a statement, a line of the program or a place in a picture: all of them show the same place."
+JOINTS = "Torques of a rigid arm, under its own weight and the loads."
+ALONG = "along lines and arcs"
+FINDING = ("line", "severity", "code", "what", "what to do")
+STATEMENT = ("line", "routine", "instruction", "status", "reason")
+SEAM = {
+    "name": "seam",
+    "line_from": "from line",
+    "line_to": "to line",
+    "length_mm": "length [mm]",
+    "before_mm": "before [mm]",
+    "after_mm": "after [mm]",
+    "added_targets": "added",
+    "left": "left",
+}
+
+
+def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
+    """A conversion of the program that is named.
+
+    Args:
+        made: with which model, loads and choices.
+    """
+    values, moved = found.report, found.plan is not None
+    findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
+    facts = {**({"arm": values["robot"]} if moved else {}), **(made or {})}
+    return Document(
+        title=f"postproc compensate {name}",
+        values=values,
+        sentence=_sentence(found),
+        figures=_figures(values) if moved else (),
+        basis=_basis(found, made or {}) if moved else "",
+        sections=[
+            Section("Seam by seam", _seams(values), "The largest deviation while the arc burns."),
+            *(_pictures() if moved else ()),
+            Section("Every motion statement", [_statements(values, moved)]),
+            Section("Joints", [_element("joints")] if moved else [], JOINTS),
+            Section("Findings", [DataTable("findings", FINDING, findings, brief=())] if findings else []),
+            *_run_time(values),
+            made_section(facts),
+        ],
+        scene=Scene("path", lambda: _path(found), ("space", "arm", "course", "path")) if moved else None,
+    )
+
+
+def made_section(made: Mapping[str, str]) -> Section:
+    """With what a result was made, and by which version."""
+    rows = [*made.items(), ("postproc", __version__)]
+    return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
+
+
+def _seams(values: Mapping[str, Any]) -> list[DataTable]:
+    rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
+    return [DataTable("seams", list(SEAM.values()), rows, live='<div data-path="seams"></div>')] if rows else []
+
+
+def _statements(values: Mapping[str, Any], moved: bool) -> DataTable:
+    """Every motion statement; where none of the targets is known before the program runs, no scene draws them."""
+    rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
+    return DataTable("statements", STATEMENT, rows, (), live='<div data-path="statements"></div>' if moved else "")
+
+
+def _pictures() -> list[Section]:
+    return [
+        Section("Where", [Chart(_place)], IN_SPACE),
+        Section("How far off, along the path", [_element("deviation")], ACROSS),
+    ]
+
+
+def _element(name: str) -> Chart:
+    return Chart(lambda: [f'<div data-path="{name}"></div>'])
+
+
+def _place() -> list[str]:
+    from postproc.report.page import render
+
+    return [render("path.html.j2")]
+
+
+def _path(found: Conversion) -> Mapping[str, Any]:
+    from postproc.report.drawing.path import path_data
+
+    return path_data(found)
+
+
+def _figures(values: Mapping[str, Any]) -> list[Figure]:
+    """Three: before, after, and what became of the statements."""
+    arc, where = _welds(values)
+    words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
+    counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
+    before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
+    known = bool(values["measured_statements"])
+    return figures(
+        Figure(f"before, {where}", before if known else None, "before"),
+        Figure(f"after, {where}", after if known else None, "after"),
+        Figure("motion statements", ", ".join([*counts, f"{_count(values, 'skipped')} left"])),
+    )
+
+
+def _run_time(document: Mapping[str, Any]) -> list[Section]:
+    """What the function that corrects on the controller was checked with."""
+    found = document.get("run_time")
+    if not found:
+        return []
+    rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
+    note = "What `compensate` found with the function on targets of its region; lengths in mm."
+    return [Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)]
+
+
+def _count(document: Mapping[str, Any], status: str) -> int:
+    return sum(row["status"] == status for row in document["statements"])
+
+
+def _basis(found: Conversion, made: Mapping[str, str]) -> str:
+    """What the result rests on."""
+    values = found.report
+    known = values["expected_accuracy"]
+    sure = (
+        f"the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)"
+        if known
+        else unknown_accuracy(found.diagnostics)
+    )
+    before, after = values["max_error_before_mm"], values["max_error_after_mm"]
+    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _welds(values)[0] else []
+    parts = [
+        f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
+        f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
+        f"scope {values['scope']}",
+        f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
+        f"cycle time {values['cycle_time_s']:.1f} s",
+        *air,
+        sure,
+    ]
+    return "; ".join(parts) + "."
+
+
+def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
+    """That nothing tells how near the real torch comes, and why."""
+    whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
+    why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
+    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
+
+
+def _sentence(found: Conversion) -> str:
+    values = found.report
+    if not found.outputs:
+        return "The program is not safe to compensate; no program was written."
+    if found.plan is None and found.module is None:
+        return "Nothing moves: the program is written as it is."
+    through, corrected = _count(values, "run_time"), _count(values, "compensated")
+    what = "1 motion statement is" if through == 1 else f"{through} motion statements are"
+    on_controller = (
+        f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
+    )
+    if through and not (corrected and values["measured_statements"]):
+        return f"{on_controller}{_unseen(values)}"
+    if not corrected:
+        return f"Nothing was corrected.{_unseen(values)}"
+    arc, where = _welds(values)
+    before, after = values[f"max_{arc}error_before_mm"], values[f"max_{arc}error_after_mm"]
+    beside = elsewhere(values)
+    fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if beside else ''}, "
+    fell += f"where there were {before:.3f} mm{'; up to ' * bool(beside)}{' and '.join(beside)}."
+    if not values["measured_statements"]:
+        fell = (
+            f"{corrected} statement{'s are' if corrected > 1 else ' is'} corrected; no line or arc could be measured."
+        )
+    count = values["unproved_statements"]
+    doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
+    estimated = f" On the arm: {said}." if (said := estimated_stiffness(values).replace("`", "")) else ""
+    return "".join([fell, _unseen(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
+
+
+def _unseen(values: Mapping[str, Any]) -> str:
+    """How much of the way is in no figure, after a blank; empty where nothing is."""
+    count = values["unmeasured_statements"]
+    what = f"{count} lines or arcs are" if count > 1 else "1 line or arc is"
+    return f" {what} in no figure: where they begin or end is not known." if count else ""
+
+
+def shown_on_the_arm(document: Mapping[str, Any], tolerance_mm: float) -> bool:
+    """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
+    known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
+    after = document["max_error_after_mm"] if after is None else after
+    return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
+
+
+def elsewhere(document: Mapping[str, Any]) -> list[str]:
+    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
+    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
+    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
+
+
+def _welds(document: Mapping[str, Any]) -> tuple[str, str]:
+    """What the key of the figures that count first begins with, and where they hold."""
+    return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

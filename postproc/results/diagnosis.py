@@ -1,0 +1,313 @@
+"""A diagnosis: the verdict, the error now and with what is missing, what was found, and what else was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from postproc.diagnostics import joined
+from postproc.effects.registry import BUILT_IN
+from postproc.estimation.channels import shown
+from postproc.estimation.errors import mm
+from postproc.estimation.solving.smooth import effective_parameters
+from postproc.grouping import grouped
+from postproc.identification.candidates.candidate import Candidate
+from postproc.identification.curves import JointCurve, curves
+from postproc.identification.diagnosis import Diagnosis, Intervention
+from postproc.report.blocks import (
+    Bar,
+    Bars,
+    Beside,
+    Block,
+    Chart,
+    DataTable,
+    Document,
+    Figure,
+    Scene,
+    Section,
+    Sentence,
+)
+from postproc.report.blocks import figures as known
+from postproc.report.drawing.residuals import channel_sections, suspect_chart
+from postproc.report.drawing.steps import Rung, distance_chart, steps_data
+from postproc.results.addition import BAR, BASE, LAWS
+from postproc.results.comparison import SCRIPTS, workspace_section
+from postproc.results.fit import held, noise_values, parameter_table, parameter_values, structure_values
+from postproc.results.sentences import NAMED, doubts, headline, title
+from postproc.results.wording import FREE, p_text, place
+
+UNNAMED = "+ what was found, without a name"
+TELLING = 0.05
+"""Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
+
+Those of the user's own always do.
+"""
+FEWEST, MOST = 3, 8
+LIBRARY = frozenset(cls.key for cls in BUILT_IN)
+BOTH = "with what is missing"
+NOISE = "The dashed line is the noise: no model can be expected below it. "
+GREY = "Grey: what a smooth function of all channels, without physics, reaches."
+FOLLOWS = "Of what the final model leaves above the noise; strongest first."
+LOOKS = (
+    " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
+    "OWN.py` writes it as an effect, `postproc add` adds it."
+)
+RANKED = (
+    "Evidence is twice the logarithm of the odds, after paying for parameters and for the number of forms that were "
+    "tried: above 0 it speaks for the effect."
+)
+
+
+def diagnosis_document(name: str, d: Diagnosis) -> Document:
+    """A diagnosis of the model and the tables that are named."""
+    values, kind = diagnosis_values(d), d.base.observed
+    rungs = [Rung(BASE, d.base, d.base.held_out_rms)]
+    if d.missing:
+        rungs.append(Rung(BOTH, d.told, d.final.held_out_rms))
+    steps = cache(lambda: steps_data(rungs, [m.key for m in d.missing], values[kind.key("floor")]))
+    suspected = [(s.channel, s.where) for s in d.suspects]
+    blind = DataTable("not shown", ("effect", "why"), list(d.blind.items()))
+    return Document(
+        title=f"postproc diagnose {name}",
+        values=values,
+        sentence=headline(d),
+        figures=_figures(d, values),
+        sections=[
+            _ladder(d, values, steps),
+            Section("Also to know", [*map(Sentence, doubts(d)), *held(d.told)]),
+            *([_found(d, values)] if d.missing else []),
+            *([_remaining(d)] if d.suspects else []),
+            *([_held_out(d.hold_out)] if d.hold_out is not None else []),
+            *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
+            *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
+            _ranking(d, values),
+            Section(
+                "This data could not have shown (`postproc effects show KEY` says what to measure)",
+                [blind] if d.blind else [],
+                folded=True,
+            ),
+        ],
+        scene=Scene("steps", steps, SCRIPTS, BAR if d.missing else ""),
+    )
+
+
+def _known(value: float | None) -> float | None:
+    """Metres to millimetres (radians to milliradians), None where it is not known."""
+    return None if value is None or not np.isfinite(value) else mm(value)
+
+
+def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
+    """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
+    key = d.base.observed.key
+    return {
+        "schema": "postproc/diagnose/1",
+        "observed": d.base.observed.name,
+        "verdict": d.verdict,
+        **noise_values(d.final),
+        key("rms"): _known(d.base.rms),
+        key("held_out_rms"): _known(d.base.held_out_rms),
+        f"{key('rms')}_after": _known(d.final.rms),
+        f"{key('held_out_rms')}_after": _known(d.final.held_out_rms),
+        "missing": [
+            {
+                "effect": m.candidate.key,
+                "form": m.candidate.label,
+                f"{key('held_out_rms')}_after": _known(m.held_out_after),
+                "p_value": m.candidate.p_value,
+                **_smooth(d, m.candidate.key),
+                "not_separable_from": list(m.not_separable),
+                "not_seen_beside": list(m.unseen),
+                "parameters": parameter_values(d.told, m.candidate.key),
+                "structure": structure_values(d.told, m.candidate.key),
+                "law": [curve.as_json() for curve in curves(d.told, m.candidate.key)],
+            }
+            for m in d.missing
+        ],
+        "candidates": [
+            *(_candidate(d, c) for c in d.candidates),
+            *(_untestable(d, key, why) for key, why in d.untestable.items()),
+        ],
+        "suspects": [s.as_json() for s in d.suspects],
+        key("floor"): _known(d.floor),
+        f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
+        "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
+        key("bound"): _known(d.bound),
+        "hold_out": None if d.hold_out is None else _hold_out(d.hold_out),
+        "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
+        "diagnostics": [x.as_json() for x in d.diagnostics],
+    }
+
+
+def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+    """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
+    effect = d.final.model.effect(key)
+    if effect is None or effect.roughness() is None:
+        return {"is": "cause"}
+    return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
+
+
+def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
+    before = d.screened.linear.square
+    after = d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
+    return {
+        "effect": c.key,
+        "form": c.label,
+        f"{d.base.observed.key('rms')}_after": _known(after),
+        "p_value": float(c.p_value),
+        "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
+        "testable": c.key not in d.blind,
+        "why_not": d.blind.get(c.key),
+    }
+
+
+def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
+    return {
+        "effect": key,
+        "form": "",
+        f"{d.base.observed.key('rms')}_after": _known(d.base.rms),
+        "p_value": 1.0,
+        "evidence": None,
+        "testable": False,
+        "why_not": why,
+    }
+
+
+def _hold_out(asked: Intervention) -> dict[str, Any]:
+    """An entry ``hold_out``."""
+    return {
+        "channel": asked.channel,
+        "levels": [
+            {
+                "level": level.name,
+                "rows": level.rows,
+                f"rms_{asked.unit}": mm(level.before),
+                f"rms_{asked.unit}_after": mm(level.after),
+                "does_not_carry_over": [key for key in level.without if level.carries(key) is False],
+                "cannot_be_told": list(level.untold),
+            }
+            for level in asked.levels
+        ],
+    }
+
+
+def _figures(d: Diagnosis, values: Mapping[str, Any]) -> list[Figure]:
+    kind = d.base.observed
+    error = kind.key("held_out_rms")
+    return known(
+        Figure("error now", values[error], "before", kind.unit),
+        Figure("noise", values[kind.key("floor")], unit=kind.unit),
+        *verdict_figures(values),
+        Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
+        Figure("error with what has no name", values[f"{error}_unnamed"], "after", kind.unit),
+    )
+
+
+def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
+    """What is missing, or the verdict where that is not all."""
+    each = [(m["effect"], _alike(m)) for m in values["missing"]]
+    several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
+    missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
+    if values["verdict"] == "missing":
+        return [Figure("missing", missing)]
+    return known(Figure("verdict", values["verdict"]), Figure("found", missing or None))
+
+
+def _alike(missing: Mapping[str, Any]) -> list[str]:
+    """What explains the data as well as an effect that was found."""
+    return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
+
+
+def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
+    """The errors from the model as it came down to the noise, and the laws that were found, or what has no name."""
+    kind, floor = d.base.observed, values[d.base.observed.key("floor")]
+    rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
+    rungs += [Bar(f"+ {m.candidate.key}", 1e3 * m.held_out_after, place(m.candidate.label)) for m in d.missing]
+    names = [BASE, *(rung.name for rung in rungs[1:][-1:])]
+    if d.unnamed is not None:
+        some, every = len(d.searched.data), len(d.base.data)
+        where = f"on {some} of {every} rows, without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
+        rungs.append(Bar(UNNAMED, 1e3 * d.unnamed, where))
+    rungs.append(Bar(FREE, 1e3 * d.bound))
+    bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
+
+    def beside() -> list[str]:
+        laws = any(step["laws"] for step in steps()["steps"])
+        return [LAWS] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
+
+    return Section(
+        f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
+        [Beside([bars, Chart(lambda: [distance_chart(d.final, floor, held_out=True)])], [Chart(beside)])],
+        f"{NOISE if floor else ''}{GREY}",
+    )
+
+
+def _found(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+    kind, rows = d.base.observed, []
+    for m in d.missing:
+        c = m.candidate
+        rows.append((c.key, title(d, m), place(c.label), p_text(c.p_value), mm(m.held_out_after)))
+    columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
+    blocks: list[Block] = [
+        DataTable("missing effects", columns, rows),
+        parameter_table(d.told, [m.candidate.key for m in d.missing]),
+    ]
+    for m in d.missing:
+        if _smooth(d, m.candidate.key)["is"] != "cause":
+            blocks += [Sentence(curve_text(curve)) for curve in curves(d.told, m.candidate.key)]
+    return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
+
+
+def curve_text(curve: JointCurve) -> str:
+    """``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``: where it is least and most."""
+    ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
+    said = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
+    return f"joint {curve.joint} along {curve.channel}: {said}, \N{PLUS-MINUS SIGN} {1e3 * np.median(curve.sigma):.2f}"
+
+
+def _remaining(d: Diagnosis) -> Section:
+    """The patterns that remain without a name, with their chart where a law has the place beside the ladder."""
+    chart = cache(lambda: suspect_chart(d.searched, d.suspects[0], d.floor))
+    drawn = [Chart(lambda: [chart()])] if d.missing else []
+    return Section("What remains follows", [*drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
+
+
+def suspect_table(suspects: Sequence[Any]) -> DataTable:
+    """A row for each pattern at a place, with all the channels that show it."""
+    channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
+    rows = [
+        (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
+    ]
+    return DataTable("suspects", ("where", "channel", "pattern", "explains"), rows)
+
+
+def _held_out(asked: Intervention) -> Section:
+    """How levels of a channel that no fit has seen are predicted, then the names that do not carry over."""
+    rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in asked.levels]
+    columns = (asked.channel, "rows", f"as it came [{asked.unit}]", f"with what was found [{asked.unit}]")
+    doubtful = [(key, asked.fails(key)) for key in asked.levels[0].without]
+    said = [
+        Sentence(f"`{key}` does not carry over to {', '.join(levels)}: doubt that it is the cause.")
+        for key, levels in doubtful
+        if levels
+    ]
+    heading = f"Held out by {asked.channel}, {asked.unit} on rows of a level that no fit has seen"
+    return Section(heading, [DataTable("levels", columns, rows), *said])
+
+
+def _ranking(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+    kind, rows = d.base.observed, []
+    for c in values["candidates"]:
+        form, why = place(c["form"]), c["why_not"] or ""
+        rows.append((c["effect"], c[f"{kind.key('rms')}_after"], p_text(c["p_value"]), c["evidence"], form, why))
+    columns = ("effect", f"rms after [{kind.unit}]", "p", "evidence", "form", "not testable because")
+    heading = f"Ranking, each effect alone on the model as it came: rms per {kind.each} on the fitted rows"
+    return Section(heading, [DataTable("ranking", columns, rows, brief_ranking(d.candidates))], RANKED, folded=True)
+
+
+def brief_ranking(ranked: Sequence[Candidate]) -> list[int]:
+    """Those that stand in the ranking on the terminal."""
+    first = max(FEWEST, sum(c.p_value < TELLING for c in ranked[:MOST]))
+    return [i for i, c in enumerate(ranked) if i < first or c.key not in LIBRARY]

@@ -1,0 +1,125 @@
+"""Two programs, and two folders of them, compared by meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import chain
+from typing import Any
+
+from postproc.rapid.diff.difference import ProgramDiff
+from postproc.report.blocks import DataTable, Document, Figure, Section, figures
+
+COLUMNS = ("what", "where", "line before", "line after", "name")
+AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
+FILES = ("file", "result", "changed", "added", "removed", "compared", "distance [mm]", "angle [deg]", "note")
+LONGEST = 24  # letters of a name that leave room for the amounts beside it
+FEW = 3  # differences of a file that a terminal prints where not all are asked for
+NOTE = "Targets in the axes of their work object, from the first program to the second; beyond the tolerance."
+IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
+
+
+def difference_values(found: ProgramDiff) -> dict[str, Any]:
+    """``postproc/diff/1``."""
+    return {
+        "schema": "postproc/diff/1",
+        "equal": found.equal,
+        "tolerance_mm": found.tolerance_mm,
+        "tolerance_deg": found.tolerance_deg,
+        "compared": found.compared,
+        "max_distance_mm": found.max_distance_mm,
+        "max_angle_deg": found.max_angle_deg,
+        "differences": difference_rows(found),
+    }
+
+
+def difference_rows(found: ProgramDiff) -> list[dict[str, Any]]:
+    """An entry of ``differences`` for each statement that differs."""
+    return [
+        {**asdict(d), "arguments": [{"role": role, "a": a, "b": b} for role, a, b in d.arguments]}
+        for d in found.differences
+    ]
+
+
+def difference_document(first: str, second: str, found: ProgramDiff) -> Document:
+    """A comparison of programs.
+
+    Args:
+        first, second: their names.
+    """
+    rows = [_row(d) for d in difference_rows(found)]
+    return Document(
+        title=f"postproc diff {first} {second}",
+        values=difference_values(found),
+        sentence=f"Of {found.compared} motion statements and all others: {_counted(found.counts)}.",
+        figures=[
+            Figure("largest distance", found.max_distance_mm),
+            Figure("largest angle", found.max_angle_deg, unit="deg"),
+            Figure("statements that differ", len(rows)),
+        ],
+        basis=_tolerance(found.tolerance_mm, found.tolerance_deg),
+        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)]
+        if rows
+        else [],
+    )
+
+
+def folders_document(first: str, second: str, values: Mapping[str, Any]) -> Document:
+    """A comparison of folders.
+
+    Args:
+        first, second: their names. values: ``postproc/diff-folders/1``.
+    """
+    files, counts = values["files"], values["counts"]
+    order = sorted(files, key=lambda f: (f["status"] == "equal", f["path"]))
+    unequal = [i for i, f in enumerate(order) if f["status"] != "equal"]
+    of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
+    sections = [Section("Every file", [of_files], IN_BOTH)]
+    found = [[(f["path"], *_row(d)) for d in f["differences"]] for f in order]
+    if rows := list(chain(*found)):
+        places = [k < FEW for some in found for k in range(len(some))]
+        brief = [i for i, first_ones in enumerate(places) if first_ones]
+        table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
+        sections.append(Section("What differs", [table], NOTE))
+    different = {status: n for status, n in counts.items() if status != "equal"}
+    return Document(
+        title=f"postproc diff {first} {second}",
+        values=values,
+        sentence=f"Of {len(files)} files: {_counted(different)}.",
+        figures=figures(
+            Figure("largest distance", max((f["max_distance_mm"] for f in files), default=0.0)),
+            Figure("files that differ", len(files) - counts["equal"]),
+            Figure("statements that differ", len(rows)),
+        ),
+        basis=_tolerance(values["tolerance_mm"], values["tolerance_deg"]),
+        sections=sections,
+    )
+
+
+def _tolerance(mm: float, deg: float) -> str:
+    return f"Tolerance {mm:g} mm and {deg:g} deg."
+
+
+def _counted(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{n} {kind}" for kind, n in counts.items() if n) or "nothing differs"
+
+
+def _file_row(f: Mapping[str, Any]) -> Sequence[object]:
+    known = f["compared"] > 0
+    amounts = [round(f[key], 4) if known else None for key in ("max_distance_mm", "max_angle_deg")]
+    counts = [f[key] for key in ("changed", "added", "removed", "compared")]
+    return [f["path"], f["status"], *counts, *amounts, f["reason"]]
+
+
+def _row(d: Mapping[str, Any]) -> Sequence[object]:
+    arc = ["at the circle point"] if d["at_circle_point"] else []
+    conf = [f"conf {list(d['conf'][0])} -> {list(d['conf'][1])}"] if d["conf"] else []
+    others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]
+    shift = d["shift_mm"] or (None, None, None)
+    kind = d["kind"] if d["what"] == "motion" else f"{d['kind']} {d['what']}"
+    amounts = [None if x is None else round(x, 4) for x in (*shift, d["distance_mm"], d["angle_deg"])]
+    was, now = d["speed_mm_s"] or (None, None)
+    name = d["name"]
+    if len(name) > LONGEST:  # a whole statement
+        name, others = f"{name[:LONGEST]} ..", [name, *others]
+    return [kind, d["place"], d["line_a"], d["line_b"], name, *amounts, now, was, "; ".join(others)]

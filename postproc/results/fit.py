@@ -1,0 +1,161 @@
+"""A fit: its error, its parameters, and what to know before relying on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic
+from postproc.estimation.errors import distances, mm
+from postproc.estimation.findings import SHOWN, cautions
+from postproc.estimation.fitted import Fit
+from postproc.estimation.recorded import left_of_pose
+from postproc.estimation.unseen import unseen
+from postproc.measure.observations import Observation
+from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, figures
+from postproc.results.wording import FEW, held_text, parameter_rows
+
+
+class HasErrors(Protocol):
+    """What has an error on its rows and on rows that it has not seen."""
+
+    @property
+    def rms(self) -> float: ...
+    @property
+    def held_out_rms(self) -> float: ...
+    @property
+    def observed(self) -> Observation: ...
+
+
+def fit_document(name: str, fit: Fit) -> Document:
+    """A fit of the tables that are named."""
+    unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
+    noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
+    if level is not None and fit.parts.repeatability:
+        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
+    return Document(
+        title=f"postproc fit {name}",
+        values=fit_values(fit),
+        sentence=(
+            f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that "
+            f"the fit has not seen; the noise is {noise}."
+        ),
+        figures=figures(
+            Figure("error in the fit", mm(fit.rms), unit=unit),
+            Figure("error on other rows", mm(fit.held_out_rms), unit=unit),
+            Figure("noise", None if level is None else mm(level), unit=unit),
+        ),
+        sections=[
+            Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects])]),
+            Section("What to know of this fit", known_of(fit)),
+        ],
+    )
+
+
+def known_of(fit: Fit) -> list[Sentence]:
+    """What the data could not determine, which rows no figure counts, what to know before relying on the fit."""
+    return [*held(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
+
+
+def held(fit: Fit) -> list[Sentence]:
+    """What the data could not determine, and what stopped at a bound."""
+    kinds = (("Not determined by this data and held", fit.held), ("Stopped at a bound", fit.at_bound))
+    return [Sentence(f"{what}: {held_text(fit, which)}") for what, which in kinds if which]
+
+
+def left_out(fit: Fit) -> list[Sentence]:
+    """Rows that no figure counts; their number alone where they are many."""
+    off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
+    lines = [
+        f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."
+        for i in fit.set_aside
+    ]
+    here = set(zip(data.file or (0,) * len(data), data.row, strict=False))
+    for file, row in sorted(data.wrong - here):
+        of = f" of {data.sources[file].path}" if data.file else ""
+        lines.append(f"Row {row}{of} was left out: no arm can be where it says.")
+    if len(lines) > SHOWN:
+        lines = [f"{len(lines)} rows were left out: they lie far from everything else."]
+    return [Sentence(line) for line in lines]
+
+
+def as_sentence(finding: Diagnostic) -> Sentence:
+    """A finding with what to do about it."""
+    return Sentence(f"{finding.message[0].upper()}{finding.message[1:]}; {finding.help}.")
+
+
+def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataTable:
+    """Parameters of some effects, in mm and mrad; of a free function only how many there are.
+
+    Args:
+        brief: a terminal prints them only where all rows are asked for.
+    """
+    rows = [row for key in keys for row in parameter_rows(fit, key, 4 * FEW)]
+    return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
+
+
+def fit_values(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
+    """``postproc/fit/1``; its figures are those of what was observed, and their keys end in its unit."""
+    return {
+        "schema": "postproc/fit/1",
+        "observed": fit.observed.name,
+        **error_values(fit),
+        **({"rms_3d_mm": mm(fit.rms * np.sqrt(3))} if fit.observed.name == "position" else {}),
+        **noise_values(fit),
+        "rows": len(fit.data) + len(fit.data.wrong),
+        "set_aside_rows": [row for _, row in fit.left_out],
+        **({"set_aside_files": [fit.data.sources[file].path for file, _ in fit.left_out]} if fit.data.file else {}),
+        "before": before,
+        "parameters": {e.key: parameter_values(fit, e.key) for e in fit.model.effects},
+        "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
+        "not_identifiable": not_identifiable(fit),
+        "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
+        "unexplained_mm": mm(left_of_pose(fit)),
+        "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
+    }
+
+
+def error_values(fit: HasErrors) -> dict[str, float]:
+    """The errors of a fit on its rows and on rows that it has not seen."""
+    key = fit.observed.key
+    return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
+
+
+def noise_values(fit: Fit) -> dict[str, Any]:
+    """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
+    key, noise = fit.observed.key, fit.parts.level
+    return {
+        key("noise"): None if noise is None else mm(noise),
+        key("noise_repeatability"): None if fit.parts.repeatability is None else mm(fit.parts.repeatability),
+        "noise_from": fit.parts.origin,
+    }
+
+
+def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
+    """[value, standard deviation] of every parameter of an effect; no deviation where it was not fitted."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return {}
+    known = [fit.sigma.get((key, i)) for i in range(len(effect.vector()))]
+    pairs = iter(zip(effect.vector().tolist(), known, strict=True))
+    return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
+
+
+def structure_values(fit: Fit, key: str) -> dict[str, Any]:
+    """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
+    effect = fit.model.effect(key)
+    return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
+
+
+def not_identifiable(fit: Fit) -> list[str]:
+    """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
+    return [parameter_name(fit, key, i) for key, i in unseen(fit)[0]]
+
+
+def parameter_name(fit: Fit, key: str, index: int) -> str:
+    """A parameter as model files and documents call it, ``joint_offset.offset_rad[1]``."""
+    effect = fit.model.effect(key)
+    assert effect is not None
+    return f"{key}.{effect.names()[index]}"

@@ -1,0 +1,69 @@
+"""The next poses to measure: what they will do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from postproc.identification.planning.plan import APART, MeasuringPlan
+from postproc.report.blocks import Document
+from postproc.results.fit import parameter_name
+from postproc.results.wording import held_text
+
+LEAST = 3.0
+"""Standard deviations below which a difference does not stand out at all."""
+
+
+def plan_document(name: str, plan: MeasuringPlan) -> Document:
+    """A plan for the model and the tables that are named."""
+    return Document(title=f"postproc plan {name}", values=plan_values(plan), sentence=plan_sentence(plan))
+
+
+def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
+    """``postproc/plan/1``."""
+    return {
+        "schema": "postproc/plan/1",
+        "poses": len(plan.state),
+        "between": None if plan.between is None else list(plan.between),
+        "told_apart": plan.told_apart,
+        "before": round(plan.before, 3),
+        "after": round(plan.after, 3),
+        "worst_determined": [parameter_name(plan.fit, *entry) for entry in plan.worst],
+        "no_pose_determines": [parameter_name(plan.fit, *entry) for entry in plan.never],
+    }
+
+
+def plan_sentence(plan: MeasuringPlan) -> str:
+    """What the poses will do."""
+    n = len(plan.state)
+    if plan.between is not None:
+        a, b = plan.between
+        if plan.after < LEAST:
+            return (
+                f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only "
+                f"{plan.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
+                f"`postproc effects show {a}` says what tells them apart."
+            )
+        enough = (
+            "the data so far tells them apart already"
+            if plan.before >= APART and plan.told_apart
+            else "enough to tell them apart"
+            if plan.after >= APART
+            else f"{APART:.0f} tell them apart: ask for more poses with `-n`"
+        )
+        return (
+            f"With these {n} poses the difference between `{a}` and `{b}` stands out by {plan.after:.1f} standard "
+            f"deviations (now {plan.before:.1f}); {enough}. Approach every joint from the stated side and wait a "
+            "second."
+        )
+    never = (
+        f" No pose determines {held_text(plan.fit, plan.never)}: others do the same, or no load moves them."
+        if plan.never
+        else ""
+    )
+    if not plan.worst:
+        return f"The data so far determines what poses can determine.{never}"
+    hardly = " More than 1 is as good as unknown: little moves there on any pose." if plan.after > 1.0 else ""
+    return (
+        f"Least is known of {held_text(plan.fit, plan.worst)}: to ± {plan.before:.2g} times the ordinary size of "
+        f"such a parameter now, to ± {plan.after:.2g} times with these {n} poses.{hardly}{never}"
+    )
