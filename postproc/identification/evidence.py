@@ -17,8 +17,8 @@ from postproc.identification.candidates.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
 SIGNIFICANT = 5e-3
-"""Chance of a false alarm allowed for an effect after counting everything that was tried: with few numbers to spare, odds
-alone are too sure."""
+"""Chance of a false alarm allowed for an effect after counting everything that was tried: with few numbers to spare,
+odds alone are too sure."""
 CLEARLY = 2.0
 """Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
 is left."""
