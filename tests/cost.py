@@ -25,6 +25,14 @@ def seconds(run: Callable[[], object], times: int = 1) -> float:
     return min(runs)
 
 
+def grows_by(short: Callable[[], object], longer: Callable[[], object], most: float, floor: float) -> bool:
+    """Whether a longer run costs at most so many times the short one, or that many times the least that can be told.
+
+    What is plainly so at once is not measured again; else the least of three counts.
+    """
+    return any(seconds(longer, n) < most * max(seconds(short, n), floor) for n in (1, 3))
+
+
 def peak_mb() -> float:
     """In MB. On Linux from /proc: ``ru_maxrss`` also keeps what the process that started this one held."""
     status = Path("/proc/self/status")

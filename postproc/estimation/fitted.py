@@ -30,7 +30,7 @@ class Fit(Solution):
         """
         return self.leftover.held_out
 
-    @cached_property
+    @property
     def parts(self) -> NoiseParts:
         """What the noise consists of: the instrument's, the arm's."""
         return NoiseParts(self.noise, self._square, lambda: self.leftover.noise)

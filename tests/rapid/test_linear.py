@@ -16,7 +16,7 @@ from postproc.rapid.program.function_effects import _calls_of
 from postproc.rapid.program.references import declaration_uses
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.patterns import up_to
-from tests.cost import seconds
+from tests.cost import grows_by, seconds
 from tests.rapid.build import module, program, target
 
 MODULES = [importlib.import_module(m.name) for m in pkgutil.walk_packages(rapid.__path__, "postproc.rapid.")]
@@ -29,10 +29,7 @@ PIECES = ["a", " ", "!", '"', "(", "[", "a ", "a(", "1,", "PERS "]
 
 def assert_linear(run: Callable[[int], object], little: float) -> None:
     """The cost at 40 kB is little, or below 15 times that at 4 kB."""
-
-    if seconds(lambda: run(40_000)) > little:  # only then is it worth a second look
-        short, long = (seconds(lambda size=size: run(size), times=3) for size in (4_000, 40_000))
-        assert long < max(15 * short, little), (short, long)
+    assert seconds(lambda: run(40_000)) < little or grows_by(lambda: run(4_000), lambda: run(40_000), 15, little / 15)
 
 
 def uses(name: str) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
-from tests.cost import seconds
+from tests.cost import grows_by
 
 TIMES = 4
 MOST = 8.0  # times the work for TIMES times the text: its square would be 16
@@ -86,8 +86,7 @@ def follow(text: str) -> None:
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_long_program_costs_what_it_is_long(name: str) -> None:
     count, text = SHAPES[name]
-    once, more = (seconds(lambda n=n: follow(text(n)), times=3) for n in (count, TIMES * count))
-    assert more < MOST * max(once, FLOOR)
+    assert grows_by(lambda: follow(text(count)), lambda: follow(text(TIMES * count)), MOST, FLOOR)
 
 
 @pytest.mark.parametrize("depth", [6, 40])
@@ -156,8 +155,7 @@ def test_findings_on_one_long_line_are_shown_at_once() -> None:
             text = Diagnostic("RAP003", "warning", "not understood", source, (at, at + 4)).render(80)
             assert all(len(line) <= 90 for line in text.splitlines())
 
-    short, longer = (seconds(lambda count=count: show(count), times=2) for count in (20_000, TIMES * 20_000))
-    assert longer < MOST * max(short, FLOOR)
+    assert grows_by(lambda: show(20_000), lambda: show(TIMES * 20_000), MOST, FLOOR)
 
 
 @pytest.mark.parametrize("inner", ["r", "r{}"])
