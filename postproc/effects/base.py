@@ -82,7 +82,6 @@ class Effect:
         drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure. A
             structural number of it is an edge that may be anywhere between its bounds.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
-        laws_of: columns of the table of which every smooth law is the effect: a pattern of them gives way to its name.
         unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
             infinite where a diagnosis does not name it at all.
         role: what it is to the rest of the package (`Role`), where that is more than one effect among others.
@@ -98,7 +97,6 @@ class Effect:
     about_data: ClassVar[bool] = False
     drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
-    laws_of: ClassVar[tuple[str, ...]] = ()
     unlikely: ClassVar[float] = 0.0
     role: ClassVar[Role | None] = None
     _parameters: ClassVar[dict[str, Parameter]] = {}
@@ -114,7 +112,6 @@ class Effect:
         about_data: bool | None = None,
         drafted: bool | None = None,
         beside: str | None = None,
-        laws_of: Sequence[str] | None = None,
         unlikely: float | None = None,
         role: Role | None = None,
     ) -> None:
@@ -128,7 +125,6 @@ class Effect:
         cls.about_data = cls.about_data if about_data is None else about_data
         cls.drafted = cls.drafted if drafted is None else drafted
         cls.beside = cls.beside if beside is None else beside
-        cls.laws_of = cls.laws_of if laws_of is None else tuple(laws_of)
         cls.unlikely = cls.unlikely if unlikely is None else unlikely
         cls.role = cls.role if role is None else role
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)

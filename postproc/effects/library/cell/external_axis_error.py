@@ -10,7 +10,6 @@ from numpy.polynomial.legendre import legvander
 
 from postproc.arrays import Array
 from postproc.effects.base import State, Variant, param, structure, variant
-from postproc.effects.contract import COLUMNS
 from postproc.effects.files import FieldProblem
 from postproc.effects.library.cell.axis_motion import AxisMotion, position_of, small_motion
 
@@ -32,7 +31,6 @@ ROUND = 1.5 * np.pi
 
 class ExternalAxisError(
     AxisMotion,
-    laws_of=COLUMNS["external_axes"],
     confused_with={
         "external_axis_frame": "more positions of the axis: a straight rail that stands askew is straight",
         "external_axis_compliance": "two payloads, or the arm stretched to both sides, at each position of the axis",
