@@ -25,9 +25,6 @@ FENCE = re.compile(
 )
 OUTPUT = re.compile(r"(^<!-- output (\d+) -->\n```text\n)(.*?)(^```$)", re.M | re.S)
 EXIT_CODE = re.compile(r"#.*exit code (\d+)")
-PROGRESS = re.compile(
-    r"^.*, \d+ s, about \d+ s remain\n|^[^`\n]*: [^`\n]*, \d+ %, \d+ s\n", re.MULTILINE
-)  # where a machine is slow
 
 
 @dataclass(frozen=True)
@@ -122,7 +119,7 @@ def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, st
         code = run(build(), arguments)
     if stdout is not None:
         stdout.write_bytes(_written(out))
-    return code, PROGRESS.sub("", _written(said).decode("utf-8", "replace"))
+    return code, _written(said).decode("utf-8", "replace")
 
 
 def _written(stream: io.TextIOWrapper) -> bytes:

@@ -50,7 +50,7 @@ from postproc.runtime.programs.program import OnTheController, put_on_controller
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
-PROOF = ("reading back and proving", 0.65, 0.98)  # what is told, and the shares of the work when it begins and ends
+PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of the work at which it begins and ends
 
 
 @dataclass(frozen=True)

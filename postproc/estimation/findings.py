@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic, joined
 from postproc.effects.roles import Role
-from postproc.estimation.errors import distances, mm
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.unseen import anywhere
 from postproc.measure.checks.repeats import Noise, estimate_noise
+from postproc.measure.errors import distances, mm
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma

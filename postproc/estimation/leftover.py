@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.estimation.channels import fit_channels
-from postproc.estimation.errors import rms
 from postproc.estimation.held_out import contiguous_blocks
 from postproc.estimation.solution import Solution
+from postproc.measure.errors import rms
 from postproc.model.derivatives.places import INSTRUMENT
 
 NUMBERS = 450

@@ -6,9 +6,9 @@ import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAMES
-from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
 from postproc.measure.consensus import agreement
+from postproc.measure.errors import distances
 
 FEWEST = 8
 """Rows of which a median tells anything."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from postproc import __version__
-from postproc.estimation.errors import mm
 from postproc.estimation.fitted import Fit
 from postproc.estimation.unseen import unseen
+from postproc.measure.errors import mm
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.errors import rms
 from postproc.estimation.held_out import contiguous_blocks, hold_out, standardised
 from postproc.estimation.independent import independent_share, record_share, repeated_share
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks
 from postproc.measure.checks.repeats import Noise
+from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.model.arm import Model

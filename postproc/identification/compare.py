@@ -9,10 +9,10 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.roles import Role
-from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.identification.trends import Trend, residual_trends
+from postproc.measure.errors import distances
 from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation

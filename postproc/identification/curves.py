@@ -12,8 +12,8 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect, State
 from postproc.estimation.channels import unit_of
-from postproc.estimation.errors import mm
 from postproc.estimation.fitted import Fit
+from postproc.measure.errors import mm
 
 PLACES = 121
 """Angles at which a curve is told."""

@@ -11,11 +11,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.estimation.errors import rms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, hold_out
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.state import SelectedEffect
+from postproc.measure.errors import rms
 from postproc.patterns.suspects import Suspect
 
 Verdict = Literal["complete", "missing", "unknown"]

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
-from postproc.estimation.errors import rms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import neighbouring_blocks
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.diagnosis import Diagnosis, Intervention, Level
+from postproc.measure.errors import rms
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 

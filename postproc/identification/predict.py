@@ -15,12 +15,12 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
 from postproc.effects.roles import Role
-from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.estimation.solving.session_laws import session_laws
 from postproc.estimation.solving.start import FEWEST
 from postproc.measure.checks.readings import SUSPICIOUS_M
+from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model

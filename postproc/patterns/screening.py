@@ -56,7 +56,7 @@ class PatternScreen:
 
     Args:
         found: the best at each place as they were tried; moves: by place. anywhere: (P,) the most that each took off at
-            one place. told: the suspects as they were asked for last; least: worth from which on these are sharp.
+            one place. last: the suspects as they were asked for last; least: worth from which on these are sharp.
     """
 
     problem: Problem
@@ -66,7 +66,7 @@ class PatternScreen:
     moves: dict[str, Array] = field(init=False)
     prepared: dict[str, Place] = field(default_factory=dict)
     anywhere: Array = field(init=False)
-    told: list[Suspect] = field(default_factory=list)
+    last: list[Suspect] = field(default_factory=list)
     least: float = np.inf
 
     def __post_init__(self) -> None:
@@ -86,9 +86,9 @@ class PatternScreen:
             sure = max(f.worth for f in self.found) - UNNAMED_LOG_PRIOR
             tried = list(self.found)
             self.sharpen(asked)
-            self.told, self.least = self._suspects(self.best()), 0.0 if asked < sure else asked
+            self.last, self.least = self._suspects(self.best()), 0.0 if asked < sure else asked
             self.found = tried
-        return self.told
+        return self.last
 
     def _suspects(self, best: Sequence[Found]) -> list[Suspect]:
         all_, result = above(self.linear), list[Suspect]()

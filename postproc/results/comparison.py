@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from postproc.estimation.errors import mm, rms
 from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import WORST, Comparison, sizes
+from postproc.measure.errors import mm, rms
 from postproc.measure.iso9283 import Iso9283
 from postproc.report.blocks import (
     Bar,

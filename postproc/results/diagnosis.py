@@ -11,12 +11,12 @@ import numpy as np
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
 from postproc.estimation.channels import shown
-from postproc.estimation.errors import mm
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.curves import JointCurve, curves
 from postproc.identification.diagnosis import Diagnosis, Intervention
+from postproc.measure.errors import mm
 from postproc.report.blocks import (
     Bar,
     Bars,

@@ -8,11 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
-from postproc.estimation.errors import distances, mm
 from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose
 from postproc.estimation.unseen import unseen
+from postproc.measure.errors import distances, mm
 from postproc.measure.observations import Observation
 from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, figures
 from postproc.results.wording import FEW, held_text, parameter_rows

@@ -19,7 +19,6 @@ from postproc.effects.library.loads.dress_pack import DressPack
 from postproc.effects.library.structure.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.errors import rms
 from postproc.estimation.findings import cautions
 from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.problem import Problem, make_weights
@@ -29,6 +28,7 @@ from postproc.estimation.solving.solve import FREED, LEAST, Terms, _held_at_prio
 from postproc.identification.add import Addition, Step, add_effects
 from postproc.identification.compare import compare
 from postproc.measure.checks.repeats import estimate_noise
+from postproc.measure.errors import rms
 from postproc.measure.observations import observations
 from postproc.measure.read.table import read_measurements
 from postproc.measure.read.together import read_tables

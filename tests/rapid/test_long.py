@@ -89,6 +89,13 @@ def test_a_long_program_costs_what_it_is_long(name: str) -> None:
     assert grows_by(lambda: follow(text(count)), lambda: follow(text(TIMES * count)), MOST, FLOOR)
 
 
+def test_a_cost_that_grows_with_the_square_is_seen() -> None:
+    def compare(n: int) -> int:
+        return sum(a == b for a in range(n) for b in range(n))
+
+    assert not grows_by(lambda: compare(400), lambda: compare(TIMES * 400), MOST, FLOOR)
+
+
 @pytest.mark.parametrize("depth", [6, 40])
 @pytest.mark.parametrize(
     ("opening", "closing"),

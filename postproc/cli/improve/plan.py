@@ -67,12 +67,11 @@ def run(
         plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
     document = plan_document(short_names(model, *data), plan)
     say(document.sentence)
-    text = plan.as_csv()
+    text, at = plan.as_csv(), plan.state
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
-        name = output.name if output is not None else "the table"
-        q, sides, loads = plan.state.q, plan.state.approach, plan.state.payload_mass
-        write(rapid, measuring_module(arm.robot, q, sides, labels, name, payload_kg=loads, extax=plan.extax))
+        name, loads = output.name if output is not None else "the table", at.payload_mass
+        write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
     if json:

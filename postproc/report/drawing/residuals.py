@@ -10,11 +10,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.estimation.channels import fit_channels, unit_of
-from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
 from postproc.identification.compare import WORST
 from postproc.identification.diagnosis import suspect_size
 from postproc.identification.trends import DAMPING, Trend, joint_inverse, residual_trends
+from postproc.measure.errors import distances
 from postproc.patterns.suspects import Suspect
 from postproc.report.blocks import Chart, Section
 from postproc.report.drawing.charts import Bins, scatter

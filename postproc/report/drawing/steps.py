@@ -12,8 +12,8 @@ from scipy import stats
 from postproc.arrays import Array
 from postproc.compensation.correction.inverse import command
 from postproc.effects.asking import displacement_of
-from postproc.estimation.errors import distances
 from postproc.estimation.fitted import Fit
+from postproc.measure.errors import distances
 from postproc.model.arm import Model
 from postproc.report.drawing.chain import chain_of
 from postproc.report.drawing.charts import shares
