@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.compensation.results.bounds import Bound
+from postproc.compensation.results.bounds import Bound, largest_corrections
 from postproc.compensation.worlds import SEEDS, check_worlds, depends_on_run_time
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
@@ -115,6 +115,29 @@ def test_an_endless_program_with_added_targets_is_followed_as_far_as_without() -
     middle = f"MoveL Offs(q,{share}),v5,z0,tool0;"
     after = before.replace("MoveL q", f"{middle} MoveL q")
     assert differing(before, after, added={1: 1}) == []
+
+
+@pytest.mark.parametrize(("way", "sound"), [(0.5, True), (0.0, False)])
+def test_a_circle_point_may_be_corrected_as_its_way_is(way: float, sound: bool) -> None:
+    """Its way may need more than its goal does."""
+    arc = "IF di1=1 MoveL p,v5,z0,tool0; MoveL p,v5,z0,tool0; MoveC Offs(p,50,{},0),q,v5,z0,tool0;"
+    original, written = pair(arc.format(60), arc.format(60.7))
+    bounds = {s.key: Bound(0.1, 0.001, way) for s in original.statements}
+    _, findings = check_worlds(original, written, {}, bounds)
+    assert (findings == []) is sound
+
+
+def test_bounds_are_those_of_the_corrected_curve() -> None:
+    arc = f"MoveJ {target(1150, -500, 960)},v200,fine,tool0; MoveC {target(1300, -300, 960)},{target(1350, -100, 960)},v50,fine,tool0;"
+    options = replace(Options(), inertia=False, force=(600.0, -600.0, -600.0))
+    found = compensate_program(Source("a.mod", module(arc)), default_model("irb4600_60_205"), options)
+    assert found.plan is not None
+    moves, samples = found.plan.motion.moves, found.plan.motion.samples
+    apart = 1e3 * np.linalg.norm(found.plan.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3], axis=1)
+    bounds = largest_corrections(found.outcomes, found.plan)
+    for i, (first, last) in enumerate(zip(samples.start, [*samples.start[1:], len(apart)], strict=True)):
+        most, bound = apart[first:last].max(), bounds[moves[i].event.statement.key]
+        assert 0.3 < most <= bound.way < 1.2 * apart.max() + 0.1
 
 
 def test_other_tools_are_found() -> None:
