@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,12 +82,34 @@ def test_the_name_of_the_function_is_free() -> None:
     assert "LOCAL FUNC pos ppArcPoint2(" in text and "[ppArcPoint2(a,b,c," in text
 
 
-@pytest.mark.parametrize("written_by", [str.upper, str.lower, str])
-def test_a_corrected_program_without_its_header_is_known_by_its_function(written_by: Callable[[str], str]) -> None:
+def of_unlike_lengths() -> str:
+    """Seams of three lengths in one routine."""
+    starts, ends = (",".join(target(x, y) for x, y in places) for places in (SEAM_STARTS, SEAM_ENDS))
+    data = f"CONST robtarget pS{{3}}:=[{starts}];\nCONST robtarget pE{{3}}:=[{ends}];"
+    body = "FOR i FROM 1 TO 3 DO\nMoveJ pS{i},v500,fine,tT;\nMoveL pE{i},v100,fine,tT;\nENDFOR"
+    return module(data, body)
+
+
+SEAM_STARTS, SEAM_ENDS = ((1250, -900), (1350, -800), (1220, -500)), ((1290, 200), (1350, 150), (1280, 100))
+LINE = module(
+    f"CONST robtarget p:={target(1350, -500)};\nCONST robtarget q:={target(1350, -20)};",
+    "MoveJ p,v200,fine,tT;\nMoveL q,v50,fine,tT;",
+)
+CORNER = (Path(__file__).parents[2] / "samples/corner_arc.mod").read_text()
+
+
+@pytest.mark.parametrize("written_by", [str.upper, str])
+@pytest.mark.parametrize(
+    ("text", "function"),
+    [(TEXT, "ppArcPoint"), (LINE, "ppLinePoint"), (of_unlike_lengths(), "ppLineBend"), (CORNER, "ppLineKeep")],
+)
+def test_a_corrected_program_without_its_header_is_known_by_its_function(
+    text: str, function: str, written_by: Callable[[str], str]
+) -> None:
     """Somebody takes all comments out, and an editor changes the case of the words."""
-    text = written(convert(TEXT, tolerance_m=5e-6))
-    stripped = "\n".join(line for line in lines_of(text) if not line.lstrip().startswith("!"))
-    assert "compensated" not in stripped
+    corrected = written(convert(text, tolerance_m=5e-6))
+    stripped = "\n".join(line for line in lines_of(corrected) if not line.lstrip().startswith("!"))
+    assert "compensated" not in stripped and f" {function}(" in stripped
     again = convert(written_by(stripped))
     assert [d.code for d in again.diagnostics] == ["CMP001"] and not again.outputs
 

@@ -19,6 +19,8 @@ from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
+    ARC_FUNCTION,
+    LINE_FUNCTIONS,
     UNLIKE,
     PathRun,
     argument_text,
@@ -71,9 +73,9 @@ class TargetAdder:
     ) -> None:
         self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
-        names = ("ppLinePoint", "ppLineBend", "ppLineKeep")
-        self.line_functions = free_name(program, names[0]), free_name(program, names[1]), free_name(program, names[2])
-        self.arc_function = free_name(program, "ppArcPoint")
+        point, bend, keep = LINE_FUNCTIONS
+        self.line_functions = free_name(program, point), free_name(program, bend), free_name(program, keep)
+        self.arc_function = free_name(program, ARC_FUNCTION)
 
     def add(self, pieces: Sequence[Pieces], path_mm: Array) -> AddedTargets:
         """Statements to add.

@@ -34,6 +34,9 @@ OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
 HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
 SHARE_DECIMALS = 5
+# The functions: of a line (turning evenly, bending with its length, in the configuration of its start), and of an arc.
+LINE_FUNCTIONS = "ppLinePoint", "ppLineBend", "ppLineKeep"
+ARC_FUNCTION = "ppArcPoint"
 # What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
 LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
 ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "robtarget", "pos", "num")
