@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines, warning_lines
 from postproc.batch.values import Batch, TaskOutcome
-from postproc.cli.report import MOST, say, width_of
+from postproc.cli.report import MOST, aside, say, width_of
 from postproc.diagnostics import PostprocError, visible
 
 if TYPE_CHECKING:
@@ -111,12 +111,12 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
             line = work.line(time.monotonic())
             if terminal:  # what wraps could not be taken back
                 line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
-                print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
+                aside(f"\r{line}\x1b[K", end="")
             else:
-                print(line, file=sys.stderr, flush=True)
+                aside(line)
             pause *= 1 if terminal else 2
         if terminal and time.monotonic() - work.begun > 1:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+            aside("\r\x1b[K", end="")
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()

@@ -47,7 +47,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
         most = len(found) if VERBOSE.get() else MOST[severity]
         for d in found[:most]:
             text = d.render(width)  # which is fit for a terminal
-            print(_colored(text, d) if colored else text, file=sys.stderr)
+            aside(_colored(text, d) if colored else text)
         if len(found) > most:
             say(f"{code}: {len(found) - most} more like this{_lines(found[most:])}; `--verbose` shows them")
 
@@ -80,9 +80,17 @@ def width_of(stream: TextIO) -> int | None:
     return width if width >= NARROWEST else None
 
 
+def aside(text: str, end: str = "\n") -> None:
+    """Print on stderr. Where nobody reads it any more (``2>&1 | head``) the work goes on."""
+    try:
+        print(text, end=end, file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
 def say(text: str) -> None:
     """Text for people, on stderr, which escapes what the terminal cannot show."""
-    print(_fitted(text, sys.stderr), file=sys.stderr)
+    aside(_fitted(text, sys.stderr))
 
 
 def put(text: str) -> None:
@@ -100,7 +108,7 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
     """The command that follows, as it can be copied, and what it does."""
     told = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
-    print(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"), file=sys.stderr)
+    aside(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"))
 
 
 def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) -> None:

@@ -196,26 +196,25 @@ def test_a_stopped_command_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "stopped; nothing was written\n"
 
 
-def test_files_are_written_whoever_reads_stdout(samples: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_files_are_written_whoever_reads(samples: Path, tmp_path: Path, stream: str) -> None:
     data, model = samples / "measurements" / "simulated_backlash.csv", tmp_path / "m.toml"
     effects = "instrument_frame,tool_frame"
+    form = ["--json"] if stream == "stdout" else []
     commands = (
         ["fit", str(data), "--robot", "irb4600_60_205", "--effects", effects, "-o", str(model)],
-        ["compensate", str(samples / "paper_case.mod"), "--json", "-o", str(tmp_path / "x.mod")],
+        ["compensate", str(samples / "paper_case.mod"), *form, "-o", str(tmp_path / "x.mod")],
     )
     for command in commands:
         reader, writer = os.pipe()
         os.close(reader)
         code = "from postproc.cli.app import main; main()"
-        process = subprocess.run(
-            [sys.executable, "-c", code, *command],
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            check=False,
-            cwd=samples.parent,
-        )
+        out, err = (writer if stream == name else subprocess.PIPE for name in ("stdout", "stderr"))
+        words = [sys.executable, "-c", code, *command]
+        process = subprocess.run(words, stdout=out, stderr=err, check=False, cwd=samples.parent)
         os.close(writer)
-        assert b"Error" not in process.stderr
+        assert b"Error" not in (process.stderr or b"")
+        assert stream == "stdout" or process.returncode == 0
         assert Path(command[-1]).stat().st_size > 0
 
 

@@ -228,9 +228,9 @@ class _Reader:
         if word in ("return", "raise"):
             self.take()
             return Statement(word, line, {"value": None if self.peek() == ";" else self.expression()})
-        if word in ("exit", "retry", "trynext"):
-            self.take()
-            return Statement(word, line, {})
+        if word in ("exit", "exitcycle", "retry", "trynext"):
+            self.take()  # the next cycle begins at main, as each world does
+            return Statement(word.removesuffix("cycle"), line, {})
         if word == "connect":
             self.take()
             target = self._primary()

@@ -10,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.results.outcomes import correction_sizes
+from postproc.compensation.text.slots import names_of
 from postproc.compensation.text.values import StatementOutcome
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.grouping import grouped
@@ -47,8 +48,9 @@ class Bound:
 def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPlan) -> dict[StatementKey, Bound]:
     """The bound of every statement that may be corrected.
 
-    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
-    statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
+    Beside its correction here, and that of statements whose targets come from the same data, of which it may take
+    another element, these are what its tolerance leaves open and a share of the largest correction; a statement that
+    stays as it is, or stands in a file that is only read along, may follow what it is derived from.
     """
     moves = plan.motion.moves
     samples = plan.motion.samples
@@ -60,13 +62,16 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     goal = goal_tolerances(moves, plan.motion.options)
     turned = (1.0 + ALIKE) * float(correction_sizes(plan)[:, 1].max(initial=0.0))
     runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves))
+    names = {key: set().union(*(names_of(moves[i].event.target_origin) for i in rows)) for key, rows in runs.items()}
+    users = grouped((name, shifts.get(key) or 0.0) for key, own in names.items() for name in own)
     found: dict[StatementKey, Bound] = {}
     for key in (shifts.keys() | runs.keys()) - through:
         rows = runs.get(key, [])
         slack = MM * float(goal[rows].max(initial=0.0)) + ALIKE * largest
         places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
         most = float(way[rows].max(initial=0.0))
-        found[key] = Bound((shifts.get(key) or largest) + slack, turned, most + slack, *places)
+        shared = max((max(users[name]) for name in names.get(key, ())), default=0.0)
+        found[key] = Bound(max(shifts.get(key) or largest, shared) + slack, turned, most + slack, *places)
     return found
 
 
