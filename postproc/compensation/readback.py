@@ -48,7 +48,11 @@ def run_again(
         frozenset(routine.key for routine in written.all_routines()) - known,
     )
     ran = place_events(walk(written, options.entry, added), station or Station())
-    return ran, owners_of(program, written, insertions, events, ran)
+    if len(planned) != len(written.statements):
+        return ran, None
+    original = dict(zip((s.key for s in written.statements), planned, strict=True))
+    ran = _that_lead_on(ran, original)
+    return ran, owners_of(original, events, ran)
 
 
 def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[StatementKey, bool]]:
@@ -57,24 +61,42 @@ def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[St
     return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
 
 
+def _that_lead_on(
+    ran: Sequence[MotionEvent], original: Mapping[StatementKey, tuple[StatementKey, bool]]
+) -> list[MotionEvent]:
+    """Events without those of added statements behind which the one that they belong to does not run.
+
+    Of a program that is too long to be followed only runs to new places are events: a line may lead from another place
+    to a goal that is none.
+    """
+    kept, behind = [False] * len(ran), None
+    for j in range(len(ran) - 1, -1, -1):
+        key, own = original[ran[j].statement.key]
+        kept[j] = own or key == behind
+        behind = key if kept[j] else None
+    at = np.cumsum(kept) - 1
+    return [
+        event if event.resumes_from is None else replace(event, resumes_from=int(at[event.resumes_from]))
+        for event, stays in zip(ran, kept, strict=True)
+        if stays
+    ]
+
+
 def owners_of(
-    program: Program,
-    written: Program,
-    insertions: Sequence[Insertion],
+    original: Mapping[StatementKey, tuple[StatementKey, bool]],
     events: Sequence[MotionEvent],
     ran: Sequence[MotionEvent],
 ) -> list[int] | None:
     """Original event of every event of the written program; added statements belong to the one behind them.
 
-    Statements are told apart by their order in the text: before each original stand as many added ones as were planned.
     The n-th execution of a statement is that of its original; an event that only says where the arm resumes from
     belongs to the motion that goes on from there. None where the written program does not run the same statements as
     often.
+
+    Args:
+        original: by statement of the written text that of the original, and whether it is that: statements are told
+            apart by their order in the text, before each original stand as many added ones as were planned.
     """
-    planned = _planned(program, insertions)
-    if len(planned) != len(written.statements):
-        return None
-    original = dict(zip((s.key for s in written.statements), planned, strict=True))
     standing: dict[StatementKey, list[int]] = {}
     for i, event in enumerate(events):
         if event.resumes_from is not None:
