@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, Matter, Source
-from postproc.rapid.data.events import StatementKey
+from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
@@ -16,11 +16,13 @@ from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.evaluation.teaching import Teaching
+from postproc.rapid.execution.oracle import Oracle
+from postproc.rapid.execution.path_splitting import Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.function_effects import BY_REFERENCE, COUNTING
 from postproc.rapid.program.instructions import KNOWN, MOVING, READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
@@ -50,23 +52,30 @@ class Execution(ABC):
     """What is common to all statements; the ``recorder`` keeps every motion."""
 
     def __init__(
-        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+        self,
+        program: Program,
+        changes: WriteEffects | None = None,
+        added: AddedMotions | None = None,
+        oracle: Oracle | None = None,
     ) -> None:
         self.program = program
+        self.oracle = oracle or Oracle()
         self.added = added or AddedMotions()
         self.changes = changes or WriteEffects(program)
         self.constants = DeclaredValues(program)
         self.diagnostics: list[Diagnostic] = []
         self.teaching = Teaching(program.taught)
-        self.maker = EventMaker(program, self.diagnostics)
+        self.maker = EventMaker(program, self.diagnostics, named=added is None and not self.oracle.decides)
         self.recorder = Recorder(self.maker)
-        self.ways = self.recorder.ways
         self.entered: set[str] = set()  # routines
         self.followed: set[tuple[str, int]] = set()  # calls
         self.elsewhere: set[str] = set()  # names of routines in none of the files
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
         self.reported: set[tuple[str, str]] = set()
         self.jumps: dict[str, Mapping[str, int]] = {}
+        self.jump: str | None = None  # label that the one way goes on at
+        self.choices = SplitBranches()
+        self.told: set[Place] = set()  # branches
         self.spare = 10 * (len(program.statements) - len(self.added.motions))  # long programs may take more steps
         self.steps = -self.spare
         self.depth = 0
@@ -89,11 +98,7 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
-            self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
-            more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
-            self.steps += more
-            if "found" in motion.roles and (found := motion.argument("found")) is not None:
-                self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+            self.move(motion, memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
         late = late_call(statement, source.data, self.program, memory.frame.routine.module)
@@ -111,17 +116,28 @@ class Execution(ABC):
             self.followed.add(place)
             self.call_routine(routine, pieces, memory, again)
         elif word in STATE:
-            run_state_instruction(
-                word, pieces, memory, lambda span: self.data.value(span, memory),
-                lambda span: source.data[span[0] : span[1]].decode("latin-1"),
-            )  # fmt: skip
+            run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
-        elif word in ("incr", "decr", "add", "clear"):
+        elif word in COUNTING:
             self.data.count(word, pieces, memory)
         elif word in READ_ONLY:
             forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{word}`")
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             self.from_elsewhere(statement, len(pieces), memory)
+
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Record a motion; what a search finds is not known."""
+        self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
+        more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
+        self.steps += more
+        if "found" in motion.roles:
+            self.search(motion, memory)
+
+    def search(self, motion: MotionStatement, memory: Memory) -> None:
+        """What a search finds is not known."""
+        found = motion.argument("found")
+        if found is not None:
+            self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
         """An instruction of the controller's that may write what it is given, or a routine in none of the files."""

@@ -23,6 +23,7 @@ from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -43,7 +44,8 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
     lent only what is called is walked.
 
     Args:
-        added: what of the program was written into another, which ends where that ends.
+        added: what of the program was written into another, which ends where that ends; its events then say where the
+            arm goes, not what the text calls that.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -65,7 +67,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
     flow = _followed(program, started, added)
-    count, found = len(flow.ways.events), tuple(flow.diagnostics)
+    count, found = len(flow.recorder.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
     unknown = start_without(flow.changes.everything)
     for routine in uncalled:
@@ -73,8 +75,8 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
             _start(flow, routine, unknown)
     _follow_rest(flow, unknown)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
-        others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
+        targets = {event.statement.key: event.target for event in flow.recorder.events[:count]}
+        others = {e.statement.key for e in flow.recorder.events[count:] if targets.get(e.statement.key) != e.target}
         flow.recorder.elsewhere |= others
         events, flips = assume_wrist(_marked(flow)[:count])
         return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
@@ -87,14 +89,14 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
     """The routines run one after the other; once for every choice of what motions need (see ``SplitBranches``)."""
     branches: dict[Place, tuple[int, ...]] = {}
-    ways, met = combinations(branches), dict[Place, Choice]()
+    ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
     while True:
-        flow = Flow(program, added=added)
+        flow = Flow(program, changes, added)
         for forced in ways or [{}]:
             flow.choices = SplitBranches(forced, met)
             for routine in started:
                 flow.check_end(_start(flow, routine, AT_START))
-        more = flow.choices.lacking(flow.ways.events) if ways else {}
+        more = flow.choices.lacking(flow.recorder.events) if ways else {}
         if not more:
             flow.choices = SplitBranches()
             return flow
@@ -124,7 +126,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
-    events, recorder = flow.ways.events, flow.recorder
+    events, recorder = flow.recorder.events, flow.recorder
     marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
         key = event.statement.key
@@ -138,7 +140,7 @@ def _marked(flow: Flow) -> list[MotionEvent]:
 
 def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     """Numbers of statements that are others on ways that are not followed: no displacement may go with them."""
-    events, found = flow.ways.events, dict[StatementKey, set[str]]()
+    events, found = flow.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if flow.recorder.others else {}
     for key, target, numbers in flow.recorder.others:
         now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]

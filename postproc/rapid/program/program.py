@@ -9,7 +9,6 @@ from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.program.arguments import MotionReader
-from postproc.rapid.program.elsewhere import Elsewhere
 from postproc.rapid.program.scopes import (
     all_declarations,
     check_taught,
@@ -22,6 +21,18 @@ from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module, Routine, Statement
 
 ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that hold a module
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """PERS data that other tasks of the controller declare too: lower-case names, and lower-case types.
+
+    Args:
+        shared: all of it. written: what another task may write at any time, or declares with another value.
+    """
+
+    shared: frozenset[tuple[str, str]] = frozenset()
+    written: frozenset[tuple[str, str]] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,7 @@ class Program:
         low = name.lower()
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
-    def hides(self, name: str, module: str, routine: str = "") -> bool:
+    def hides(self, name: str, module: str, routine: str) -> bool:
         """Whether a name means something of the program's own inside a routine, or in a module: no built-in."""
         inside = self.routine(routine, module) if routine else None
         own = () if inside is None else names_of(inside)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property
 
 from postproc.diagnostics import Source, Span
 from postproc.grouping import grouped
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
+from postproc.rapid.program.function_effects import (
+    BY_REFERENCE,
+    acting_functions,
+    called_in,
+    measured_places,
+    writing_functions,
+)
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
 from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
-from postproc.rapid.program.measured_places import measured_places
 from postproc.rapid.program.program import Program, is_shared, named, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Routine, RoutineParameter, Statement
@@ -110,7 +116,10 @@ class WriteEffects:
         self.unseen: set[str] = set()  # names of routines in none of the files
         self.lasting: set[str] = set()  # data that an instruction goes on writing
         self.sync: set[str] = set()  # routines that a motion starts: nobody knows when they run
-        self._writing = {source.path: writing_functions(source, program) for source in program.sources}
+        self._writing: dict[str, tuple[re.Pattern[bytes], Sequence[int]]] = {}  # and where these are called
+        for source in program.sources:
+            if (writing := writing_functions(source, program)) is not None:
+                self._writing[source.path] = writing, [found.start() for found in writing.finditer(source.data)]
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
         found: dict[str, set[str]] = {key: set() for key in routines}
@@ -192,10 +201,18 @@ class WriteEffects:
             self._through_call(self.of_routine[called], passed, routine, changed)
         return changed
 
+    def called(self, statement: Statement, routine: Routine) -> tuple[set[str], bool]:
+        """Keys of the routines of which a call runs one, and whether that may be one in none of the files."""
+        changed: set[str] = set()
+        calls: set[CalledWith] = set()
+        self._of_call(statement, routine, changed, calls)
+        return {key for key, _ in calls}, UNSEEN in changed
+
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
-        writing = self._writing[routine.source.path]
-        if writing is not None:
-            self._of_functions(writing, statement, routine, changed, calls)
+        if routine.source.path in self._writing:
+            writing, places = self._writing[routine.source.path]
+            if bisect_left(places, statement.span[0]) < bisect_left(places, statement.span[1]):
+                self._of_functions(writing, statement, routine, changed, calls)
         if statement.kind == "assign":
             self._add(statement.word, routine, changed, component_path(routine.source.data, statement.parts[0]))
         elif statement.kind == "call":
@@ -360,7 +377,7 @@ def named_writers(writers: Iterable[str]) -> str:
 
 def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:
     """Keys of the program's own declarations of data that tasks share, by name and type."""
-    return frozenset({d.key for d in program.declarations if is_shared(d) and named(d) in names})
+    return frozenset({d.key for d in program.declarations if named(d) in names and is_shared(d)} if names else ())
 
 
 def _is_exposed(declaration: Declaration) -> bool:
