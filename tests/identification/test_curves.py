@@ -80,10 +80,10 @@ def test_a_parabola_in_time_is_no_wave(seed):
 
 
 def test_of_shapes_that_the_data_does_not_tell_apart_the_plainest_is_told():
-    from postproc.patterns.screening import Found, _plainest
+    from postproc.patterns.screening import _plainest
 
-    def shape(worth: float, numbers: int) -> Found:
-        return Found(worth, 1.0, "joint 1", SimpleNamespace(cost=numbers))  # type: ignore[arg-type]
+    def shape(worth: float, numbers: int) -> SimpleNamespace:
+        return SimpleNamespace(evidence=worth, form=SimpleNamespace(cost=numbers))
 
     wave, line, far = shape(100.0, 2), shape(93.0, 0), shape(91.0, 0)
     assert _plainest([wave, line, far]) is line and _plainest([wave, far]) is wave

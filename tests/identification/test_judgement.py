@@ -47,7 +47,7 @@ from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.patterns.suspects import Suspect, places
 from postproc.robot.catalogue import load_robot
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS, Wrenches, point_load
 from tests.independent.cells import Hidden, column, draw_cell, draw_states, measure
@@ -301,7 +301,7 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
     data, _ = cell(_short_wave, seed=521, poses=60)
     fit = base_fit(data)
     wave, moves = np.sin(9 * data.state.q[:, 2]), places(fit.problem)["joint 3"]
-    one = Suspect("q3", "joint 3", "wave", 1.0, 0.0, 0.0, moves, wave, ("q3",))
+    one = Suspect("joint 3", moves, law("q3", wave), 0.0, 0.0, 0.0, "q3")
     columns = np.hstack([fit.columns, one.columns(fit.problem)])
     blocks = contiguous_blocks(data.repeats)
     at, y, weights = blocks[fit.problem.row], fit.problem.residual, fit.problem.weights

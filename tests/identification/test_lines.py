@@ -20,7 +20,7 @@ from postproc.identification.forward import backward
 from postproc.identification.state import SearchState, SelectedEffect
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.independent.cells import Hidden, column
 
 PHASE = np.random.default_rng(8).uniform(0, 6.3, 9)
@@ -85,7 +85,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4)
     told = [SelectedEffect(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
-    jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",), (), tried)
+    jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")
     state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns({"q3": state.q[:, 2]}, state, position)
     search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
