@@ -14,8 +14,8 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.candidates.ranking import ranking
 from postproc.identification.evidence import CERTAIN, DOUBTFUL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record

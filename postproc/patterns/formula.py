@@ -137,11 +137,6 @@ class Pattern:
         most = max(len(s.names) for s in self.signals)
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
-    @property
-    def cost(self) -> int:
-        """How many numbers were searched for it: of what says the same, what needs fewest is the plainest."""
-        return len(self.numbers) + len(self.factors or self.parts) - 1
-
     @cached_property
     def drafts(self) -> tuple[Draft, ...]:
         """What gives its values, as expressions of a state with what a fit may move; none where no state tells them."""

@@ -28,10 +28,6 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
-UNDECIDED = 8.0
-"""Shapes of one channel at a place whose worth differs by less (odds of 50 to 1) are not told apart."""
-KINDS, ELSEWHERE = 8, 2
-"""Kinds of patterns of the same signals that are sharpened; further places at which the best of them is."""
 Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a pattern of them."""
 TOGETHER = 0.97
@@ -115,10 +111,10 @@ class PatternScreen:
 
         One bad reading makes no law: without the row that gains most there must be something left to say.
         """
-        once: dict[tuple[str, tuple[str, ...]], list[Suspect]] = {}
-        for one in (*self.tried, *self._sharpened(asked)):
-            once.setdefault((one.where, one.channels), []).append(one)
-        found = sorted(map(_plainest, once.values()), key=lambda s: -s.evidence)[:MOST]
+        once: dict[tuple[str, tuple[str, ...]], Suspect] = {}
+        for one in sorted((*self.tried, *self._sharpened(asked)), key=lambda s: -s.evidence):
+            once.setdefault((one.where, one.channels), one)
+        found = list(once.values())[:MOST]
         return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in found), key=lambda s: -s.evidence)
 
     def _without_a_row(self, one: Suspect) -> Suspect:
@@ -149,9 +145,8 @@ class PatternScreen:
     def _sharpened(self, asked: float) -> list[Suspect]:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
-        1. The best of each kind, at the place where it tells most. 2. The best of these at two more places: nearby
-        places answer alike, and each has its own edge, phase or period. 3. What another channel makes of them. 4. What
-        turns out best at every place.
+        1. The best of each kind, at the place where it tells most. 2. What another channel makes of them. 3. What turns
+        out best at every place.
 
         Args:
             asked: worth below which none is of interest.
@@ -161,19 +156,13 @@ class PatternScreen:
         found, closest = list[Suspect](), dict[Kind, Suspect]()
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if len(closest) == KINDS or self._could(one, NARROWER) < least:
+            if self._could(one, NARROWER) < least:
                 break
             if _kind(one) not in closest and (one.form.kind == "window" or self._could(one, SHARPER) >= least):
                 closest[_kind(one)] = self._closest(one, found)
                 plain = max(plain, closest[_kind(one)].evidence)
-        of_best = max(closest, key=lambda kind: closest[kind].evidence, default=None)
-        near = {s.where: s for s in reversed(ranked) if _kind(s) == of_best and s.where != closest[_kind(s)].where}
-        some = list(closest.values())
-        for one in sorted(near.values(), key=lambda s: -s.evidence)[:ELSEWHERE]:
-            if self._could(one, NARROWER) > max(asked, plain):
-                some.append(self._closest(one, found))
-        best = max([ranked[0], *some], key=lambda s: s.evidence)
-        for one in some:
+        best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
+        for one in closest.values():
             more = self._switched(one, max(asked, best.evidence))
             switched = [self._closest(other, more) for other in more[:1]]
             if switched and switched[0].evidence > best.evidence:
@@ -221,12 +210,6 @@ class PatternScreen:
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         near = one.evidence - UNNAMED_LOG_PRIOR
         return [s for s in found if s.evidence > near and self.every.sensible(s.form, s.where)]
-
-
-def _plainest(some: Sequence[Suspect]) -> Suspect:
-    """Of the shapes that the data does not tell from the best one that which needs the fewest numbers."""
-    least = max(s.evidence for s in some) - UNDECIDED
-    return min((s for s in some if s.evidence >= least), key=lambda s: (s.form.cost, -s.evidence))
 
 
 def _kind(one: Suspect) -> Kind:

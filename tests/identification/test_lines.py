@@ -155,7 +155,7 @@ def _taken_from_alone(key):
             np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
             np.testing.assert_array_equal(a.screened, b.screened)
             np.testing.assert_array_equal(a.effect.vector(), b.effect.vector())
-            assert (a.odds, a.forming, a.along is None) == (b.odds, b.forming, b.along is None)
+            assert (a.odds, a.forming) == (b.odds, b.forming)
 
 
 def test_a_third_line_on_a_joint_that_the_model_has_two_of_is_no_form():
