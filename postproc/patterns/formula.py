@@ -212,6 +212,10 @@ class Block:
     def __iter__(self) -> Iterator[Pattern]:
         return map(self.__getitem__, range(len(self)))
 
+    def with_(self, **changes: Any) -> Block:
+        """The same of another kind, for another place .."""
+        return replace(self, like=replace(self.like, **changes))
+
     @property
     def raw(self) -> Array:
         """(P, n)."""
