@@ -39,7 +39,6 @@ from postproc.patterns.formula import (
     Block,
     Group,
     Pattern,
-    SignalCurve,
     Single,
     acting,
     block,
@@ -301,12 +300,8 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
     """Each word, of two the first."""
     for signal in column[:1] if len(column) == 2 else column:
-        yield block(_word(signal), replace(signal, label=signal.name))
-
-
-def _word(signal: Signal) -> SignalCurve:
-    said = f"where {signal.name} is {signal.label}"
-    return fixed(lambda x: x, said, "level", said, signal.label)
+        said = f"where {signal.name} is {signal.label}"
+        yield block(fixed(lambda x: x, said, "level", said, signal.label), replace(signal, label=signal.name))
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
