@@ -49,7 +49,7 @@ from postproc.patterns.formula import (
 )
 from postproc.patterns.instrument_model import Sight, around
 from postproc.patterns.memory import lags, memories
-from postproc.patterns.pattern_prior import APART, LOADED, odds, sort
+from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort
 from postproc.patterns.signals import Signal, added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
@@ -109,10 +109,14 @@ class Patterns:
             if good:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
+    def price(self, pattern: Pattern) -> float:
+        """2 log of the odds against a pattern at a place among all that are tried, and against what has no name."""
+        return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
+
     @cached_property
-    def odds(self) -> Array:
-        """(P,) how many patterns at places stand beside each."""
-        return self.every.of_blocks(lambda b: odds(b.like, self.kinds))
+    def prices(self) -> Array:
+        """(P,) the same of all with one size."""
+        return self.every.of_blocks(lambda b: self.price(b.like))
 
     @cached_property
     def lines(self) -> list[Pattern]:

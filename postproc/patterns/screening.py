@@ -15,7 +15,7 @@ from postproc.estimation.problem import Problem
 from postproc.patterns.curves import sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Pattern, spread
-from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, odds, off_everywhere
+from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.patterns.place import Place, above, taken_off, with_and_without_a_row
 from postproc.patterns.suspects import Suspect, places
 
@@ -92,19 +92,19 @@ class PatternScreen:
             def made(k: int, use: NDArray[np.intp] = use) -> Pattern:
                 return group[int(use[k])]
 
-            yield from self._ranked(where, falls, self.every.odds[use], made, MOST)
+            yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
-        searched = 2 * float(np.log(odds(form, self.every.kinds)))
-        return Suspect(where, self.moves[where], form, fall, worth, searched, form.channels[0])
+        return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
     def _at(self, where: str, form: Pattern) -> Suspect:
         """A single pattern at a place."""
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], form.values))
-        fall, price = float(taken_off(linear, columns)[1].sum()), odds(form, self.every.kinds)
-        return self._suspect(where, form, fall, float(_worth(linear.square, fall, columns.shape[1], linear, price)))
+        fall = float(taken_off(linear, columns)[1].sum())
+        worth = _worth(linear.square, fall, columns.shape[1], linear) - self.every.price(form)
+        return self._suspect(where, form, fall, float(worth))
 
     def _best(self, asked: float) -> list[Suspect]:
         """The best pattern of the same channels at each place, strongest first.
@@ -120,13 +120,13 @@ class PatternScreen:
     def _without_a_row(self, one: Suspect) -> Suspect:
         linear, columns = self._seen(one.where).linear, self.problem.whiten(spread(one.place, one.values))
         _, (left, fall) = with_and_without_a_row(linear, columns)
-        worth = float(_worth(left, fall, columns.shape[1], linear, odds(one.form, self.every.kinds)))
+        worth = float(_worth(left, fall, columns.shape[1], linear)) - one.searched
         return replace(one, evidence=min(one.evidence, worth))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
         """The best of some patterns (P,); of one alone those that do as well."""
         seen = self._seen(where)
-        worth = _worth(seen.linear.square, falls, seen.count, seen.linear, price)
+        worth = _worth(seen.linear.square, falls, seen.count, seen.linear) - price
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
         order = order[np.argsort(-worth[order])]
         best = [self._suspect(where, made(k), float(falls[k]), float(worth[k])) for k in order.tolist()]
@@ -174,14 +174,15 @@ class PatternScreen:
     def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
         seen = self._seen(one.where)
-        most, tried = min(times * one.fall, 0.99 * seen.linear.square), tries * odds(one.form, self.every.kinds)
-        return float(_worth(seen.linear.square, most, seen.count, seen.linear, tried))
+        most = min(times * one.fall, 0.99 * seen.linear.square)
+        worth = float(_worth(seen.linear.square, most, seen.count, seen.linear))
+        return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
         """The best of a pattern's numbers; the best on every level join what was found."""
         best = one
         while near := sharper(one.form):
-            price = near.of_blocks(lambda b: odds(b.like, self.every.kinds))
+            price = near.of_blocks(lambda b: self.every.price(b.like))
             found += self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)
             one = found[-1]
             best = max(best, one, key=lambda s: s.evidence)
@@ -205,7 +206,7 @@ class PatternScreen:
             group, at = which[k]
             return replace(group[at], tries=one.form.tries * len(which))
 
-        price = np.full(len(falls), len(which) * odds(one.form, self.every.kinds))
+        price = np.full(len(falls), 2 * np.log(len(which)) + self.every.price(one.form))
         found = self._ranked(one.where, falls, price, made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         near = one.evidence - UNNAMED_LOG_PRIOR
@@ -216,11 +217,9 @@ def _kind(one: Suspect) -> Kind:
     return tuple(s.label for s in one.form.signals), one.form.kind
 
 
-def _worth(before: float, fall: Array | float, count: int, linear: Linear, tried: Array | float) -> Array:
-    """Log evidence of patterns with ``count`` sizes each, less what they were searched for and have no name."""
-    freedom = linear.freedom
-    evidence = log_evidence(before, before - np.asarray(fall), freedom, unit_information(count, freedom))
-    return np.asarray(evidence - 2 * np.log(tried) - UNNAMED_LOG_PRIOR)
+def _worth(before: float, fall: Array | float, count: int, linear: Linear) -> Array:
+    """Log evidence of patterns with ``count`` sizes each."""
+    return log_evidence(before, before - np.asarray(fall), linear.freedom, unit_information(count, linear.freedom))
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:

@@ -81,8 +81,8 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     base = base_fit(data)
     wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
-    # Two lines among 6 joints and 40 orders, of one effect among 20; a step among 10,000 patterns.
-    paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4)
+    # Two lines among 6 joints and 40 orders, of one effect among 20; a step among 10,000 patterns without a name.
+    paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4 * 3000)
     told = [SelectedEffect(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")

@@ -13,7 +13,7 @@ from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
 from postproc.patterns.dictionary import Patterns, patterns, swelling
 from postproc.patterns.formula import Group, block
-from postproc.patterns.pattern_prior import FRAMES, PLACES, odds
+from postproc.patterns.pattern_prior import FRAMES, PLACES, UNNAMED_LOG_PRIOR, odds
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, places
@@ -409,7 +409,7 @@ def test_a_kind_of_which_there_are_few_is_cheap():
     every = of_two(q1=np.linspace(-1, 1, 90), load1=np.cos(np.linspace(0, 9, 90)))
     at = {None: PLACES, "joint": 6}
     each = [odds(p, every.kinds) for p in every.every]
-    np.testing.assert_allclose(each, every.odds)
+    np.testing.assert_allclose(2 * np.log(each) + UNNAMED_LOG_PRIOR, every.prices)
     assert sum(at.get(p.where, 1) / o for p, o in zip(every.every, each, strict=True)) == pytest.approx(1.0)
     line = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "line")
     product = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "swelling wave")
