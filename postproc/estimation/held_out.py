@@ -20,8 +20,7 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
         y: (N,); U: (N, p); blocks: (N,) number of the block of each entry.
     """
     out = y - U @ (U.T @ y)
-    order = np.argsort(blocks, kind="stable")
-    for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
+    for at in _members(blocks):
         own = U[at]
         if len(at) <= own.shape[1]:
             out[at] = _left_out(own @ own.T, out[at])
@@ -36,11 +35,16 @@ def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     Those are the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
     """
     out = y - U @ (U.T @ y)
-    order = np.argsort(blocks, kind="stable")
-    for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
+    for at in _members(blocks):
         inverse = _left_out(U[at] @ U[at].T, np.eye(len(at)))
         out[at] = inverse @ out[at] / np.sqrt(np.maximum(np.diag(inverse), 1.0))
     return out
+
+
+def _members(blocks: NDArray[np.int_]) -> list[NDArray[np.intp]]:
+    """The entries of each block, (N,) numbers of blocks."""
+    order = np.argsort(blocks, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1)
 
 
 def _left_out(square: Array, e: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Whether an effect that was fitted in full is worth it."""
+"""What effects are worth on what a fit leaves, fitted in full where a linear problem cannot judge them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from postproc.estimation.held_out import neighbouring_blocks
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem, at_least_ordinary
-from postproc.estimation.solving.solve import SETTLED, Terms
-from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.candidates.composition import columns_of, linear_part
+from postproc.estimation.solving.solve import ROUGHLY, SETTLED, Terms
+from postproc.identification.candidates.candidate import Candidate, Screen
+from postproc.identification.candidates.composition import columns_of, compose, linear_part
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import DECADES, QUIET, SIGNIFICANT, WIDE, laplace
+from postproc.identification.evidence import DECADES, NEAR, QUIET, SIGNIFICANT, WIDE, laplace
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
@@ -91,34 +91,7 @@ def fitted_best(
             found.append((judged(base, after, start), after))
             if is_white(after):
                 break
-    best = max(found, key=lambda pair: pair[0].evidence, default=None)
-    fewer = best and _without_idle(base, *best, closely)
-    return max((pair for pair in (best, fewer) if pair), key=lambda pair: pair[0].evidence, default=None)
-
-
-def _without_idle(base: Fit, one: Candidate, after: Fit, closely: float) -> tuple[Candidate, Fit] | None:
-    """A candidate fitted again without the joints at which its fit finds nothing; None where it finds something at all.
-
-    What moves every joint may be the best form for the sake of two. The knees of the others are anywhere, some where a
-    single row tells them, and such a fit foretells no unseen row.
-    """
-    effect, free = one.effect, one.free
-    if not one.forming or base.model.effect(one.key) is not None:
-        return None
-    alike = (v for v in effect.variants(base.problem.sensitivity.state, effect) if kind(v.effect) == kind(effect))
-    some = [v for v in alike if not (v.refit & ~free).any()]
-    narrow = [v for v in some if v.count == min(w.count for w in some)]
-    sigma = np.array([after.sigma.get((one.key, i), np.inf) for i in range(len(free))])
-    told = effect.vector() ** 2 > np.log(base.linear.freedom) * sigma**2
-    kept = [v for v in narrow if (told & v.free).any()]
-    if not 0 < len(kept) < len(narrow):
-        return None
-    left = free & ~np.any([v.refit for v in narrow if not (told & v.free).any()], axis=0)
-    bare = effect.with_vector(np.where(left, effect.vector(), effect.null_vector()))
-    label, count = "; ".join(v.label for v in kept), min(one.count, int(left.sum()))
-    fewer = replace(one, effect=bare, free=left, label=label, count=count, starts=(), fit=None)
-    less = refit(base, fewer, closely)
-    return None if less is None else (judged(base, less, fewer), less)
+    return max(found, key=lambda pair: pair[0].evidence, default=None)
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
@@ -191,3 +164,45 @@ def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
     plainly = unit_information(best.count, linear.freedom)
     whole, less = (float(log_evidence(square, square - fall, linear.freedom, plainly)) for square, fall in both)
     return best.evidence + min(0.0, less - whole) < 0
+
+
+def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
+    """Every testable effect at its best on what a fit leaves, best first.
+
+    Those that a linear problem cannot judge after a full refit, and so all that come near the best.
+    """
+    linear = fit.linear
+    found = [c for key in screen.classes if (c := compose(screen, linear, key)) is not None]
+    if not found:
+        return []
+
+    def fitted(candidate: Candidate) -> Candidate:
+        best = fitted_best(fit, screen, candidate, ROUGHLY)
+        return replace(candidate, evidence=-np.inf) if best is None else best[0]
+
+    if exceeds_noise(fit):
+        least = max(0.0, 0.5 * max(c.evidence for c in found))
+        found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    found = [fitted(c) if c.forming and c.evidence > near else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    rivals = [c for c in found if c.evidence > near]
+    if len(rivals) > 1:
+        found = [fitted(c) if c in rivals and c.fit is None else c for c in found]
+    return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+
+
+def exceeds_noise(fit: Fit) -> bool:
+    """Whether more is left than the noise, as far as that is known."""
+    rest, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
+
+
+def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
+    """What stands beside another effect that is missing as well is worth nothing before that one is in.
+
+    Every arm winds up in its joints: what else bends, a model without those springs cannot tell.
+    """
+    beside = type(candidate.effect).beside
+    first = any(c.key == beside and c.evidence > 0 for c in found)
+    return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate

@@ -64,9 +64,8 @@ class Gain:
 
 def gains(linear: Linear, forms: Forms) -> Gain:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
-    stacks = [(s, linear if s.along is None else linear.extended(s.along)) for s in forms.stacks]
-    order = np.argsort(np.concatenate([s.index for s, _ in stacks]))
-    found = [_gains(beside, s) for s, beside in stacks]
+    order = np.argsort(np.concatenate([stack.index for stack in forms.stacks]))
+    found = [_gains(linear, stack) for stack in forms.stacks]
     return Gain(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gain)))
 
 

@@ -46,7 +46,7 @@ def search(start: SearchState) -> SearchState:
     state = backward(forward(start))
     for _ in range(ROUNDS if state.keys or state.outside else 0):
         bare, most = state.beside(()), len(state.outside) - 1
-        other = forward(bare, unnamed=most < 0)
+        other = forward(bare, most=PATTERNS if most < 0 else 0)
         if other is bare:
             break
         other = backward(other) if most < 0 else with_patterns(backward(other), most)
@@ -56,19 +56,20 @@ def search(start: SearchState) -> SearchState:
     return state
 
 
-def forward(state: SearchState, unnamed: bool = True) -> SearchState:
+def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
     """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later.
 
     Args:
-        unnamed: whether patterns are asked, too.
+        named: whether effects are asked, too; most: patterns that stand beside one another at most.
     """
     refused: set[str] = set()
     for _ in range(MOST):
-        name = next((c for c in state.ranked if c.key not in refused and convincing(c)), None)
-        left = state.patterns_left(name.evidence if name else 0.0) if unnamed else []
+        ranked = state.ranked if named else []
+        name = next((c for c in ranked if c.key not in refused and convincing(c)), None)
+        left = state.patterns_left(name.evidence if name else 0.0) if most else []
         pattern = next(iter(left), None)
         if pattern is not None and (name is None or pattern.evidence > name.evidence):
-            if len(state.outside) == PATTERNS:
+            if len(state.outside) == most:
                 break
             state, refused = state.beside((*state.outside, pattern)), set()
         elif name is not None:
@@ -160,7 +161,4 @@ def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[Selecte
 
 def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
     """The state with the patterns that its fit leaves, found anew, each the strongest beside those before it."""
-    left = state.beside(())
-    while len(left.outside) < most and (found := left.patterns_left()):
-        left = left.beside((*left.outside, found[0]))
-    return left
+    return forward(state.beside(()), named=False, most=most)

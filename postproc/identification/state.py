@@ -14,8 +14,8 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
+from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.candidates.ranking import ranking
 from postproc.identification.evidence import CERTAIN, DOUBTFUL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
@@ -78,14 +78,13 @@ class SearchState:
     def log_evidence(self) -> float:
         """Log evidence of all that was taken beside the base, less what its parts are unlikely.
 
-        Each part costs what it was searched for, and a pattern the odds of something without a name: five weak effects
-        that stand in for one smooth pattern lose against it.
+        Each part costs what it was searched for: five weak effects that stand in for a smooth pattern lose against it.
         """
         first, after = self.base.linear, self.fit.linear
         added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
         gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
         paid = sum(m.candidate.searched for m in self.missing) + sum(s.searched for s in self.outside)
-        return float(gained) - paid - UNNAMED_LOG_PRIOR * len(self.outside)
+        return float(gained) - paid
 
     @cached_property
     def given(self) -> frozenset[str]:

@@ -91,7 +91,8 @@ def align(
         )
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
-    return _refine(R if tool else np.zeros_like(R), p, y, rotation, point, scale, mirrored)
+    found = _refine(R if tool else np.zeros_like(R), p, y, rotation, point)
+    return replace(found, scale=scale, mirrored=mirrored)
 
 
 def spread_of(points: Array) -> float:
@@ -124,11 +125,12 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     products, *_ = np.linalg.lstsq(np.hstack([R.reshape(n, 9), np.ones((n, 1))]), y, rcond=1e-9)
     turn = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)[0][:, 0]
     U, _, Vt = np.linalg.svd(turn.reshape(3, 3))
-    found = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3], 1.0, False)
+    found = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3])
     return found if found.typical < near else None
 
 
-def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array, scale: float, mirrored: bool) -> Alignment:
+def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Alignment:
+    """The same from a rotation and a point (3,) of the flange on, with lengths and hands as they are."""
     n = len(p)
     shift = np.median(y - (p + R @ tool) @ rotation.T, axis=0)
     weight = np.ones(n)
@@ -147,7 +149,7 @@ def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array, scale: f
             break
     residual = y - (p + R @ tool) @ rotation.T - shift
     typical = float(np.median(np.linalg.norm(residual, axis=1)))
-    return Alignment(transform(shift, rotation), tool, scale, mirrored, residual, typical)
+    return Alignment(transform(shift, rotation), tool, 1.0, False, residual, typical)
 
 
 def _weights(error: Array) -> Array:

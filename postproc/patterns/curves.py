@@ -273,7 +273,7 @@ def sharper(pattern: Pattern) -> Group:
     """The same with its numbers at many places close by, closer at higher levels, and what it may be instead."""
     if pattern.level == FINEST or not pattern.numbers:
         return Group(())
-    return Group(replace(acting(b), like=replace(b.like, level=pattern.level + 1)) for b in _closer(pattern))
+    return Group(acting(b).with_(level=pattern.level + 1) for b in _closer(pattern))
 
 
 def _closer(pattern: Pattern) -> Iterator[Block]:

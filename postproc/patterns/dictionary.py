@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import combinations, groupby, pairwise
 
 import numpy as np
 
@@ -39,7 +39,6 @@ from postproc.patterns.formula import (
     Block,
     Group,
     Pattern,
-    SignalCurve,
     Single,
     acting,
     block,
@@ -50,7 +49,7 @@ from postproc.patterns.formula import (
 )
 from postproc.patterns.instrument_model import Sight, around
 from postproc.patterns.memory import lags, memories
-from postproc.patterns.pattern_prior import APART, LOADED, odds, sort
+from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort
 from postproc.patterns.signals import Signal, added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
@@ -91,38 +90,33 @@ class Patterns:
 
     @cached_property
     def every(self) -> Group:
-        """All with one size, in the order of `slices`."""
-        found = sorted(self.blocks, key=lambda b: (b.like.where or "", self._follows(b)))
-        return Group(found)
+        """All with one size: by the only place where they make sense, and those of any place by what they follow.
 
-    def _follows(self, some: Block) -> int:
-        """0 of what follows the arm, 1 of what does not, 2 of what follows the table's own columns alone."""
-        names = some.like.channels
-        return int(self.slow.issuperset(names)) + int(self.own.issuperset(names))
+        First what follows the arm, then what does not, last the table's own columns alone.
+        """
 
-    @cached_property
-    def slices(self) -> Mapping[tuple[str, int], slice]:
-        """Where patterns stand: by the only place where they make sense, or of all places by what they follow."""
-        blocks, ends = self.every.blocks, self.every.ends
-        at = [(b.like.where or "", 0 if b.like.where else self._follows(b)) for b in blocks]
-        return {
-            key: slice(int(ends[at.index(key)]), int(ends[len(at) - at[::-1].index(key)])) for key in dict.fromkeys(at)
-        }
+        def order(some: Block) -> tuple[str, bool, bool]:
+            names = some.like.channels
+            return some.like.where or "", self.slow.issuperset(names), self.own.issuperset(names)
+
+        return Group(sorted(self.blocks, key=order))
 
     def at(self, where: str) -> Iterator[tuple[slice, bool]]:
         """Which of `every` make sense at a place, and whether they do so everywhere."""
-        least = 2 if where in LOADED else 1 if where in APART else 0
-        some = [self.slices["", rank] for rank in range(least, 3) if ("", rank) in self.slices and where != LEANS]
-        if some:
-            yield slice(some[0].start, some[-1].stop), True
-        for name in dict.fromkeys([where, sort(where)]):
-            if (name, 0) in self.slices:
-                yield self.slices[name, 0], False
+        blocks, ends = self.every.blocks, self.every.ends
+        for only, some in groupby(range(len(blocks)), key=lambda k: blocks[k].like.where):
+            good = [k for k in some if only == where or self.sensible(blocks[k].like, where)]
+            if good:
+                yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
+
+    def price(self, pattern: Pattern) -> float:
+        """2 log of the odds against a pattern at a place among all that are tried, and against what has no name."""
+        return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
 
     @cached_property
-    def odds(self) -> Array:
-        """(P,) how many patterns at places stand beside each."""
-        return self.every.of_blocks(lambda b: odds(b.like, self.kinds))
+    def prices(self) -> Array:
+        """(P,) the same of all with one size."""
+        return self.every.of_blocks(lambda b: self.price(b.like))
 
     @cached_property
     def lines(self) -> list[Pattern]:
@@ -219,7 +213,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     others = [*slow, *(s for column in said.values() for s in column)]
     found += of_angles([s for s in every if s.name[0] == "q" and s.name[1:].isdigit()], slow)
     # What flows into a tank or off a drum weighs as much as there is of it.
-    found += [_only_at("weight", line(s)) for s in slow if s.of_table]
+    found += [line(s).with_(where="weight") for s in slow if s.of_table]
     if {"x", "y"} <= set(signals):
         x, y = signals["x"], signals["y"]
         code = f"np.hypot({x.code}, {y.code})" if place else ""
@@ -237,10 +231,6 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     return Patterns([b for b in (*found, *leaning) if len(b)], wide, gates, apart)
 
 
-def _only_at(where: str, some: Block) -> Block:
-    return replace(some, like=replace(some.like, where=where))
-
-
 def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
     """Waves of angles and of sums of them, and where sums break.
 
@@ -249,8 +239,7 @@ def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Bloc
     for angle in angles:
         yield waves(angle, range(1, GEAR + 1))
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
-        fine = waves(angle, range(GEAR + 1, TEETH + 1))
-        yield _only_at("joint", fine)
+        yield waves(angle, range(GEAR + 1, TEETH + 1)).with_(where="joint")
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
     near = [a.names + b.names for a, b in pairwise(angles)]
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
@@ -315,12 +304,8 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
     """Each word, of two the first."""
     for signal in column[:1] if len(column) == 2 else column:
-        yield block(_word(signal), replace(signal, label=signal.name))
-
-
-def _word(signal: Signal) -> SignalCurve:
-    said = f"where {signal.name} is {signal.label}"
-    return fixed(lambda x: x, said, "level", said, signal.label)
+        said = f"where {signal.name} is {signal.label}"
+        yield block(fixed(lambda x: x, said, "level", said, signal.label), replace(signal, label=signal.name))
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:

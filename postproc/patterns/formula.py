@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.estimation.channels import shown, within
-from postproc.patterns.signals import Draft, Movable, Signal, text_of, unit, written
+from postproc.patterns.signals import Draft, Movable, Signal, unit, written
 
 Law = Callable[..., Any]
 """A formula of a signal, as values or as text, and of numbers."""
@@ -137,12 +137,7 @@ class Pattern:
         most = max(len(s.names) for s in self.signals)
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
-    @property
-    def cost(self) -> int:
-        """How many numbers were searched for it: of what says the same, what needs fewest is the plainest."""
-        return len(self.numbers) + len(self.factors or self.parts) - 1
-
-    @property
+    @cached_property
     def drafts(self) -> tuple[Draft, ...]:
         """What gives its values, as expressions of a state with what a fit may move; none where no state tells them."""
         largest, every = float(np.abs(self.raw).max()), [p._text() for p in self.parts or (self,)]
@@ -154,11 +149,6 @@ class Pattern:
         """Its formula as text."""
         some = [written(c.law, s, _movable(c, s, own)) for c, s, own in self.each]
         return None if any(text is None for text in some) else reduce(mul, some)
-
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """The same with all numbers as they are."""
-        return tuple(map(text_of, self.drafts))
 
     @property
     def text(self) -> str:
@@ -221,6 +211,10 @@ class Block:
 
     def __iter__(self) -> Iterator[Pattern]:
         return map(self.__getitem__, range(len(self)))
+
+    def with_(self, **changes: Any) -> Block:
+        """The same of another kind, for another place .."""
+        return replace(self, like=replace(self.like, **changes))
 
     @property
     def raw(self) -> Array:

@@ -119,4 +119,4 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
 def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Block]:
     if varies(signal.values):
         some = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
-        yield from (replace(b, like=replace(b.like, where=where)) for b in (*of_signal(signal), some))
+        yield from (b.with_(where=where) for b in (*of_signal(signal), some))

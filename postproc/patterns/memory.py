@@ -46,7 +46,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
             then = replace(signal, values=before, code="", label=f"{name} in the row before")
             some = [b for b in of_signal(then) if b.like.kind in BEFORE]
             for one in [*some, waves(then, LOW)] if name[0] == "q" else some:
-                yield replace(one, like=replace(one.like, kind="before"))
+                yield one.with_(kind="before")
         if name[0] == "q" or name.startswith("load"):
             said = f"dragged along by {name}, and slipping after {{n0}} to either side, from row to row"
             curve = SignalCurve(dragged, said, "dragged", ("reach",))

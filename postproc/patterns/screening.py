@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,8 +14,8 @@ from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.patterns.curves import sharper
 from postproc.patterns.dictionary import Patterns
-from postproc.patterns.formula import Group, Pattern, spread
-from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, odds, off_everywhere
+from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.patterns.place import Place, above, taken_off, with_and_without_a_row
 from postproc.patterns.suspects import Suspect, places
 
@@ -28,10 +28,6 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
-UNDECIDED = 8.0
-"""Shapes of one channel at a place whose worth differs by less (odds of 50 to 1) are not told apart."""
-KINDS, ELSEWHERE = 8, 2
-"""Kinds of patterns of the same signals that are sharpened; further places at which the best of them is."""
 Kind = tuple[tuple[str, ...], str]
 """Signals by their labels, and the kind of a pattern of them."""
 TOGETHER = 0.97
@@ -39,132 +35,104 @@ TOGETHER = 0.97
 Made = Callable[[int], Pattern]
 
 
-@dataclass(frozen=True)
-class Found:
-    """A pattern at a place; alike: those that the data cannot tell from it."""
-
-    worth: float
-    fall: float
-    where: str
-    pattern: Pattern
-    alike: Callable[[], Iterable[Pattern]] = tuple
-
-
 @dataclass
 class PatternScreen:
     """Every pattern at every place, the fitted parameters projected out; the best of them are sharpened where asked.
 
     Args:
-        found: the best at each place as they were tried; moves: by place. anywhere: (P,) the most that each took off at
-            one place. last: the suspects as they were asked for last; least: worth from which on these are sharp.
+        moves: (n, r, m) by place; tried: the best at each place, with their numbers on a grid.
+        last: the suspects as they were asked for last; least: worth from which on these are sharp.
     """
 
     problem: Problem
     linear: Linear
     every: Patterns
-    found: list[Found] = field(default_factory=list)
     moves: dict[str, Array] = field(init=False)
+    tried: tuple[Suspect, ...] = field(init=False)
     prepared: dict[str, Place] = field(default_factory=dict)
-    anywhere: Array = field(init=False)
     last: list[Suspect] = field(default_factory=list)
     least: float = np.inf
 
     def __post_init__(self) -> None:
-        self.anywhere = np.zeros(len(self.every.every))
         self.moves = places(self.problem, weighed=bool(self.every.own))
-        for where in self.moves:
-            self.screen(where)
+        anywhere = np.zeros(len(self.every.every))
+        self.tried = tuple(one for where in self.moves for one in self._screened(where, anywhere))
 
     def suspects(self, asked: float = 0.0) -> list[Suspect]:
-        """The patterns that would bring the residual down most, strongest first.
+        """The patterns that would bring the residual down most, strongest first, by each of their channels.
 
         Args:
             asked: worth below which they may be told as they were tried.
         """
         if asked < self.least:
             # Whatever is so near the best is sharpened in any case.
-            sure = max(f.worth for f in self.found) - UNNAMED_LOG_PRIOR
-            tried = list(self.found)
-            self.sharpen(asked)
-            self.last, self.least = self._suspects(self.best()), 0.0 if asked < sure else asked
-            self.found = tried
+            sure = max(one.evidence for one in self.tried) - UNNAMED_LOG_PRIOR
+            found = [s for one in self._best(asked) for s in one.by_each_channel(above(self.linear))]
+            self.last = [*found[:1], *_together(found[:1], self.every), *found[1:]]
+            self.least = 0.0 if asked < sure else asked
         return self.last
 
-    def _suspects(self, best: Sequence[Found]) -> list[Suspect]:
-        all_, result = above(self.linear), list[Suspect]()
-        for found in best:
-            share, one = min(1.0, found.fall / all_), found.pattern
-            first = Suspect(
-                one.channels[0],
-                found.where,
-                one.told(tuple(found.alike())).rstrip(","),
-                share,
-                found.fall,
-                found.worth,
-                self.moves[found.where],
-                one.values,
-                one.channels,
-                one.drafts,
-                2 * float(np.log(odds(one, self.every.kinds))),
-            )
-            result += [replace(first, channel=c) for c in one.channels]
-        return [*result[:1], *_together(result[:1], self.every), *result[1:]]
+    def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
+        """The best patterns at a place, each with the price of all that were tried.
 
-    def screen(self, where: str) -> None:
-        """The best patterns at a place, each with the price of all that were tried."""
+        Args:
+            anywhere: (P,) the most that each took off at one place, which is kept up to date.
+        """
         group = self.every.every
         for some, everywhere in self.every.at(where):
             use = np.arange(some.start, some.stop)
             values = group.values[:, some]
             # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
             if everywhere and (where.startswith("body") or where == SEATED):
-                use = use[np.argsort(-self.anywhere[some])[: max(MOST, len(use) // 8)]]
+                use = use[np.argsort(-anywhere[some])[: max(MOST, len(use) // 8)]]
                 values = group.values[:, use]
             falls = self._seen(where).falls(values)
-            self.anywhere[use] = np.maximum(self.anywhere[use], falls)
-            self._ranked(where, falls, self.every.odds[use], _among(group, use), MOST)
-        for pattern in self.every.wide:
-            if self.every.sensible(pattern, where):
-                self.add(where, pattern)
+            anywhere[use] = np.maximum(anywhere[use], falls)
 
-    def add(self, where: str, pattern: Pattern) -> None:
+            def made(k: int, use: NDArray[np.intp] = use) -> Pattern:
+                return group[int(use[k])]
+
+            yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
+        yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
+
+    def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
+        return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
+
+    def _at(self, where: str, form: Pattern) -> Suspect:
         """A single pattern at a place."""
-        columns, linear = self._columns(where, pattern), self._seen(where).linear
+        linear = self._seen(where).linear
+        columns = self.problem.whiten(spread(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
-        price = odds(pattern, self.every.kinds)
-        worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
-        self.found.append(Found(worth, fall, where, pattern))
+        worth = _worth(linear.square, fall, columns.shape[1], linear) - self.every.price(form)
+        return self._suspect(where, form, fall, float(worth))
 
-    def best(self) -> list[Found]:
+    def _best(self, asked: float) -> list[Suspect]:
         """The best pattern of the same channels at each place, strongest first.
 
         One bad reading makes no law: without the row that gains most there must be something left to say.
         """
-        once: dict[tuple[str, tuple[str, ...]], list[Found]] = {}
-        for one in self.found:
-            once.setdefault((one.where, one.pattern.channels), []).append(one)
-        found = sorted(map(_plainest, once.values()), key=lambda f: -f.worth)[:MOST]
-        return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
+        once: dict[tuple[str, tuple[str, ...]], Suspect] = {}
+        for one in sorted((*self.tried, *self._sharpened(asked)), key=lambda s: -s.evidence):
+            once.setdefault((one.where, one.channels), one)
+        found = list(once.values())[:MOST]
+        return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in found), key=lambda s: -s.evidence)
 
-    def _columns(self, where: str, pattern: Pattern) -> Array:
-        return self.problem.whiten(spread(self.moves[where], pattern.values))
-
-    def _without_a_row(self, one: Found) -> Found:
-        linear, columns = self._seen(one.where).linear, self._columns(one.where, one.pattern)
+    def _without_a_row(self, one: Suspect) -> Suspect:
+        linear, columns = self._seen(one.where).linear, self.problem.whiten(spread(one.place, one.values))
         _, (left, fall) = with_and_without_a_row(linear, columns)
-        price = odds(one.pattern, self.every.kinds)
-        return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
+        worth = float(_worth(left, fall, columns.shape[1], linear)) - one.searched
+        return replace(one, evidence=min(one.evidence, worth))
 
-    def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Found]:
-        """The best of some patterns (P,), which are added to what was found; of one alone those that do as well."""
-        linear, count = self._seen(where).linear, self._seen(where).count
-        worth = _worth(linear.square, falls, count, linear.freedom, price)
+    def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
+        """The best of some patterns (P,); of one alone those that do as well."""
+        seen = self._seen(where)
+        worth = _worth(seen.linear.square, falls, seen.count, seen.linear) - price
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
-        best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
+        order = order[np.argsort(-worth[order])]
+        best = [self._suspect(where, made(k), float(falls[k]), float(worth[k])) for k in order.tolist()]
         if top == 1:
-            near = np.flatnonzero(worth > best[0].worth - ALIKE)
+            near = np.flatnonzero(worth > best[0].evidence - ALIKE)
             best[0] = replace(best[0], alike=lambda: map(made, near[:FINE].tolist()))
-        self.found += best
         return best
 
     def _seen(self, where: str) -> Place:
@@ -174,68 +142,61 @@ class PatternScreen:
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
-    def sharpen(self, asked: float = 0.0) -> None:
+    def _sharpened(self, asked: float) -> list[Suspect]:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
-        1. The best of each kind, at the place where it tells most. 2. The best of these at two more places: nearby
-        places answer alike, and each has its own edge, phase or period. 3. What another channel makes of them. 4. What
-        turns out best at every place.
+        1. The best of each kind, at the place where it tells most. 2. What another channel makes of them. 3. What turns
+        out best at every place.
 
         Args:
             asked: worth below which none is of interest.
         """
-        ranked = sorted(self.found, key=lambda f: -f.worth)
-        plain, asked = ranked[0].worth, min(asked, 0.9 * self._could(ranked[0], np.inf))
-        closest: dict[Kind, Found] = {}
+        ranked = sorted(self.tried, key=lambda s: -s.evidence)
+        plain, asked = ranked[0].evidence, min(asked, 0.9 * self._could(ranked[0], np.inf))
+        found, closest = list[Suspect](), dict[Kind, Suspect]()
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if len(closest) == KINDS or self._could(one, NARROWER) < least:
+            if self._could(one, NARROWER) < least:
                 break
-            if _kind(one) not in closest and (one.pattern.kind == "window" or self._could(one, SHARPER) >= least):
-                closest[_kind(one)] = self._closest(one)
-                plain = max(plain, closest[_kind(one)].worth)
-        of_best = max(closest, key=lambda kind: closest[kind].worth, default=None)
-        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != closest[_kind(f)].where}
-        some = list(closest.values())
-        for one in sorted(near.values(), key=lambda f: -f.worth)[:ELSEWHERE]:
-            if self._could(one, NARROWER) > max(asked, plain):
-                some.append(self._closest(one))
-        best = max([ranked[0], *some], key=lambda f: f.worth)
-        for one in some:
-            known, least = len(self.found), max(asked, best.worth)
-            switched = [self._closest(other) for other in self._switched(one, least)]
-            best, before = max([best, *switched], key=lambda f: f.worth), best
-            if best is before:
-                del self.found[known:]
+            if _kind(one) not in closest and (one.form.kind == "window" or self._could(one, SHARPER) >= least):
+                closest[_kind(one)] = self._closest(one, found)
+                plain = max(plain, closest[_kind(one)].evidence)
+        best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
+        for one in closest.values():
+            more = self._switched(one, max(asked, best.evidence))
+            switched = [self._closest(other, more) for other in more[:1]]
+            if switched and switched[0].evidence > best.evidence:
+                best, found = switched[0], [*found, *more]
         # A pattern is no more at home in what moves every direction in its own way.
-        for where in self.moves:
-            if where != best.where and self.every.sensible(best.pattern, where):
-                self.add(where, best.pattern)
+        others = (where for where in self.moves if where != best.where and self.every.sensible(best.form, where))
+        return [*found, *(self._at(where, best.form) for where in others)]
 
-    def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
+    def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
         seen = self._seen(one.where)
         most = min(times * one.fall, 0.99 * seen.linear.square)
-        price = tries * odds(one.pattern, self.every.kinds)
-        return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
+        worth = float(_worth(seen.linear.square, most, seen.count, seen.linear))
+        return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
-    def _closest(self, one: Found) -> Found:
+    def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
+        """The best of a pattern's numbers; the best on every level join what was found."""
         best = one
-        while near := sharper(one.pattern):
-            price = near.of_blocks(lambda b: odds(b.like, self.every.kinds))
-            one = self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)[0]
-            best = max(best, one, key=lambda f: f.worth)
+        while near := sharper(one.form):
+            price = near.of_blocks(lambda b: self.every.price(b.like))
+            found += self._ranked(one.where, self._seen(one.where).falls(near.values), price, near.__getitem__, 1)
+            one = found[-1]
+            best = max(best, one, key=lambda s: s.evidence)
         return best
 
-    def _switched(self, one: Found, least: float) -> list[Found]:
+    def _switched(self, one: Suspect, least: float) -> list[Suspect]:
         """The pattern, or a factor of it, where another channel switches it on: at the price of all switches.
 
         None where that cannot be worth so much.
         """
         count = len(self.every.switches[0])
-        if not count or one.pattern.wide or self._could(one, SWITCHED, count) < least:
+        if not count or one.form.wide or self._could(one, SWITCHED, count) < least:
             return []
-        parts = list(self.every.grown(one.pattern))
+        parts = list(self.every.grown(one.form))
         if not parts:
             return []
         falls = np.concatenate([self._seen(one.where).falls(values) for values, _ in parts])
@@ -243,39 +204,29 @@ class PatternScreen:
 
         def made(k: int) -> Pattern:
             group, at = which[k]
-            return replace(group[at], tries=one.pattern.tries * len(which))
+            return replace(group[at], tries=one.form.tries * len(which))
 
-        price = np.full(len(falls), len(which) * odds(one.pattern, self.every.kinds))
+        price = np.full(len(falls), 2 * np.log(len(which)) + self.every.price(one.form))
         found = self._ranked(one.where, falls, price, made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
-        return [f for f in found if f.worth > one.worth - UNNAMED_LOG_PRIOR and self.every.sensible(f.pattern, f.where)]
+        near = one.evidence - UNNAMED_LOG_PRIOR
+        return [s for s in found if s.evidence > near and self.every.sensible(s.form, s.where)]
 
 
-def _among(group: Group, use: NDArray[np.intp]) -> Made:
-    return lambda k: group[int(use[k])]
+def _kind(one: Suspect) -> Kind:
+    return tuple(s.label for s in one.form.signals), one.form.kind
 
 
-def _plainest(some: Sequence[Found]) -> Found:
-    """Of the shapes that the data does not tell from the best one that which needs the fewest numbers."""
-    least = max(f.worth for f in some) - UNDECIDED
-    return min((f for f in some if f.worth >= least), key=lambda f: (f.pattern.cost, -f.worth))
-
-
-def _kind(one: Found) -> Kind:
-    return tuple(s.label for s in one.pattern.signals), one.pattern.kind
-
-
-def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
-    """Log evidence of patterns with ``count`` sizes each, less what they were searched for and have no name."""
-    evidence = log_evidence(before, before - np.asarray(fall), freedom, unit_information(count, freedom))
-    return np.asarray(evidence - 2 * np.log(tried) - UNNAMED_LOG_PRIOR)
+def _worth(before: float, fall: Array | float, count: int, linear: Linear) -> Array:
+    """Log evidence of patterns with ``count`` sizes each."""
+    return log_evidence(before, before - np.asarray(fall), linear.freedom, unit_information(count, linear.freedom))
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
     """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [
-        replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
+        replace(s, channel=name)
         for s in first
         if len(s.channels) == 1 and s.channel in lines
         for name, ranks in lines.items()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,42 +15,61 @@ from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.formula import spread
+from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
 from postproc.patterns.place import above, taken_off
-from postproc.patterns.signals import Draft, text_of
+from postproc.patterns.signals import Draft
 from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
 
 TOLD = 5
 """Suspects that are told at most."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Suspect:
-    """A place of the arm that moves with a pattern of a channel.
+    """A place of the arm that moves with a pattern of its channels.
 
     Args:
-        channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
+        where: the place, for people; place: (n, r, m) how the prediction moves with it.
+        form: the pattern; alike: those that the data does not tell from it.
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
-            of having no name; searched: 2 log of the odds against it among all that were tried.
-        place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
-        channels: all that the pattern follows, this one among them.
-        drafts: what gives the values, as expressions of a state, with what the numbers need that a fit may move; empty
-            where a state does not tell them.
+            of having no name; searched: 2 log of all these odds.
+        channel: by which it is told; one that the pattern does not follow goes with the one that it follows here.
+        share: of the whitened sum of squares above the noise that it explains.
     """
 
-    channel: str
     where: str
-    pattern: str
-    share: float
+    place: Array
+    form: Pattern
     fall: float
     evidence: float
-    place: Array
-    values: Array
-    channels: tuple[str, ...] = ()
-    drafts: tuple[Draft, ...] = ()
-    searched: float = 0.0
+    searched: float
+    channel: str
+    share: float = 0.0
+    alike: Callable[[], Iterable[Pattern]] = tuple
+
+    @property
+    def values(self) -> Array:
+        """(n,) of the pattern, or (n, k)."""
+        return self.form.values
+
+    @property
+    def drafts(self) -> tuple[Draft, ...]:
+        """What gives the values, as expressions of a state; none where no state tells them."""
+        return self.form.drafts
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """All that the pattern follows, this channel among them."""
+        return self.form.channels if self.channel in self.form.channels else (self.channel,)
+
+    @cached_property
+    def pattern(self) -> str:
+        """What it looks like, for people."""
+        said = self.form.told(tuple(self.alike())).rstrip(",")
+        together = self.channel not in self.form.channels
+        return f"{said}; {self.channel} goes with {self.form.channels[0]} here" if together else said
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened moves for the rows that a fit uses; fits of one search may set other rows aside."""
@@ -67,13 +87,11 @@ class Suspect:
     def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:
         """The same by each of its channels, with what it explains of what another fit leaves."""
         fall = float(taken_off(linear, self.columns(problem))[1].sum())
-        share = min(1.0, fall / above(linear))
-        return [replace(self, channel=c, fall=fall, share=share) for c in self.channels]
+        return replace(self, fall=fall).by_each_channel(above(linear))
 
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """The expressions with all numbers as they are."""
-        return tuple(map(text_of, self.drafts))
+    def by_each_channel(self, left: float) -> list[Suspect]:
+        """The same by each of its channels, with its share of what is left above the noise."""
+        return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -126,15 +144,15 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
     if not suspects:
         return []
     first, likely = suspects[0], _likely(suspects)
-    same = list({s.channel: s for s in likely if s.where == first.where and s.values is first.values}.values())
+    same = list({s.channel: s for s in likely if s.where == first.where and s.form is first.form}.values())
     all_ = first.fall / max(first.share, 1e-12)
     further = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
     # A second part that follows the same there comes after another channel of the first.
     again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
     new, more = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))
     # Where a pose does not tell the first, what it tells of the same place: that can be drafted.
-    drafted = (s for s in suspects if s.where == first.where and s.codes and s.evidence > 0)
-    instead = [] if first.codes else list(drafted)[:1]
+    drafted = (s for s in suspects if s.where == first.where and s.drafts and s.evidence > 0)
+    instead = [] if first.drafts else list(drafted)[:1]
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(likely, key=lambda s: s.where != first.where):

@@ -34,7 +34,7 @@ def pulls(state: State, position: Array) -> Iterator[Block]:
                 for some in of_signal(signal):
                     # In proportion, it pulls on hoses and joints as well.
                     where = None if some.like.kind == "line" else "tool"
-                    yield replace(some, like=replace(some.like, where=where))
+                    yield some.with_(where=where)
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
@@ -76,7 +76,13 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     if lean is None:
         return [], []
     axes = (_moment(lean, float(way)) for way in np.pi / WAYS * np.arange(WAYS))
-    found = [b for signal in axes if varies(signal.values) for b in _of_moment(signal, "base")]
+    found = [
+        b.with_(where="base", kind=f"{b.like.kind} of the moment")
+        for signal in axes
+        if varies(signal.values)
+        for b in of_signal(signal)
+        if b.like.kind not in ("line", "window")
+    ]
     both, wide = [_moment(lean, 0.0), _moment(lean, np.pi / 2)], list[Pattern]()
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
@@ -93,7 +99,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
         always = fixed(lambda x: x**0.0, "to the side of {label}, however large", "curve")
         some = [block(curve, size) for curve in (always, ROOT, SQUARE)]
         some.append(block(LEVELLING, size, [(k,) for k in np.quantile(size.values, np.linspace(0.1, 0.9, 9))]))
-        found += [_at(b, LEANS, f"{b.like.kind} of the moment") for b in (*some, *breaks(size))]
+        found += [b.with_(where=LEANS, kind=f"{b.like.kind} of the moment") for b in (*some, *breaks(size))]
         for other in others:
             found.append(product_of(line(size), line(replace(other, label=other.whole)), "leaning", LEANS))
             if other.values.min() > 0:
@@ -129,12 +135,3 @@ def _moment(lean: Array, way: float) -> Signal:
         return [_moment(lean, float(other)) for other in way + apart * np.arange(-4, 5) if other != way]
 
     return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}", near=near)
-
-
-def _of_moment(signal: Signal, where: str) -> Iterator[Block]:
-    some = (b for b in of_signal(signal) if b.like.kind not in ("line", "window"))
-    return (_at(b, where, f"{b.like.kind} of the moment") for b in some)
-
-
-def _at(some: Block, where: str, kind: str) -> Block:
-    return replace(some, like=replace(some.like, where=where, kind=kind))

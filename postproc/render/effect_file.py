@@ -62,11 +62,11 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
     # Where a pose does not tell the first, what it tells most of the same place instead, without what stands beside it.
-    some = [s for s in found.suspects if s.codes and s.where == found.suspects[0].where]
+    some = [s for s in found.suspects if s.drafts and s.where == found.suspects[0].where]
     if not some:
         return "_".join(words), None
     first = found.suspects[0]
-    told = [first, *(s for s in found.beside if s.codes)] if first.codes else [max(some, key=lambda s: s.share)]
+    told = [first, *(s for s in found.beside if s.drafts)] if first.drafts else [max(some, key=lambda s: s.share)]
     first = told[0]
     ways = _names(draft for suspect in told for draft in suspect.drafts)
     own = {way: f"self.{name}" for way, name in ways.items()}

@@ -75,7 +75,7 @@ def headline(d: Diagnosis) -> str:
     lead = found or "Something is missing that no effect of the library explains. "
     if s.share + sum(other.share for other in d.beside) < HARDLY:
         return f"{lead}More is left than noise; {_of_strongest(s, own, at)}.{noise if not d.missing else ''}"
-    own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
+    own = "Written as an effect of your own it can be added." if s.drafts else "A single pose does not tell it."
     if lacking := to_record(d):
         own = (
             f"Record {joined([f'`{name}`' for name in lacking])} first: the pattern may stand for what that would tell."

@@ -18,6 +18,9 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
+from postproc.patterns.curves import fixed
+from postproc.patterns.formula import Pattern
+from postproc.patterns.signals import Signal
 from postproc.robot.catalogue import load_robot
 from tests.independent.hidden_effects import Plan, make_set
 
@@ -46,6 +49,12 @@ def _cell(kinds, seed, noise, poses, robot, outliers):
             for name in ("fit.csv", "validate_true.csv")
         ]
     return (*read, answer)
+
+
+def law(names: str, values, text: str = "proportional", code: str = "") -> Pattern:
+    """A pattern that is called ``text``, of values (n,) that follow some channels, "q5 q6"."""
+    signal = Signal(tuple(names.split()), values, code, "", names)
+    return Pattern(((fixed(lambda x: x, text, "line"), signal),), kind="line")
 
 
 _fits: dict[tuple[int, str, tuple[str, ...]], tuple[Measurements, Fit]] = {}

@@ -14,7 +14,7 @@ from postproc.identification.forward import accepted
 from postproc.identification.state import SearchState
 from postproc.model.derivatives.places import INSTRUMENT
 from postproc.patterns.suspects import Suspect
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.identification.test_whole import two_rates
 from tests.independent import library_effects as kinds
 
@@ -25,7 +25,7 @@ def swaying(data, size=1e-3):
     moved = replace(data, position=data.position + wave[:, None] * [1.0, -0.5, 0.3])
     base = base_fit(moved)
     place = base.problem.sensitivity.matrix[:, :, INSTRUMENT : INSTRUMENT + 3]
-    one = Suspect("row", "instrument", "wave", 1.0, 0.0, 99.0, place, wave / size, ("row",))
+    one = Suspect("instrument", place, law("row", wave / size), 0.0, 99.0, 0.0, "row")
     return base, one
 
 
@@ -64,8 +64,8 @@ def test_what_forms_an_effect_stays_where_the_patterns_beside_it_are_taken_away(
 
 def test_patterns_are_taken_away_again_as_they_were_put_there():
     """Nothing was named meanwhile: what the fit left before it leaves again, and is not looked for anew."""
-    base, law = swaying(cell(seed=74, noise=0.02, poses=60)[0])
+    base, one = swaying(cell(seed=74, noise=0.02, poses=60)[0])
     search = SearchState(base, base, {}, None)
-    again = replace(law, values=law.values**2)
-    both = search.beside((law,)).beside((law, again))
+    again = replace(one, form=law("row", one.values**2))
+    both = search.beside((one,)).beside((one, again))
     assert both.beside(()).fit is base and both.beside(()).outside == ()

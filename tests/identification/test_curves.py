@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -77,16 +76,6 @@ def test_a_parabola_in_time_is_no_wave(seed):
     assert found.suspects[0].channel == "time"
     assert found.suspects[0].pattern.startswith("growing to either side of ")
     assert found.suspects[0].pattern.endswith(", with the square")
-
-
-def test_of_shapes_that_the_data_does_not_tell_apart_the_plainest_is_told():
-    from postproc.patterns.screening import Found, _plainest
-
-    def shape(worth: float, numbers: int) -> Found:
-        return Found(worth, 1.0, "joint 1", SimpleNamespace(cost=numbers))  # type: ignore[arg-type]
-
-    wave, line, far = shape(100.0, 2), shape(93.0, 0), shape(91.0, 0)
-    assert _plainest([wave, line, far]) is line and _plainest([wave, far]) is wave
 
 
 def test_the_map_of_a_module_moves_what_its_curve_says():

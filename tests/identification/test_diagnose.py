@@ -245,7 +245,10 @@ def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
         found.base.data, state=data.rows(data.usable).state.with_(channels={"door": np.zeros(len(found.base.data))})
     )
     own = replace(found.base, problem=replace(found.base.problem, data=data))
-    more = tuple(replace(suspect, channel=name) for name in (suspect.channel, "q9", "door"))
+    [(curve, signal)] = suspect.form.factors
+    several = replace(signal, names=(suspect.channel, "q9", "door"))
+    form = replace(suspect.form, factors=((curve, several),))
+    more = tuple(replace(suspect, form=form, channel=name) for name in form.channels)
     assert f"follows door, {suspect.channel} and q9 (step near" in headline(replace(found, base=own, suspects=more))
 
 

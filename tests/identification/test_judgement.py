@@ -28,7 +28,6 @@ from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Weights
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
-    fitted_best,
     impossible,
     judged,
     predicts_better,
@@ -47,7 +46,7 @@ from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.patterns.suspects import Suspect, places
 from postproc.robot.catalogue import load_robot
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS, Wrenches, point_load
 from tests.independent.cells import Hidden, column, draw_cell, draw_states, measure
@@ -87,27 +86,6 @@ def _once(s):
 
 def _nine_times(s):
     return column(2, 1e-4 * np.sin(9 * s.q[:, 2]))
-
-
-def _soft_at_two(g, arm):
-    windup, knee = np.array([0, 0, 2e-4, 0, 3e-4, 0]), np.array([1, 1, 260.0, 1, 50.0, 1])
-    return Hidden("soft", "nonlinear_compliance", joint=lambda s, tau: windup * np.tanh(tau / knee))
-
-
-def test_what_moves_every_joint_for_the_sake_of_two_is_fitted_at_these_alone():
-    data, _ = cell(_soft_at_two, seed=640127, poses=150)
-    base = base_fit(data)
-    largest = np.abs(base.problem.sensitivity.state.joint_load).max(axis=0)
-    key, effect = "nonlinear_compliance", NonlinearCompliance(knee_Nm=np.maximum(0.4 * largest, 1e-3))
-    every = Candidate(key, effect, np.ones(12, dtype=bool), "all joints", 1.0, 1.0, 12, 10.0, 9.0, 0.0)
-    screen = Screen(base.problem, {key: NonlinearCompliance}, base.free)
-    found, after = fitted_best(base, screen, every)
-    assert found.label == "tanh, joint 3; tanh, joint 5" and np.flatnonzero(found.free).tolist() == [2, 4, 8, 10]
-    assert found.count == 4 and sum(k == key for k, _ in after.parameters) == 4
-    assert found.evidence > judged(base, refit(base, every), every).evidence
-    # Each of the two is needed.
-    again, _ = fitted_best(base, screen, found)
-    assert again.free.sum() == 4
 
 
 def _soft_bearing(g, arm):
@@ -301,7 +279,7 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
     data, _ = cell(_short_wave, seed=521, poses=60)
     fit = base_fit(data)
     wave, moves = np.sin(9 * data.state.q[:, 2]), places(fit.problem)["joint 3"]
-    one = Suspect("q3", "joint 3", "wave", 1.0, 0.0, 0.0, moves, wave, ("q3",))
+    one = Suspect("joint 3", moves, law("q3", wave), 0.0, 0.0, 0.0, "q3")
     columns = np.hstack([fit.columns, one.columns(fit.problem)])
     blocks = contiguous_blocks(data.repeats)
     at, y, weights = blocks[fit.problem.row], fit.problem.residual, fit.problem.weights

@@ -20,7 +20,7 @@ from postproc.identification.forward import backward
 from postproc.identification.state import SearchState, SelectedEffect
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.independent.cells import Hidden, column
 
 PHASE = np.random.default_rng(8).uniform(0, 6.3, 9)
@@ -81,11 +81,11 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     base = base_fit(data)
     wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
-    # Two lines among 6 joints and 40 orders, of one effect among 20; a step among 10,000 patterns.
-    paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4)
+    # Two lines among 6 joints and 40 orders, of one effect among 20; a step among 10,000 patterns without a name.
+    paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4 * 3000)
     told = [SelectedEffect(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
-    jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",), (), tried)
+    jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")
     state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns({"q3": state.q[:, 2]}, state, position)
     search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
@@ -155,7 +155,7 @@ def _taken_from_alone(key):
             np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
             np.testing.assert_array_equal(a.screened, b.screened)
             np.testing.assert_array_equal(a.effect.vector(), b.effect.vector())
-            assert (a.odds, a.forming, a.along is None) == (b.odds, b.forming, b.along is None)
+            assert (a.odds, a.forming) == (b.odds, b.forming)
 
 
 def test_a_third_line_on_a_joint_that_the_model_has_two_of_is_no_form():

@@ -15,7 +15,7 @@ from postproc.patterns.formula import Group
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.signals import channel_signal
 from postproc.patterns.suspects import Suspect, by_channel
-from tests.identification.cells import base_fit, cell
+from tests.identification.cells import base_fit, cell, law
 from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
 
@@ -140,56 +140,53 @@ def test_one_bad_reading_is_no_law():
     assert any(d.code in ("DAT013", "DAT025") and "row 12 " in d.message for d in found.diagnostics)
 
 
+def suspect(where, worth, form, channel="", share=None):
+    share = worth / 100 if share is None else share
+    return Suspect(where, np.zeros((1, 3, 1)), form, worth, worth, 0.0, channel or form.channels[0], share)
+
+
 def test_a_place_that_explains_as_much_is_told_too():
     """A shift of the tool across its axis and a turn of joint 6 are the same for positions alone."""
-    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
+    side = law("dir1", np.ones(1))
     at = [("joint 6", 90.0), ("joint 6", 80.0), ("tool", 78.0), ("base", 30.0)]
-    ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, nothing, way) for where, worth in at]
+    ranked = [suspect(where, worth, side, share=0.9) for where, worth in at]
     assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
 
 
 def test_a_second_structure_comes_before_other_dresses_of_the_first():
-    nothing = np.zeros((1, 3, 1))
+    def at_2(names, worth):
+        return suspect("joint 2", worth, law(names, np.ones(1)))
 
-    def suspect(channel, worth, way, *channels):
-        text, every = "proportional", channels or (channel,)
-        return Suspect(channel, "joint 2", text, worth / 100, worth, worth, nothing, way, every)
-
-    first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
-    ranked = [suspect("load2", 70.0, first), suspect("time", 50.0, dress), suspect("x", 45.0, dress)]
-    shown = by_channel([*ranked, suspect("z", 35.0, dress)], [suspect("q5", 20.0, second, "q5", "q6")])
+    ranked = [at_2("load2", 70.0), at_2("time", 50.0), at_2("x", 45.0)]
+    shown = by_channel([*ranked, at_2("z", 35.0)], [at_2("q5 q6", 20.0)])
     assert [s.channel for s in shown] == ["load2", "q5", "time", "x"]
     assert shown[1].share == pytest.approx(0.2)
-    more = Suspect("q1", "joint 2", "wave", 0.6, 60.0, 60.0, nothing, dress, ("load2", "q1"))
+    more = replace(at_2("load2 q1", 60.0), channel="q1")
     assert "q1" not in {s.channel for s in by_channel([ranked[0], more])}
     # What is worth more with a further channel than without it stays.
-    both = [suspect("time", 50.0, dress, "time", "q6"), suspect("q6", 45.0, dress, "q6", "time")]
-    assert [s.channel for s in by_channel([ranked[0], *both, suspect("x", 44.0, dress), suspect("time", 42.0, second)])] == [
+    both = [at_2("time q6", 50.0), at_2("q6 time", 45.0)]
+    assert [s.channel for s in by_channel([ranked[0], *both, at_2("x", 44.0), at_2("time", 42.0)])] == [
         "load2", "time", "q6", "x",
     ]  # fmt: skip
 
 
 def test_a_second_part_of_the_same_channel_is_listed():
     """The draft has both."""
-    nothing = np.zeros((1, 3, 1))
-    first, wave = (
-        Suspect("q2", "joint 2", t, 0.5, 50.0, 50.0, nothing, np.full(1, x)) for t, x in (("a", 1), ("b", 2))
-    )
-    assert [s.pattern for s in by_channel([first], [wave])] == ["a", "b"]
+    first, wave = (suspect("joint 2", 50.0, law("q2", np.ones(1), text)) for text in "ab")
+    assert [s.form for s in by_channel([first], [wave])] == [first.form, wave.form]
     # .. after what else the first follows, and after a part elsewhere.
-    load, third = replace(first, channel="load2"), replace(wave, where="joint 4", pattern="c")
-    assert [s.pattern + s.channel for s in by_channel([first, load], [wave, third])] == ["aq2", "cq2", "aload2", "bq2"]
+    load, third = replace(first, channel="load2"), suspect("joint 4", 50.0, law("q2", np.ones(1), "c"))
+    shown = by_channel([first, load], [wave, third])
+    assert [(s.form, s.channel) for s in shown] == [
+        (first.form, "q2"), (third.form, "q2"), (first.form, "load2"), (wave.form, "q2"),
+    ]  # fmt: skip
 
 
 def test_what_a_pose_tells_is_listed_where_it_does_not_tell_the_first():
     """Only that can be drafted, though it leaves more."""
-    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
-    late = Suspect("temperature", "joint 2", "late", 1.0, 500.0, 500.0, nothing, way)
-    others = [("body 1", 0.99, 480.0), ("joint 2", 0.6, 60.0)]
-    ranked = [
-        late,
-        *(Suspect("time", w, "line", s, e, e, nothing, way, drafts=(("state.time",),)) for w, s, e in others),
-    ]
+    late, line = law("temperature", np.ones(1), "late"), law("time", np.ones(1), code="state.time")
+    ranked = [suspect("joint 2", 500.0, late, share=1.0)]
+    ranked += [suspect(w, e, line, share=s) for w, s, e in (("body 1", 0.99, 480.0), ("joint 2", 0.6, 60.0))]
     assert by_channel(ranked)[1] is ranked[2]
 
 

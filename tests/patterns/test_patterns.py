@@ -13,7 +13,7 @@ from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.curves import STEP, fixed, of_signal, sharper, waves
 from postproc.patterns.dictionary import Patterns, patterns, swelling
 from postproc.patterns.formula import Group, block
-from postproc.patterns.pattern_prior import FRAMES, PLACES, odds
+from postproc.patterns.pattern_prior import FRAMES, PLACES, UNNAMED_LOG_PRIOR, odds
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, places
@@ -241,7 +241,7 @@ def test_what_is_dragged_along_is_told_by_how_far():
         slack.append(angle - place)
     found = closest(best(of_two(q2=q2, time=np.arange(float(len(q2)))).every, np.array(slack)), np.array(slack))
     assert found.text.startswith("dragged along by q2, and slipping after ")
-    assert found.numbers[0] == pytest.approx(reach, rel=0.1) and not found.codes
+    assert found.numbers[0] == pytest.approx(reach, rel=0.1) and not found.drafts
     assert abs(np.corrcoef(found.values, slack)[0, 1]) > 0.99
 
 
@@ -258,7 +258,7 @@ def test_what_follows_a_channel_late_is_told_by_its_lag():
     every = of_two(time=fine[row], temperature=hall[row]).every
     found = closest(best([p for p in every if p.kind == "late"], late), late)
     assert found.text.startswith("following temperature with a lag of 2") and found.channels == ("temperature",)
-    assert abs(np.corrcoef(found.values, late)[0, 1]) > 0.99 and not found.codes
+    assert abs(np.corrcoef(found.values, late)[0, 1]) > 0.99 and not found.drafts
 
 
 def test_the_size_of_an_angle_may_come_again_along_a_column():
@@ -354,7 +354,8 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     time, row = np.random.default_rng(3).permutation(np.linspace(0.0, 7200.0, len(data))), fit.problem.row
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
     y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
-    monkeypatch.setattr(PatternScreen, "add", lambda self, where, pattern: added.append(where))
+    own = PatternScreen._at
+    monkeypatch.setattr(PatternScreen, "_at", lambda self, where, form: added.append(where) or own(self, where, form))
     found = PatternScreen(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
@@ -408,7 +409,7 @@ def test_a_kind_of_which_there_are_few_is_cheap():
     every = of_two(q1=np.linspace(-1, 1, 90), load1=np.cos(np.linspace(0, 9, 90)))
     at = {None: PLACES, "joint": 6}
     each = [odds(p, every.kinds) for p in every.every]
-    np.testing.assert_allclose(each, every.odds)
+    np.testing.assert_allclose(2 * np.log(each) + UNNAMED_LOG_PRIOR, every.prices)
     assert sum(at.get(p.where, 1) / o for p, o in zip(every.every, each, strict=True)) == pytest.approx(1.0)
     line = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "line")
     product = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "swelling wave")

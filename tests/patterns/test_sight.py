@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from postproc.patterns.instrument_model import SEEN, WAYS, Sight
+from postproc.patterns.signals import text_of
 from tests.identification.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -39,5 +40,5 @@ def test_the_text_of_a_reading_has_its_values(sight):
     seen = eval(found.code, {"np": np, "state": state})
     assert seen == pytest.approx(found.point, abs=1e-3)
     for pattern in (p for some in found.blocks() for p in list(some)[::3]):
-        said = eval(pattern.codes[0], {"np": np, "state": state, SEEN: found.point}) * 1.0
+        said = eval(text_of(pattern.drafts[0]), {"np": np, "state": state, SEEN: found.point}) * 1.0
         assert said == pytest.approx(pattern.values, abs=2e-3), pattern.text

@@ -19,10 +19,10 @@ from postproc.identification.diagnose import diagnose
 from postproc.patterns.curves import BOW, BUMP, KINK, LINE, RISE, STEP, WAVE, settling, sharper
 from postproc.patterns.dictionary import each_word, patterns, words
 from postproc.patterns.formula import Group, Pattern, block
-from postproc.patterns.signals import Movable, Way, channel_signal, channels_read
+from postproc.patterns.signals import Movable, Way, channel_signal, channels_read, text_of
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
-from tests.identification.cells import base_fit, cell, hidden_found, true_error
+from tests.identification.cells import base_fit, cell, hidden_found, law, true_error
 from tests.independent import arm as A
 from tests.independent import unknown_effects as unknown
 from tests.independent.cells import Hidden
@@ -91,9 +91,9 @@ def test_the_text_of_a_pattern_holds_in_other_poses(
     every = patterns(some, state, position).every
     told = closest(best([p for p in every if set(p.channels) == set(names)], truth), truth)
     there, elsewhere = drawn(2, 300)
-    said, true = eval(told.codes[0], {"np": np, "state": there}) * 1.0, formula(elsewhere)
+    said, true = eval(text_of(told.drafts[0]), {"np": np, "state": there}) * 1.0, formula(elsewhere)
     assert np.std(truth) > 0 and abs(np.corrcoef(said, true)[0, 1]) > 0.95
-    assert channels_read(told.codes[0]) == tuple(dict.fromkeys(channels_read(told.codes[0])))
+    assert channels_read(text_of(told.drafts[0])) == tuple(dict.fromkeys(channels_read(text_of(told.drafts[0]))))
 
 
 def test_every_pattern_has_the_values_of_its_text() -> None:
@@ -108,19 +108,23 @@ def test_every_pattern_has_the_values_of_its_text() -> None:
     whole = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels))
     every = [*list(whole.every)[::7], *whole.wide]
     finer = [p for one in every[::9] for p in list(sharper(one))[::19]]
-    told = [p for p in (*every, *finer) if p.raw.any() and p.codes]
+    told = [p for p in (*every, *finer) if p.raw.any() and p.drafts]
     assert len(told) > 0.8 * len(every)
     for pattern in told:
-        said = [np.asarray(eval(code, {"np": np, "state": state}), dtype=float) for code in pattern.codes]
+        said = [
+            np.asarray(eval(code, {"np": np, "state": state}), dtype=float) for code in map(text_of, pattern.drafts)
+        ]
         values = pattern.values if pattern.wide else pattern.values[:, None]
         np.testing.assert_allclose(np.stack(said, axis=1), values, rtol=0, atol=2e-3, err_msg=pattern.text)
     side = next(p for p in whole.every if p.kind == "line" and p.channels == ("dir3",))
     for values, group in whole.grown(side):
         for k in range(0, len(group), 101):
-            assert eval(group[k].codes[0], {"np": np, "state": state}) == pytest.approx(group[k].values, abs=1e-5)
+            assert eval(text_of(group[k].drafts[0]), {"np": np, "state": state}) == pytest.approx(
+                group[k].values, abs=1e-5
+            )
             assert group[k].values == pytest.approx(values[:, k], abs=1e-6)
     before = [p for p in every if "row before" in p.text]
-    assert before and not any(p.codes for p in before)
+    assert before and not any(p.drafts for p in before)
 
 
 def test_what_a_law_reads_is_taken_from_its_text() -> None:
@@ -261,9 +265,9 @@ def test_a_number_that_may_move_has_the_unit_and_the_room_that_its_channel_gives
     assert Movable(0.4, "knot", channel_signal("cable", X)).way.unit == "1"
 
 
-def bent(channel: str, form: str) -> Pattern:
-    """A pattern of a channel whose values are X."""
-    signal = channel_signal(channel, X)
+def bent(channel: str, form: str, rows: int) -> Pattern:
+    """A pattern of a channel whose values are X, over and over in so many rows."""
+    signal = channel_signal(channel, np.resize(X, rows))
     every = {
         "growing to": (BOW, 20.2),
         "rising": (RISE, 24.0, 2.0),
@@ -281,9 +285,10 @@ def bent(channel: str, form: str) -> Pattern:
 def test_what_forms_a_law_is_a_parameter_of_its_draft(
     tmp_path: Path, channel: str, form: str, names: tuple[str, ...], law: Callable[..., np.ndarray]
 ) -> None:
-    found, pattern = hidden_found(unknown.angle_step, seed=401), bent(channel, form)
+    found = hidden_found(unknown.angle_step, seed=401)
+    pattern = bent(channel, form, len(found.suspects[0].values))
     assert pattern.text.startswith(form)
-    first = replace(found.suspects[0], where="joint 2", pattern=pattern.text, drafts=pattern.drafts)
+    first = replace(found.suspects[0], where="joint 2", form=pattern, channel=channel)
     # The same law at another place has the same numbers.
     also = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2))
     text = effect_file(replace(found, suspects=(first,), beside=(also,)), "own", "cell.csv")[1]
@@ -340,11 +345,12 @@ def test_a_key_of_the_library_is_not_taken() -> None:
 def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     first = found.suspects[0]
-    wave = replace(
-        first, where="tool", place=np.repeat(first.place, 3, axis=2), drafts=(("np.cos(2 * state.q[:, 5])",),)
-    )
-    more = replace(first, where="joint 5", drafts=(("state.temperature > 21",),))
-    text = effect_file(replace(found, beside=(wave, more, replace(more, drafts=()))), "own", "cell.csv")[1]
+    cosine = law("q6", first.values, code="np.cos(2 * state.q[:, 5])")
+    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), form=cosine, channel="q6")
+    warm = law("temperature", first.values, code="state.temperature > 21")
+    more = replace(first, where="joint 5", form=warm, channel="temperature")
+    never = replace(more, form=law("temperature", first.values))
+    text = effect_file(replace(found, beside=(wave, more, never)), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"
     path.write_text(text, encoding="utf-8")
@@ -366,9 +372,10 @@ def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Pa
 def test_where_no_pose_tells_the_first_what_tells_most_of_its_place_is_drafted() -> None:
     """Not what was found beside it and is little alone."""
     found = hidden_found(unknown.angle_step, seed=401)
-    first = replace(found.suspects[0], drafts=(), pattern="following temperature with a lag")
-    little = replace(first, share=0.01, drafts=(("np.cos(state.time)",),))
-    most = replace(first, share=0.9, drafts=(("state.temperature",),))
+    values = found.suspects[0].values
+    first = replace(found.suspects[0], form=law("temperature", values, "following temperature with a lag"))
+    little = replace(first, share=0.01, form=law("time", values, code="np.cos(state.time)"))
+    most = replace(first, share=0.9, form=law("temperature", values, code="state.temperature"))
     text = effect_file(replace(found, suspects=(first, little, most), beside=(little,)), "own", "cell.csv")[1]
     assert text is not None
     assert "state.temperature" in text and "np.cos(state.time)" not in text
@@ -378,7 +385,8 @@ def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     name = 'hose 5" \\ 7'
     [own] = block(LINE, channel_signal(name, np.arange(9.0)))
-    size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, drafts=own.drafts)
+    own = replace(own, factors=((LINE, channel_signal(name, found.suspects[0].values)),))
+    size = replace(found.suspects[0], channel=name, form=own)
     text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a """b""".csv')[1]
     assert text is not None
     path = tmp_path / "own.py"
@@ -391,7 +399,7 @@ def test_each_level_of_a_column_is_drafted_with_a_size_of_its_own(tmp_path: Path
     found = hidden_found(unknown.angle_step, seed=401)
     word = {f"dock={w}": (np.arange(len(found.suspects[0].values)) % 3 == k) * 1.0 for k, w in enumerate("abc")}
     [each] = each_word(words({n: channel_signal(n, x) for n, x in word.items()})["dock"])
-    docks = replace(found.suspects[0], pattern=each.text, values=each.values, drafts=each.drafts)
+    docks = replace(found.suspects[0], form=each, channel="dock")
     text = effect_file(replace(found, suspects=(docks,), beside=()), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"

@@ -102,7 +102,7 @@ def _say_further(found: Diagnosis, asked: _Question, draft: Path | None, drafted
     if told and draft is not None:
         words = ("add", asked.model, *keys, drafted, *_tables(asked.data), *asked.words(draft), "-o", "BETTER.toml")
         what = "adds what remains, too" if keys else "adds it"
-        if not found.suspects[0].codes:
+        if not found.suspects[0].drafts:
             what = "adds what a single pose tells of it, which is not all"
         say_next(what, *words, lead="or" if keys else "next")
     elif told:

@@ -18,8 +18,6 @@ from postproc.identification.evidence import DIM, Gain, gain, gains
 
 EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
-DEEPEST = 8
-"""Terms of one effect that are searched one after another."""
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
@@ -36,25 +34,21 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     worth = measured.evidence - price
     best = int(np.argmax(worth))
     seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
-    narrow = int(forms.width[seen].min(initial=forms.width.max()))
+    if not len(seen):
+        return _candidate(linear, screen.beside(forms[best], None), measured.of(best), float(price[best]))
+    narrow = int(forms.width[seen].min())
     thin = seen[forms.width[seen] == narrow]
     # A free function grows finer, too.
     widest = np.inf if forms[best].effect.roughness() is not None else narrow
-    starts = [(best, np.inf), (int(thin[np.argmax(worth[thin])]), widest)] if len(thin) else []
-    if len(thin) == len(seen) or starts[:1] == starts[1:]:
-        starts = starts[:1]
-    visible = float(measured.visible[seen].max(initial=0.0))
+    starts = [(best, np.inf), *([(int(thin[np.argmax(worth[thin])]), widest)] if len(thin) < len(seen) else [])]
     found = [
-        _grow(screen, linear, screen.beside(forms[i], None), measured.of(i), float(price[i]), w) for i, w in starts
+        _grow(screen, linear, screen.beside(forms[i], None), measured.of(i), float(price[i]), w)
+        for i, w in dict.fromkeys(starts)
     ]
-    if not found:
-        form = screen.beside(forms[best], None)
-        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, float(price[best]), visible, 1.0)
-    chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
+    chosen = replace(max(found, key=lambda c: c.evidence), visible=float(measured.visible[seen].max()))
     if not chosen.curved:
         return chosen
-    some = ((forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth))
-    others = [_told(linear, f.key, f.effect, f.refit, f.label, brought, cost) for f, brought, cost in some]
+    others = [_candidate(linear, forms[i], measured.of(i), float(price[i])) for i in _starts(forms, worth)]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
 
@@ -77,63 +71,42 @@ def _starts(forms: Forms, worth: Array) -> list[int]:
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
     """A form with more of its own while each is worth its parameters, of those that move no more than ``widest``."""
-    outer, total = linear, linear.square
-    beside = np.zeros(len(form.refit), dtype=bool)
-    if form.along is not None:
-        linear = linear.extended(form.along)
-        beside = form.refit & form.effect.amplitudes() & ~form.screened
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + type(effect).unlikely
     columns = _columns(screen.problem, form, free)
-    for _ in range(1, DEEPEST):
+    while True:
         if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):
             nearest, whole, cost = nearer
             effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
             searched += cost
         # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
         inner = linear.extended(columns, DIM**0.5)
-        found = _further(screen, inner, form.key, effect, widest) if whole.evidence > searched else None
-        if found is None:
+        further = _further(screen, inner, form.key, effect, widest) if whole.evidence > searched else None
+        if further is None:
             break
-        option, cost = found
-        new = option.effect
-        same = kind(new) == kind(effect)
-        mask = option.refit | free if same else option.refit
-        counted = mask & ~beside if len(mask) == len(beside) else mask
-        further, base, along = linear, whole, np.zeros_like(beside)
-        if same and option.along is not None:
-            # Neither does what goes along with a further term tell anything for it.
-            along = option.refit & new.amplitudes() & ~option.screened & ~free
-            counted &= ~along
-            further = linear.extended(option.along)
-            base = gain(further, columns_of(screen.problem, effect, free & ~beside))
-        wide = _columns(screen.problem, option, counted, columns)
-        forming = int((mask & ~new.amplitudes()).sum())
-        flexible = new.roughness() is not None
-        trial = gain(further, wide, forming, flexible)
-        if trial.evidence - cost <= base.evidence:
+        option, cost = further
+        mask = option.refit | free if kind(option.effect) == kind(effect) else option.refit
+        wide = _columns(screen.problem, option, mask, columns)
+        flexible = option.effect.roughness() is not None
+        trial = gain(linear, wide, int((mask & ~option.effect.amplitudes()).sum()), flexible)
+        if trial.evidence - cost <= whole.evidence:
             break
-        linear, beside = further, beside | along
         # A free function in another resolution is the same thing better said.
         labels = [*(labels[:-1] if flexible else labels), option.label]
-        effect, free, whole, columns = new, mask, trial, wide
+        effect, free, whole, columns = option.effect, mask, trial, wide
         searched += cost
     label = "; ".join(text for text in labels if text)
-    worth = float(whole.evidence)
-    if form.along is not None and worth > searched:
-        # What is fitted along tells nothing alone, but with the effect it is a part of it.
-        worth = max(worth, float(gain(outer, columns_of(screen.problem, effect, free)).evidence))
-    told = _told(linear, form.key, effect, free, label, whole, searched)
-    return replace(told, evidence=worth - searched, fall=told.fall + total - linear.square)
+    return _candidate(linear, replace(form, effect=effect, refit=free, label=label), whole, searched)
 
 
-def _told(
-    linear: Linear, key: str, effect: Effect, free: NDArray[np.bool_], label: str, gain_: Gain, searched: float
-) -> Candidate:
-    before, worth = linear.square, float(gain_.evidence) - searched
-    fall, count, visible = float(gain_.fall), int(gain_.count), float(gain_.visible)
-    p = f_test(before, before - fall, count, linear.freedom - count, searched)
-    return Candidate(key, effect, free, label, worth, fall, count, searched, visible, p)
+def _candidate(linear: Linear, form: Form, brought: Gain, searched: float) -> Candidate:
+    """A form with what it brings, at the price of what was searched for it."""
+    fall, count = float(brought.fall), int(brought.count)
+    p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, searched)
+    worth = float(brought.evidence) - searched
+    return Candidate(
+        form.key, form.effect, form.refit, form.label, worth, fall, count, searched, float(brought.visible), p
+    )
 
 
 def _sharpened(
@@ -169,7 +142,7 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
     """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
     whole = form.columns if before is None else np.hstack([before, form.columns])
-    alike = form.along is None and whole.shape[1] == linear_part(form.effect, mask).sum()
+    alike = whole.shape[1] == linear_part(form.effect, mask).sum()
     return whole if alike else columns_of(problem, form.effect, mask)
 
 

@@ -30,7 +30,6 @@ class Form:
         columns: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
             they are.
         forming: how many parameters beyond the screened ones a full fit would move.
-        along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
         odds: how ordinary the form is beside the others. sign: 1 for a single amplitude that can only be positive.
     """
 
@@ -41,7 +40,6 @@ class Form:
     columns: Array
     screened: NDArray[np.bool_]
     forming: int = 0
-    along: Array | None = None
     odds: float = 1.0
     sign: int = 0
 
@@ -65,7 +63,7 @@ class Stack:
     Args:
         index: (M,) which forms; values: (N, M w) their columns, gram: (M, w, w) and their products.
         forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function; sign: (M,) as
-            in `Form`. along: as in `Form`, of a form that has some, which stands alone.
+            in `Form`.
     """
 
     index: NDArray[np.int_]
@@ -74,7 +72,6 @@ class Stack:
     forming: NDArray[np.int_]
     flexible: NDArray[np.bool_]
     sign: NDArray[np.int_]
-    along: Array | None = None
 
     @classmethod
     def of(cls, some: Sequence[Form], index: Sequence[int]) -> Stack:
@@ -82,9 +79,7 @@ class Stack:
         C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
         numbers = ([f.forming, f.effect.roughness() is not None, f.sign] for f in some)
         forming, flexible, sign = np.array(list(numbers), dtype=int).T
-        return cls(
-            np.array(index), values, C.transpose(0, 2, 1) @ C, forming, flexible.astype(bool), sign, some[0].along
-        )
+        return cls(np.array(index), values, C.transpose(0, 2, 1) @ C, forming, flexible.astype(bool), sign)
 
 
 @dataclass(frozen=True)
@@ -96,10 +91,10 @@ class Forms:
 
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
-        forms, stacks, alike = list(every), list[Stack](), dict[tuple[int, int], list[int]]()
+        forms, stacks, alike = list(every), list[Stack](), dict[int, list[int]]()
         for i, form in enumerate(forms):
-            alike.setdefault((form.width, -1 if form.along is None else i), []).append(i)
-        for (width, _), index in alike.items():
+            alike.setdefault(form.width, []).append(i)
+        for width, index in alike.items():
             for rows in blocks(len(index), max(1, int(CHUNK / forms[index[0]].columns.size))):
                 stacks.append(Stack.of([forms[i] for i in index[rows]], index[rows]))
                 for k, i in enumerate(index[rows]):
@@ -133,12 +128,10 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(problem.sensitivity.state, current):
         same = known.get(v.label)
-        fresh = current is None or len(v.free) == len(current.vector())
         if same is None or same.width != v.free.sum():
-            found.append(make_form(problem, v, fresh))
+            found.append(make_form(problem, v))
         else:
-            along = same.along if fresh else None
-            found.append(replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along))
+            found.append(replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds))
     return Forms.of(form for form in found if form is not None)
 
 
@@ -146,15 +139,11 @@ def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
     """Forms of an effect that say one of its new terms a little differently, each with the columns of all its terms."""
     near = effect.nearby(new) if isinstance(effect, SumOfTerms) else ()
     every = (replace(v, free=v.refit) for v in near)
-    return Forms.of(form for v in every if (form := make_form(problem, v, fresh=False)) is not None)
+    return Forms.of(form for v in every if (form := make_form(problem, v)) is not None)
 
 
-def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
-    """The whitened columns of a variant, None where they vanish on this data.
-
-    Args:
-        fresh: the variant has no more terms than the model holds (those that it holds are free in its fit already).
-    """
+def make_form(problem: Problem, v: Variant) -> Form | None:
+    """The whitened columns of a variant, None where they vanish on this data."""
     size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
     basis = None if v.effect.missing(state) else v.effect.basis(state)
     if basis is None:
@@ -164,11 +153,9 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     if not np.isfinite(columns).all() or not columns.any():
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
-    extra = v.refit & v.effect.amplitudes() & ~v.free
-    along = problem.columns(v.effect, extra) if fresh and extra.any() else None
     sign = int(v.free.sum() == 1 and (v.effect.bounds()[0] == v.effect.null_vector())[v.free].all())
     key = type(v.effect).key
-    return Form(key, v.label, v.effect, v.refit, columns, v.free, forming, along, v.odds, sign)
+    return Form(key, v.label, v.effect, v.refit, columns, v.free, forming, v.odds, sign)
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:

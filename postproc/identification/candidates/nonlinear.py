@@ -114,7 +114,10 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
     some = list(candidate.starts)
     for tries, enough in STAGES:
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
-        some = _one_of_each([c for c, _ in moved])[:enough]
+        first: dict[tuple[object, ...], Candidate] = {}
+        for c, _ in moved:
+            first.setdefault(kind(c.effect), c)
+        some = list(first.values())[:enough]
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
@@ -131,14 +134,6 @@ def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
     """A candidate's `Effect.relatives`, at the price of being rarer."""
     every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
     return [replace(start, effect=v.effect, label=v.label, searched=start.searched - 2 * np.log(v.odds)) for v in every]
-
-
-def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
-    """The first candidate of every law, pair of bodies .."""
-    found: dict[tuple[object, ...], Candidate] = {}
-    for c in candidates:
-        found.setdefault(kind(c.effect), c)
-    return list(found.values())
 
 
 def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:

@@ -21,12 +21,10 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 RULES: dict[str, tuple[Patch, ...]] = {
     "backward": (("identification.forward", "backward", lambda state: state),),
     "maps": (("effects.library.joints.transmission_error", "TransmissionError.generalised", _nothing),),
-    "nonlinear": (
-        ("identification.candidates.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),
-    ),
+    "nonlinear": (("identification.acceptance", "refit_form", lambda screen, linear, candidate, *least: candidate),),
     "held_out": (("identification.forward", "predicts_better", lambda after, before, errors: True),),
     "row": (("identification.forward", "lives_on_a_row", lambda fit, best: False),),
-    "nested": (("identification.candidates.ranking", "_nested", lambda candidate, found: candidate),),
+    "nested": (("identification.acceptance", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (
             "effects.library.joints.transmission_error",
