@@ -6,7 +6,7 @@ Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -334,7 +334,7 @@ def _conversion(
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
     report = document(model.robot.name, plan, task.events, judged, findings)
-    report["worlds"] = proof.worlds.as_json()
+    report["worlds"] = asdict(proof.worlds)
     report["expected_remaining_fraction"] = expect_remaining(model, plan.motion)
     report["run_time"] = text.function and text.function.as_json(options.run_time, proof.after, plan)
     outputs = _outputs(task, text, report)

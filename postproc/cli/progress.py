@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from postproc.batch.summary import finding_line, result_line, sum_line, table_lines, warning_lines
-from postproc.batch.values import Batch, TaskOutcome
+from postproc.batch.summary import finding_line, result_line
+from postproc.batch.values import TaskOutcome
 from postproc.cli.report import MOST, say, width_of
 from postproc.diagnostics import PostprocError, visible
 
@@ -60,14 +60,9 @@ class Reporter:
         else:
             self.bar[0].console.print(visible(text), markup=False, highlight=False, soft_wrap=True)
 
-    def summary(self, batch: Batch) -> None:
-        for line in table_lines(batch):
-            say(line)
-        for line in warning_lines(batch):
-            say(line)
-        for found in batch.findings:
-            say(finding_line(found))
-        say(sum_line(batch, time.monotonic() - self.started))
+    def time_line(self) -> str:
+        """How many tasks were done, in which time."""
+        return f"{self.done} task{'s' * (self.done != 1)} in {time.monotonic() - self.started:.1f} s"
 
 
 class _Work:

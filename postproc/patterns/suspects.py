@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -74,9 +73,6 @@ class Suspect:
     def codes(self) -> tuple[str, ...]:
         """The expressions with all numbers as they are."""
         return tuple(map(text_of, self.drafts))
-
-    def as_json(self) -> dict[str, Any]:
-        return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:

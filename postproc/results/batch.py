@@ -14,6 +14,8 @@ from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, 
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import made_section
 
+MOST = 40
+"""Programs that a terminal prints where not all are asked for."""
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
 COLUMNS = (
@@ -38,20 +40,21 @@ def batch_document(
     done = [t for t in tasks if "max_error_after_mm" in t]
     worst = max(done, key=lambda t: float(t["max_error_after_mm"]), default=None)
     told = [(t["name"], d) for t in tasks for d in t["diagnostics"]]
-    said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
-    said += [_finding("", d) for d in values["diagnostics"]]
-    sections = [Section("Errors", [DataTable("errors", FINDING, said)])] if said else []
+    errors = [_finding(name, d) for name, d in told if d["severity"] == "error"]
+    said = [*errors, *(_finding("", d) for d in values["diagnostics"])]
+    # A terminal has shown those of tasks as each was done.
+    found = DataTable("errors", FINDING, said, range(len(errors), len(said)))
+    sections = [Section("Errors", [found])] if said else []
     note = "Failures first, then the largest deviations that remain."
     if pages:
         note += " A click on a program opens its page."
     if any(t.get("unproved_statements") for t in tasks):
         note += f" Unproved: {UNPROVED}."
     links = (0, [_link((pages or {}).get(t["name"])) for t in tasks]) if pages else None
-    sections.append(
-        Section("Every program", [DataTable("programs", COLUMNS, [_row(t) for t in tasks], links=links)], note)
-    )
+    programs = DataTable("programs", COLUMNS, [_row(t) for t in tasks], range(min(MOST, len(tasks))), links)
+    sections.append(Section("Every program", [programs], note))
     if len(done) > 1:
-        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)])]))
+        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)], 520)]))
     if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
         note = (
             "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
@@ -70,6 +73,9 @@ def batch_document(
             Figure("worst before", max((t["max_error_before_mm"] for t in done), default=None), "before"),
             Figure("worst after", worst and worst["max_error_after_mm"], "after"),
             Figure("targets added", sum(t["added_targets"] for t in done)),
+            Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
+            Figure("done before", count["cached"] or None),
+            Figure("files copied", count["copied"] or None),
         ),
         sections=sections,
     )
@@ -81,8 +87,7 @@ def _histogram(done: Sequence[Mapping[str, Any]]) -> str:
         key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
         for key, kind in (("before", "was"), ("after", "is"))
     }
-    drawn = histogram(lengths, "mm", "Each program, before and after")
-    return f'<div class="one">{drawn}</div>' if drawn else ""
+    return histogram(lengths, "mm", "Each program, before and after")
 
 
 def _link(path: str | None) -> str | None:

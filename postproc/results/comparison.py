@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from postproc.estimation.channels import unit_of
 from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import WORST, Comparison, sizes
+from postproc.identification.trends import Trend
 from postproc.measure.errors import mm, rms
 from postproc.measure.iso9283 import Iso9283
 from postproc.report.blocks import (
@@ -23,12 +25,12 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    View,
 )
 from postproc.report.blocks import figures as known
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.report.page import render
 from postproc.results.fit import left_out, noise_values
 from postproc.results.wording import FREE
 
@@ -40,7 +42,6 @@ GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
-SCRIPTS = ("space", "arm", "steps")
 NAMED, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
@@ -85,7 +86,7 @@ def comparison_document(name: str, found: Comparison) -> Document:
             ),
             Section("What the residual follows: share of its variance above chance", [_follows(values)], folded=True),
         ],
-        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise), SCRIPTS),
+        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
     )
 
 
@@ -124,8 +125,23 @@ def comparison_values(found: Comparison) -> dict[str, Any]:
             }
             for i in worst
         ],
-        "channels": [t.as_json() for t in found.trends],
+        "channels": [_trend_values(t) for t in found.trends],
         "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *found.moved)],
+    }
+
+
+def _trend_values(trend: Trend) -> dict[str, Any]:
+    """An entry of ``channels``, in the units that people read."""
+    unit, factor = unit_of(trend.channel)
+    return {
+        "channel": trend.channel,
+        "where": trend.where,
+        "share": round(trend.share, 4),
+        "centre_unit": unit,
+        "unit": "mm" if trend.where == "space" else "mrad",
+        "centre": [factor * float(x) for x in trend.centre],
+        "mean": [float(x) for x in trend.mean],
+        "standard_error": [float(x) for x in trend.spread],
     }
 
 
@@ -153,8 +169,7 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
     Args:
         program: with some poses as targets of a program, as each step would have them corrected.
     """
-    drawn = Chart(lambda: [render("steps.html.j2", program=program)])
-    return [Section(title, [drawn], IN_SPACE)] if observed == "position" else []
+    return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
 def _sentence(found: Comparison, values: Mapping[str, Any]) -> str:
@@ -194,7 +209,7 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
 def _worst(values: Mapping[str, Any], error: str, unit: str) -> DataTable:
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
-    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), live='<div data-steps="worst"></div>')
+    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), view="worst")
 
 
 def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:

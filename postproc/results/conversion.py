@@ -9,7 +9,7 @@ from postproc import __version__
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.diagnostics import Diagnostic, Matter
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section, figures
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, View, figures
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
@@ -50,14 +50,15 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         basis=_basis(found, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", _seams(values), "The largest deviation while the arc burns."),
-            *(_pictures() if moved else ()),
+            Section("Where", [View("space")] if moved else [], IN_SPACE),
+            Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             Section("Every motion statement", [_statements(values, moved)]),
-            Section("Joints", [_element("joints")] if moved else [], JOINTS),
+            Section("Joints", [View("joints")] if moved else [], JOINTS),
             Section("Findings", [DataTable("findings", FINDING, findings, brief=())] if findings else []),
             *_run_time(values),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: _path(found), ("space", "arm", "course", "path")) if moved else None,
+        scene=Scene("path", lambda: _path(found)) if moved else None,
     )
 
 
@@ -69,30 +70,13 @@ def made_section(made: Mapping[str, str]) -> Section:
 
 def _seams(values: Mapping[str, Any]) -> list[DataTable]:
     rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
-    return [DataTable("seams", list(SEAM.values()), rows, live='<div data-path="seams"></div>')] if rows else []
+    return [DataTable("seams", list(SEAM.values()), rows, view="seams")] if rows else []
 
 
 def _statements(values: Mapping[str, Any], moved: bool) -> DataTable:
     """Every motion statement; where none of the targets is known before the program runs, no scene draws them."""
     rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
-    return DataTable("statements", STATEMENT, rows, (), live='<div data-path="statements"></div>' if moved else "")
-
-
-def _pictures() -> list[Section]:
-    return [
-        Section("Where", [Chart(_place)], IN_SPACE),
-        Section("How far off, along the path", [_element("deviation")], ACROSS),
-    ]
-
-
-def _element(name: str) -> Chart:
-    return Chart(lambda: [f'<div data-path="{name}"></div>'])
-
-
-def _place() -> list[str]:
-    from postproc.report.page import render
-
-    return [render("path.html.j2")]
+    return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
 
 def _path(found: Conversion) -> Mapping[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
-from postproc.estimation.channels import shown
+from postproc.estimation.channels import shown, unit_of
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
@@ -29,12 +29,13 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    View,
 )
 from postproc.report.blocks import figures as known
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.addition import BAR, BASE, LAWS
-from postproc.results.comparison import SCRIPTS, workspace_section
+from postproc.results.addition import BASE
+from postproc.results.comparison import workspace_section
 from postproc.results.fit import held, noise_values, parameter_table, parameter_values, structure_values
 from postproc.results.sentences import NAMED, doubts, headline, title
 from postproc.results.wording import FREE, p_text, place
@@ -90,7 +91,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
                 folded=True,
             ),
         ],
-        scene=Scene("steps", steps, SCRIPTS, BAR if d.missing else ""),
+        scene=Scene("steps", steps, "controls" if d.missing else ""),
     )
 
 
@@ -122,7 +123,7 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameter_values(d.told, m.candidate.key),
                 "structure": structure_values(d.told, m.candidate.key),
-                "law": [curve.as_json() for curve in curves(d.told, m.candidate.key)],
+                "law": [_curve_values(curve) for curve in curves(d.told, m.candidate.key)],
             }
             for m in d.missing
         ],
@@ -130,7 +131,10 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
             *(_candidate(d, c) for c in d.candidates),
             *(_untestable(d, key, why) for key, why in d.untestable.items()),
         ],
-        "suspects": [s.as_json() for s in d.suspects],
+        "suspects": [
+            {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
+            for s in d.suspects
+        ],
         key("floor"): _known(d.floor),
         f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
@@ -147,6 +151,19 @@ def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
     if effect is None or effect.roughness() is None:
         return {"is": "cause"}
     return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
+
+
+def _curve_values(curve: JointCurve) -> dict[str, Any]:
+    """An entry of ``missing[].law``: degrees and milliradians."""
+    unit, factor = unit_of(curve.channel)
+    return {
+        "joint": curve.joint,
+        "channel": curve.channel,
+        "unit": unit,
+        "at": np.round(curve.at * factor, 3).tolist(),
+        "turn_mrad": [mm(x) for x in curve.turn],
+        "sigma_mrad": [mm(x) for x in curve.sigma],
+    }
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
@@ -233,13 +250,16 @@ def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
     rungs.append(Bar(FREE, 1e3 * d.bound))
     bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
 
-    def beside() -> list[str]:
+    def distances() -> list[str]:
+        return [distance_chart(d.final, floor, held_out=True)]
+
+    def without_laws() -> list[str]:
         laws = any(step["laws"] for step in steps()["steps"])
-        return [LAWS] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
+        return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [Beside([bars, Chart(lambda: [distance_chart(d.final, floor, held_out=True)])], [Chart(beside)])],
+        [Beside([bars, Chart(distances)], [View("laws"), Chart(without_laws)])],
         f"{NOISE if floor else ''}{GREY}",
     )
 

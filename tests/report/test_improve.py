@@ -22,7 +22,7 @@ from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.drawing.residuals import suspect_chart
-from postproc.report.page import render_page
+from postproc.report.page import render_certificate, render_page
 from postproc.resources import resource
 from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate
@@ -74,7 +74,7 @@ def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
 
 def test_the_certificate_of_an_arm() -> None:
     found = compare(default_model(), sample("simulated_backlash.csv")[1])
-    page, iso = arm_certificate("cell.csv", found), comparison_values(found)["iso9283"]
+    page, iso = render_certificate(arm_certificate("cell.csv", found)), comparison_values(found)["iso9283"]
     assert f">{iso['accuracy_mean_mm']:.3f}<" in page and f">{iso['repeatability_max_mm']:.3f}<" in page
     assert page.count("name, date, signature") == 3
 

@@ -57,7 +57,7 @@ def _compare_files(a: str, b: str, near: tuple[float, float], report: Path | Non
     one, two = _read(a), _read(b)
     with watching(f"comparing `{a}` and `{b}`"):
         found = compare_programs(one, two, *near)
-    present(difference_document(Path(a).name, Path(b).name, found), report, json)
+    present(difference_document(Path(a).name, Path(b).name, found), report, json=json)
     return int(not found.equal)
 
 
@@ -71,8 +71,8 @@ def _compare_folders(a: Path, b: Path, near: tuple[float, float], report: Path |
         raise PostprocError.of("CLI007", text, help="name a file outside of both folders")
     with watching("comparing") as watch:
         found = compare_folders(a, b, *near, watch)
-    present(folders_document(str(a), str(b), found.as_json()), report, json)
-    return int(not found.equal)
+    present(folders_document(str(a), str(b), found, near), report, json=json)
+    return int(any(file.status != "equal" for file in found))
 
 
 def _read(name: str) -> Program:

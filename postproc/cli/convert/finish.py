@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.output import write, write_together
-from postproc.cli.report import VERBOSE, say
+from postproc.cli.output import present, write, write_together
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -77,20 +76,15 @@ def show_result(
     name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
     """Say on stderr what came out, and write the report and the certificate, where they are asked for."""
-    from postproc.report.terminal import render_text
     from postproc.results.conversion import conversion_document
     from postproc.settings import told
 
-    document = conversion_document(name, result, told(settings))
-    say(render_text(document, VERBOSE.get()))
-    if report is not None:
-        from postproc.report.page import render_page
-
-        write(report, render_page(document))
+    present(conversion_document(name, result, told(settings)), report, aside=True)
     if certificate is not None:
+        from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate
 
-        write(certificate, program_certificate(name, result, told(settings)))
+        write(certificate, render_certificate(program_certificate(name, result, told(settings))))
 
 
 def _differs(path: Path | None, data: bytes) -> bool:

@@ -51,7 +51,7 @@ def run(
         found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
     document = addition_document(short_names(model, *keys, *data), found)
-    present(document, report, json, text, aside=output is None)
+    present(document, report, json=json, text=text, aside=output is None)
     if not json and output is not None and found.fit.held_out_rms < found.before.held_out_rms:
         say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects), *cell_words(cell))
         words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")

@@ -39,6 +39,7 @@ def run(
         cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identification.compare import compare
+    from postproc.report.page import render_certificate
     from postproc.results.certificate import arm_certificate
     from postproc.results.comparison import comparison_document
 
@@ -49,8 +50,8 @@ def run(
         found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if certificate is not None:
-        write(certificate, arm_certificate(short_names(model, *data), found))
-    present(comparison_document(short_names(model, *data), found), report, json, text)
+        write(certificate, render_certificate(arm_certificate(short_names(model, *data), found)))
+    present(comparison_document(short_names(model, *data), found), report, json=json, text=text)
     if not json:
         say_next(
             "says whether an effect is missing", "diagnose", model, *data, *table.words(effects), *cell_words(cell)

@@ -59,7 +59,7 @@ def run(
         write(draft, code)
     elif draft is not None:
         show([nothing_to_draft(found)])
-    present(diagnosis_document(short_names(model, *data), found), report, json, text)
+    present(diagnosis_document(short_names(model, *data), found), report, json=json, text=text)
     if not json:
         _say_further(found, _Question(model, data, effects, cell, table), draft, None if code is None else name)
     return 0

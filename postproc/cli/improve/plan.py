@@ -11,9 +11,9 @@ from cyclopts.validators import Number
 
 from postproc.cli.inputs import cell_words, open_model, own_effects, short_names
 from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
-from postproc.cli.output import check_outputs, write
+from postproc.cli.output import check_outputs, present, write
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, say_next
+from postproc.cli.report import say_next
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -66,7 +66,6 @@ def run(
     with watching(f"choosing {count} poses"):
         plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
     document = plan_document(short_names(model, *data), plan)
-    say(document.sentence)
     text, at = plan.as_csv(), plan.state
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
@@ -74,9 +73,8 @@ def run(
         write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
-    if json:
-        print_json(document.values)
-    elif output is not None:
+    present(document, json=json, text=True, aside=True)
+    if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(effects), *cell_words(cell))
     return 0

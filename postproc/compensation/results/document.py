@@ -51,8 +51,10 @@ def document(
         "max_transient_mm": _mm(figures.transient),
         "max_joint_move_mm": _mm(figures.joint_move),
         "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
-        "welds": [seam.as_json() for seam in judged.seams],
-        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
+        "welds": [*map(_seam, judged.seams)],
+        "expected_accuracy": None
+        if accuracy is None
+        else {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)},
         "unproved_statements": unproved(outcomes, events, plan),
         "unmeasured_statements": unseen,
         "measured_statements": lines - unseen,
@@ -70,7 +72,7 @@ def unmeasured_document(
         "schema": SCHEMA,
         "tool": __version__,
         "robot": robot,
-        "statements": [o.as_json() for o in outcomes],
+        "statements": [*map(_statement, outcomes)],
         "max_error_before_mm": 0.0,
         "max_error_after_mm": 0.0,
         "max_arc_error_before_mm": None,
@@ -93,6 +95,37 @@ def unmeasured_document(
         "already": list(options.already),
         "worlds": {"count": 0, "differing": 0},
         "expected_remaining_fraction": None,
+    }
+
+
+def _statement(outcome: StatementOutcome) -> dict[str, Any]:
+    statement = outcome.statement
+    return {
+        "path": statement.source.path,
+        "line": statement.line,
+        "module": statement.module,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "status": outcome.status,
+        "reason": outcome.reason,
+        "edited": outcome.edited,
+        "shift_mm": outcome.shift_mm,
+        "residual_mm": outcome.residual_mm,
+    }
+
+
+def _seam(seam: Seam) -> dict[str, Any]:
+    first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
+    return {
+        "name": seam.name,
+        "path": first.source.path,
+        "line_from": first.line,
+        "line_to": last.line,
+        "length_mm": round(seam.length_mm, 1),
+        "before_mm": seam.before_mm,
+        "after_mm": seam.after_mm,
+        "added_targets": seam.added_targets,
+        "left": len(seam.left),
     }
 
 
