@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ from postproc.batch.values import (
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree, why
-from postproc.settings import Settings, read_arm, told
+from postproc.settings import Settings, read_arm
 
 if TYPE_CHECKING:
     from postproc.robot.arm import Robot
@@ -151,20 +151,17 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
 
         def todo() -> Iterator[Job]:
             for task in ready.tasks:
-                job = _prepare(plan.root, task, converters[task.name])
-                line = journal.find(job.name, job.key) if isinstance(job, Job) else None
-                if ready.pages and isinstance(job, Job):
-                    job = with_page(job, converters[task.name])
-                    lacks = line is not None and line["status"] == "compensated" and job.page not in line["outputs"]
-                    line = None if lacks else line
+                job = _prepare(plan.root, task, converters[task.name], ready.pages)
                 if isinstance(job, Result):
                     if any(finding["code"] == "BAT002" for finding in job.findings):
                         journal.hold(job.name)
                     note(journal.add(job), cached=False)
-                elif line is not None:
-                    note(journal.keep(line), cached=True)
-                else:
+                    continue
+                line = journal.find(job.name, job.key)
+                if line is None or (job.page and line["status"] == "compensated" and job.page not in line["outputs"]):
                     yield job
+                else:
+                    note(journal.keep(line), cached=True)
 
         for result in work_through(todo(), pool):
             note(journal.add(result), cached=False)
@@ -179,20 +176,14 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
 
 
-def with_page(job: Job, converter: Converter | PostprocError) -> Job:
-    """The job of a task that gets a page, too."""
-    made = told(converter.settings) if isinstance(converter, Converter) else {}
-    return replace(job, page=page_of(job.name), made=made)
-
-
-def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Job | Result:
+def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page: bool) -> Job | Result:
     """The job of a task, or why there is none."""
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
     try:
         if isinstance(converter, PostprocError):
             raise converter
-        return read_job(root, task, converter)
+        return read_job(root, task, converter, page)
     except PostprocError as error:
         return failed(task.name, "", *error.diagnostics, final=False)
 

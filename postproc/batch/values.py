@@ -58,15 +58,6 @@ def page_of(task: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Inventory:
-    """What stands in a folder: tasks to convert, and files that are copied as they are, relative to ``root``."""
-
-    root: Path
-    tasks: tuple[Task, ...] = ()
-    copies: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class BatchPlan:
     """What a batch does: tasks with their settings, and files that are copied, all relative to ``root``."""
 

@@ -19,7 +19,7 @@ class Figure:
     """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
 
     Args:
-        value: floats are shown with three decimals. kind: ``before`` or ``after``, which have colours.
+        value: floats are shown with three decimals, None is not. kind: ``before`` or ``after``, which have colours.
     """
 
     label: str
@@ -40,7 +40,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class DataTable:
-    """Rows of words and numbers; a column without a value in any row is not shown.
+    """Rows of words and numbers, shown where there are any; a column without a value in any row is not.
 
     Args:
         label: what it holds. brief: rows that a terminal prints where not all are asked for, None for all of them.
@@ -160,11 +160,6 @@ class Document:
     basis: str = ""
     sections: Sequence[Section] = ()
     scene: Scene | None = None
-
-
-def figures(*entries: Figure) -> list[Figure]:
-    """Those whose value is known."""
-    return [entry for entry in entries if entry.value is not None]
 
 
 def is_number(cell: object) -> bool:

@@ -13,6 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from postproc import __version__
+from postproc.files import resource
 from postproc.report.blocks import (
     Bars,
     Beside,
@@ -27,7 +28,6 @@ from postproc.report.blocks import (
 )
 from postproc.report.document import plain
 from postproc.report.drawing.charts import bars
-from postproc.resources import resource
 
 SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
 """Of every page, and of each scene."""
@@ -41,7 +41,7 @@ def render_page(document: Document) -> str:
         "page.html.j2",
         title=document.title,
         sentence=prose(document.sentence),
-        key=document.figures,
+        key=[figure for figure in document.figures if figure.value is not None],
         assumed=prose(document.basis),
         bar=_view(of, scene.controls) if scene is not None and scene.controls else "",
         sections=[
@@ -66,6 +66,8 @@ def _html(block: Block, scene: str) -> str:
         case Sentence(text):
             return f"<p>{prose(text)}</p>"
         case DataTable():
+            if not block.rows:
+                return ""
             return _view(scene, block.view) if block.view else table(block)
         case Bars():
             return bars(block)

@@ -30,7 +30,8 @@ def render_text(document: Document, every: bool = False) -> str:
         every: print all rows of all tables.
     """
     words = document.sentence
-    figures = [f"{f.label} {f.text}" for f in document.figures if isinstance(f.value, int) or f.head not in words]
+    known = [figure for figure in document.figures if figure.value is not None]
+    figures = [f"{f.label} {f.text}" for f in known if isinstance(f.value, int) or f.head not in words]
     lines = [*filter(None, (words, ", ".join(figures), document.basis))]
     for section in document.sections:
         lines += _section(section, every)

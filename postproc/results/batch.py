@@ -10,7 +10,7 @@ from urllib.parse import quote
 import numpy as np
 
 from postproc.grouping import grouped
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, figures
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import made_section
 
@@ -44,7 +44,7 @@ def batch_document(
     said = [*errors, *(_finding("", d) for d in values["diagnostics"])]
     # A terminal has shown those of tasks as each was done.
     found = DataTable("errors", FINDING, said, range(len(errors), len(said)))
-    sections = [Section("Errors", [found])] if said else []
+    sections = [Section("Errors", [found])]
     note = "Failures first, then the largest deviations that remain."
     if pages:
         note += " A click on a program opens its page."
@@ -55,18 +55,15 @@ def batch_document(
     sections.append(Section("Every program", [programs], note))
     if len(done) > 1:
         sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)], 520)]))
-    if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
-        note = (
-            "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
-        )
-        kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
-        sections.append(Section("Warnings", [kinds], note))
-    sections.append(made_section(made or {}))
+    note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
+    warned = [(name, d) for name, d in told if d["severity"] == "warning"]
+    kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
+    sections += [Section("Warnings", [kinds], note), made_section(made or {})]
     return Document(
         title=f"postproc batch {name}",
         values=values,
         sentence=_sentence(count, worst),
-        figures=figures(
+        figures=[
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
@@ -76,7 +73,7 @@ def batch_document(
             Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
             Figure("done before", count["cached"] or None),
             Figure("files copied", count["copied"] or None),
-        ),
+        ],
         sections=sections,
     )
 

@@ -27,7 +27,6 @@ from postproc.report.blocks import (
     Sentence,
     View,
 )
-from postproc.report.blocks import figures as known
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
@@ -55,11 +54,11 @@ def comparison_document(name: str, found: Comparison) -> Document:
         title=f"postproc compare {name}",
         values=values,
         sentence=_sentence(found, values),
-        figures=known(
+        figures=[
             Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
             Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
-        ),
+        ],
         sections=[
             Section(
                 f"How far, and how far it could be, rms in {each}",

@@ -9,7 +9,7 @@ from postproc import __version__
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.diagnostics import Diagnostic, Matter
-from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, View, figures
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, View
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
@@ -49,13 +49,13 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         figures=_figures(values) if moved else (),
         basis=_basis(found, made or {}) if moved else "",
         sections=[
-            Section("Seam by seam", _seams(values), "The largest deviation while the arc burns."),
+            Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
             Section("Where", [View("space")] if moved else [], IN_SPACE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             Section("Every motion statement", [_statements(values, moved)]),
             Section("Joints", [View("joints")] if moved else [], JOINTS),
-            Section("Findings", [DataTable("findings", FINDING, findings, brief=())] if findings else []),
-            *_run_time(values),
+            Section("Findings", [DataTable("findings", FINDING, findings, brief=())]),
+            _run_time(values.get("run_time") or {}),
             made_section(facts),
         ],
         scene=Scene("path", lambda: _path(found)) if moved else None,
@@ -68,9 +68,9 @@ def made_section(made: Mapping[str, str]) -> Section:
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
-def _seams(values: Mapping[str, Any]) -> list[DataTable]:
+def _seams(values: Mapping[str, Any]) -> DataTable:
     rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
-    return [DataTable("seams", list(SEAM.values()), rows, view="seams")] if rows else []
+    return DataTable("seams", list(SEAM.values()), rows, view="seams")
 
 
 def _statements(values: Mapping[str, Any], moved: bool) -> DataTable:
@@ -92,21 +92,18 @@ def _figures(values: Mapping[str, Any]) -> list[Figure]:
     counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
     before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
     known = bool(values["measured_statements"])
-    return figures(
+    return [
         Figure(f"before, {where}", before if known else None, "before"),
         Figure(f"after, {where}", after if known else None, "after"),
         Figure("motion statements", ", ".join([*counts, f"{_count(values, 'skipped')} left"])),
-    )
+    ]
 
 
-def _run_time(document: Mapping[str, Any]) -> list[Section]:
+def _run_time(found: Mapping[str, Any]) -> Section:
     """What the function that corrects on the controller was checked with."""
-    found = document.get("run_time")
-    if not found:
-        return []
     rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
-    return [Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)]
+    return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
 
 
 def _count(document: Mapping[str, Any], status: str) -> int:

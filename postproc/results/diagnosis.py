@@ -31,7 +31,6 @@ from postproc.report.blocks import (
     Sentence,
     View,
 )
-from postproc.report.blocks import figures as known
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.addition import BASE
@@ -79,15 +78,15 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         sections=[
             _ladder(d, values, steps),
             Section("Also to know", [*map(Sentence, doubts(d)), *held(d.told)]),
-            *([_found(d, values)] if d.missing else []),
-            *([_remaining(d)] if d.suspects else []),
+            _found(d, values),
+            _remaining(d),
             *([_held_out(d.hold_out)] if d.hold_out is not None else []),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
             Section(
                 "This data could not have shown (`postproc effects show KEY` says what to measure)",
-                [blind] if d.blind else [],
+                [blind],
                 folded=True,
             ),
         ],
@@ -213,13 +212,13 @@ def _hold_out(asked: Intervention) -> dict[str, Any]:
 def _figures(d: Diagnosis, values: Mapping[str, Any]) -> list[Figure]:
     kind = d.base.observed
     error = kind.key("held_out_rms")
-    return known(
+    return [
         Figure("error now", values[error], "before", kind.unit),
         Figure("noise", values[kind.key("floor")], unit=kind.unit),
         *verdict_figures(values),
         Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
         Figure("error with what has no name", values[f"{error}_unnamed"], "after", kind.unit),
-    )
+    ]
 
 
 def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
@@ -229,7 +228,7 @@ def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
     missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
-    return known(Figure("verdict", values["verdict"]), Figure("found", missing or None))
+    return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
 
 
 def _alike(missing: Mapping[str, Any]) -> list[str]:
@@ -289,9 +288,8 @@ def curve_text(curve: JointCurve) -> str:
 
 def _remaining(d: Diagnosis) -> Section:
     """The patterns that remain without a name, with their chart where a law has the place beside the ladder."""
-    chart = cache(lambda: suspect_chart(d.searched, d.suspects[0], d.floor))
-    drawn = [Chart(lambda: [chart()])] if d.missing else []
-    return Section("What remains follows", [*drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
+    drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
+    return Section("What remains follows", [drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:

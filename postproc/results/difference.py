@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any
 
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section, figures
+from postproc.report.blocks import DataTable, Document, Figure, Section
 
 COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
@@ -59,9 +59,7 @@ def difference_document(first: str, second: str, found: ProgramDiff) -> Document
             Figure("statements that differ", len(rows)),
         ],
         basis=_tolerance(found.tolerance_mm, found.tolerance_deg),
-        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)]
-        if rows
-        else [],
+        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)],
     )
 
 
@@ -76,13 +74,11 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
     order = sorted(files, key=lambda f: (f.status == "equal", f.path))
     unequal = [i for i, f in enumerate(order) if f.status != "equal"]
     of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
-    sections = [Section("Every file", [of_files], IN_BOTH)]
     found = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
-    if rows := list(chain(*found)):
-        places = [k < FEW for some in found for k in range(len(some))]
-        brief = [i for i, first_ones in enumerate(places) if first_ones]
-        table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
-        sections.append(Section("What differs", [table], NOTE))
+    rows = list(chain(*found))
+    places = [k < FEW for some in found for k in range(len(some))]
+    brief = [i for i, first_ones in enumerate(places) if first_ones]
+    table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
     different = {status: n for status, n in counts.items() if status != "equal"}
     return Document(
         title=f"postproc diff {first} {second}",
@@ -95,13 +91,13 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
             "files": [_file_values(f) for f in files],
         },
         sentence=f"Of {len(files)} files: {_counted(different)}.",
-        figures=figures(
+        figures=[
             Figure("largest distance", max((f.found.max_distance_mm for f in files), default=0.0)),
             Figure("files that differ", len(files) - counts["equal"]),
             Figure("statements that differ", len(rows)),
-        ),
+        ],
         basis=_tolerance(*near),
-        sections=sections,
+        sections=[Section("Every file", [of_files], IN_BOTH), Section("What differs", [table], NOTE)],
     )
 
 

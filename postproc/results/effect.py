@@ -44,7 +44,7 @@ def effect_document(cls: type[Effect]) -> Document:
         sections=[
             Section("Parameters", [DataTable("parameters", PARAMETERS, [*rows, *found])]),
             Section("Reads", [Sentence(f"  {', '.join(cls.reads)}")]),
-            Section("Is confused with", [alike] if cls.confused_with else []),
+            Section("Is confused with", [alike]),
         ],
     )
 

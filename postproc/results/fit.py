@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -12,21 +12,10 @@ from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose
 from postproc.estimation.unseen import unseen
+from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances, mm
-from postproc.measure.observations import Observation
-from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, figures
+from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence
 from postproc.results.wording import FEW, held_text, parameter_rows
-
-
-class HasErrors(Protocol):
-    """What has an error on its rows and on rows that it has not seen."""
-
-    @property
-    def rms(self) -> float: ...
-    @property
-    def held_out_rms(self) -> float: ...
-    @property
-    def observed(self) -> Observation: ...
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -42,11 +31,11 @@ def fit_document(name: str, fit: Fit) -> Document:
             f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that "
             f"the fit has not seen; the noise is {noise}."
         ),
-        figures=figures(
+        figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
             Figure("error on other rows", mm(fit.held_out_rms), unit=unit),
             Figure("noise", None if level is None else mm(level), unit=unit),
-        ),
+        ],
         sections=[
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects])]),
             Section("What to know of this fit", known_of(fit)),
@@ -117,7 +106,7 @@ def fit_values(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]
     }
 
 
-def error_values(fit: HasErrors) -> dict[str, float]:
+def error_values(fit: Fit | FitFigures) -> dict[str, float]:
     """The errors of a fit on its rows and on rows that it has not seen."""
     key = fit.observed.key
     return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}

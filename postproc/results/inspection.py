@@ -41,7 +41,7 @@ def inspection_document(name: str, found: Inspection, stated: Mapping[str, str])
             "diagnostics": [d.as_json() for d in found.diagnostics],
         },
         sentence="" if found.rows else "no motion statements",
-        sections=[Section("", [rows, *map(Sentence, ends)])] if found.rows else [],
+        sections=[Section("", [rows, *map(Sentence, ends)])],
     )
 
 

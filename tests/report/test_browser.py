@@ -14,12 +14,12 @@ import pytest
 from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
+from postproc.files import resource
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.model.file import default_model
 from postproc.rapid.diff.difference import Difference, FileDiff, ProgramDiff
 from postproc.report.page import render_certificate, render_page
-from postproc.resources import resource
 from postproc.results.addition import addition_document
 from postproc.results.batch import batch_document
 from postproc.results.certificate import arm_certificate, program_certificate

@@ -13,6 +13,7 @@ from postproc.diagnostics import Source
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.files import resource
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
@@ -23,7 +24,6 @@ from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.drawing.residuals import suspect_chart
 from postproc.report.page import render_certificate, render_page
-from postproc.resources import resource
 from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate
 from postproc.results.comparison import comparison_document, comparison_values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from postproc.compensation.options import Options
     from postproc.convert import Conversion
     from postproc.settings import Settings
+
+LINES = rb"[^\n]*\n|[^\n]+"
+"""A difference counts lines by LF alone."""
 
 
 def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
@@ -99,14 +103,9 @@ def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str)
     """The textual difference as ``diff -u`` prints it, bytes as they stand in the files."""
     lines = difflib.diff_bytes(
         difflib.unified_diff,
-        _lines(before),
-        _lines(after),
+        re.findall(LINES, before),
+        re.findall(LINES, after),
         os.fsencode(name_before),
         os.fsencode(name_after),
     )
     return b"".join(line if line.endswith(b"\n") else line + b"\n\\ No newline at end of file\n" for line in lines)
-
-
-def _lines(data: bytes) -> list[bytes]:
-    parts = data.split(b"\n")
-    return [part + b"\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])

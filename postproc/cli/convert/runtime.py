@@ -7,15 +7,13 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import VectorText
 from postproc.cli.convert.made_for import RunTimeOptions
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Flag, Tolerance
+from postproc.cli.options import Flag, Tolerance, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present
 from postproc.cli.output import write as write_file
 from postproc.cli.progress import watching
 from postproc.cli.report import show
-from postproc.cli.words import parse_vector
 
 
 def write(

@@ -16,7 +16,7 @@ from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, To
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, show
+from postproc.cli.report import print_document, say, show
 from postproc.diagnostics import Source
 
 
@@ -77,7 +77,7 @@ def run(
     show_result(output.name, result, settings, report, certificate)
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
-        print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
+        print_document({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
     return 0 if result.outputs else max(1, result.exit_code)
 
 

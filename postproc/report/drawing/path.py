@@ -20,8 +20,7 @@ from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, pose_at
 from postproc.motion.values import Index, Move
 from postproc.rapid.data.events import MotionStatement
-from postproc.report.drawing.chain import chain_of
-from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.columns import chain_of, exact, packed
 
 MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
 BLOCK = 10_000

@@ -15,9 +15,8 @@ from postproc.effects.asking import displacement_of
 from postproc.estimation.fitted import Fit
 from postproc.measure.errors import distances
 from postproc.model.arm import Model
-from postproc.report.drawing.chain import chain_of
 from postproc.report.drawing.charts import shares
-from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.columns import chain_of, exact, packed
 from postproc.report.drawing.laws import forces, law_charts, laws_of
 from postproc.report.drawing.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
