@@ -20,7 +20,6 @@ from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
 from postproc.tomlfile import check, parse_toml, span_of
 
-MOST_NAMES = 10  # that a finding lists
 SettingsAt = Callable[[Path], Settings]
 """What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
@@ -130,7 +129,7 @@ def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None
     for name, pattern in zip(job.only, _patterns(job), strict=True):
         if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found):
             skipped = len(pattern) - len(name)
-            names = ", ".join(f"`{task.name[skipped:]}`" for task in found[:MOST_NAMES]) or "none"
+            names = ", ".join(f"`{task.name[skipped:]}`" for task in found[:10]) or "none"
             raise _wrong(source, index, f"no task matches `{name}`", f"the tasks there: {names}", "only")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.estimation.channels import unit_of
 from postproc.estimation.findings import some_of_many
-from postproc.identification.compare import WORST, Comparison, sizes
+from postproc.identification.compare import Comparison, sizes, worst_rows
 from postproc.identification.trends import Trend
 from postproc.measure.errors import mm, rms
 from postproc.measure.iso9283 import Iso9283
@@ -94,7 +94,6 @@ def comparison_values(found: Comparison) -> dict[str, Any]:
     data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
     far = sizes(found.fit.observed_error, kind) * 1e3
-    worst = [int(i) for i in np.argsort(-np.nan_to_num(far, nan=-1.0))[:WORST] if np.isfinite(far[i])]
     p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
     kept = np.isin(np.arange(len(data)), found.fit.set_aside, invert=True)
     rotation = found.fit.problem.error[kept, 3:6] if data.rotation is not None else None
@@ -122,7 +121,7 @@ def comparison_values(found: Comparison) -> dict[str, Any]:
                 "pose_id": data.pose_id[i],
                 key("error"): round(float(far[i]), 6),
             }
-            for i in worst
+            for i in worst_rows(far)
         ],
         "channels": [_trend_values(t) for t in found.trends],
         "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *found.moved)],

@@ -26,7 +26,6 @@ from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_na
 from postproc.robot.pose import rpy, transform
 
 GRAVITY = 9.81
-TRACK_AXIS = 7
 SAME_PLACE = 1e-3  # [m]: two arms do not stand nearer to each other
 SAME_WAY = np.radians(2.0)
 CARRIED = ("TRACK", "EXT_LIN")
@@ -89,7 +88,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
     kind, doubt = _mechanics(motion, type_)
     joint = _joint(motion, entry.get("use_joint", name), kind)
     if joint.axis is None and type_.upper().startswith("IRBT"):
-        joint = replace(joint, axis=LETTERS[TRACK_AXIS - 7])  # ABB's own tracks are thinned in a backup
+        joint = replace(joint, axis=LETTERS[0])  # ABB's own tracks are thinned in a backup
     direction = np.array([1.0, 0.0, 0.0]) if kind == "linear" else np.array([0.0, 0.0, 1.0])
     doubt = doubt or _doubt((joint,))
     return Unit(name, (replace(joint, direction=direction),), _parent(entry), _frame(entry), active, doubt)
