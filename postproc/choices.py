@@ -14,16 +14,15 @@ from pydantic import AliasChoices, ConfigDict, Field
 
 from postproc.diagnostics import PostprocError
 from postproc.files import read_source, real
+from postproc.rapid.data.records import Vec3
 from postproc.settings import NAME, Settings
-from postproc.tomlfile import FileTable, check, parse_toml, span_of
+from postproc.tomlfile import FileTable, Positive, check, parse_toml, span_of
 
 CONTROLLER_MODEL = "controller"
 """What names the controller's own numbers in place of a model file."""
 SAME = ("force", "moment", "force_on", "inertia", "scope", "run_time", "free_axes", "allow_partial")
 LENGTHS = ("tolerance", "air_tolerance", "largest_correction")
 """Keys that are options under the same name, and those that are options in metres."""
-Vec3 = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0)]
 
 
 class StatedSettings(FileTable):

@@ -333,7 +333,7 @@ def _conversion(
     model, options, judged = task.model, task.options, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
-    report = document(model.robot.name, plan.motion.options, judged, findings, plan, task.events)
+    report = document(model.robot.name, plan.motion.options, judged, findings, plan=plan, events=task.events)
     report["worlds"] = asdict(proof.worlds)
     report["expected_remaining_fraction"] = expect_remaining(model, plan.motion)
     report["run_time"] = text.function and text.function.as_json(options.run_time, proof.after, plan)

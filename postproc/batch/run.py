@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from postproc.batch.backinfo import added_modules, is_backinfo, with_modules
 from postproc.batch.contradictions import contradictions
@@ -32,6 +32,7 @@ from postproc.batch.values import (
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree, why
+from postproc.report.blocks import Values
 from postproc.settings import Settings, read_arm
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
         outcomes: list[TaskOutcome] = []
         tasks = {task.name: task for task in ready.tasks}
 
-        def note(line: Mapping[str, Any], cached: bool) -> None:
+        def note(line: Values, cached: bool) -> None:
             task = tasks[line["name"]]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
@@ -188,7 +189,7 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
+def _named(root: Path, finding: Values) -> Values:
     """A finding; one about data that a file nearby declares names that file."""
     told = None
     if "undeclared" in finding and finding["path"] is not None:

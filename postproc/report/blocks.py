@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+Values = Mapping[str, Any]
+"""What ``--json`` prints, or a part of it: plain values by key."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
@@ -140,7 +143,7 @@ class Scene:
     """
 
     name: str
-    data: Callable[[], Mapping[str, Any]]
+    data: Callable[[], Values]
     controls: str = ""
 
 
@@ -154,7 +157,7 @@ class Document:
     """
 
     title: str
-    values: Mapping[str, Any] = field(repr=False)
+    values: Values = field(repr=False)
     sentence: str
     figures: Sequence[Figure] = ()
     basis: str = ""

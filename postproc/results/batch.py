@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
 from postproc.grouping import grouped
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import made_section
 
@@ -26,7 +25,7 @@ COLUMNS = (
 
 def batch_document(
     name: str,
-    values: Mapping[str, Any],
+    values: Values,
     made: Mapping[str, str] | None = None,
     pages: Mapping[str, str] | None = None,
 ) -> Document:
@@ -78,7 +77,7 @@ def batch_document(
     )
 
 
-def _histogram(done: Sequence[Mapping[str, Any]]) -> str:
+def _histogram(done: Sequence[Values]) -> str:
     """How far programs are off, before and after; empty where none is."""
     lengths = {
         key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
@@ -92,7 +91,7 @@ def _link(path: str | None) -> str | None:
     return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
-def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:
+def _sentence(count: Mapping[str, int], worst: Values | None) -> str:
     total = count["compensated"] + count["unchanged"] + count["failed"]
     lead = f"{count['compensated']} of {total} programs are corrected"
     failed = (
@@ -104,11 +103,11 @@ def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:
     return f"{lead}{failed}{left or ''}."
 
 
-def _rank(task: Mapping[str, Any]) -> tuple[bool, float]:
+def _rank(task: Values) -> tuple[bool, float]:
     return task["status"] != "failed", -task.get("max_error_after_mm", 0.0)
 
 
-def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
+def _row(task: Values) -> tuple[object, ...]:
     warnings = sum(d["severity"] == "warning" for d in task["diagnostics"])
     result = task["status"] + (", as before" if task["cached"] else "")
     names = ("max_error_before_mm", "max_error_after_mm", "added_targets")
@@ -118,11 +117,11 @@ def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
     return (task["name"], result, *figures, warnings or None)
 
 
-def _finding(name: str, found: Mapping[str, Any]) -> tuple[object, ...]:
+def _finding(name: str, found: Values) -> tuple[object, ...]:
     return found["path"] or name, found["line"], found["severity"], found["code"], found["message"], found["help"]
 
 
-def _kinds(told: Sequence[tuple[str, Mapping[str, Any]]]) -> list[tuple[object, ...]]:
+def _kinds(told: Sequence[tuple[str, Values]]) -> list[tuple[object, ...]]:
     """A row for every kind of finding, the most frequent first: how often, in how many programs, one of them."""
     rows = []
     for same in sorted(grouped((one[1]["code"], one) for one in told).values(), key=len, reverse=True):

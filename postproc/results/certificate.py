@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
-from typing import Any
 
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.identification.compare import Comparison
-from postproc.report.blocks import DataTable, Document, Figure, Section
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.report.document import plain
 from postproc.results.comparison import comparison_document, iso_figures
 from postproc.results.conversion import shown_on_the_arm
@@ -92,7 +91,7 @@ def arm_certificate(name: str, found: Comparison) -> Document:
 
 def _certificate(
     head: tuple[str, str, str],
-    values: Mapping[str, Any],
+    values: Values,
     facts: Sequence[tuple[str, str]],
     parts: Sequence[Section],
     basis: str = "",
@@ -127,7 +126,7 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
     return rows
 
 
-def _seam(seam: Mapping[str, Any], tolerance: float) -> Row:
+def _seam(seam: Values, tolerance: float) -> Row:
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"
@@ -152,7 +151,7 @@ def _kept(kept: bool) -> str:
     return "kept" if kept else "not kept"
 
 
-def _sure(document: Mapping[str, Any]) -> str:
+def _sure(document: Values) -> str:
     """What is known of the real arm, in a sentence."""
     known, estimated = document["expected_accuracy"], estimated_stiffness(document)
     if known is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    Values,
     View,
 )
 from postproc.report.drawing.laws import law_charts, laws_of
@@ -89,7 +89,7 @@ def comparison_document(name: str, found: Comparison) -> Document:
     )
 
 
-def comparison_values(found: Comparison) -> dict[str, Any]:
+def comparison_values(found: Comparison) -> Values:
     """``postproc/compare/1``; keys of figures end in the unit of what was observed."""
     data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
@@ -128,7 +128,7 @@ def comparison_values(found: Comparison) -> dict[str, Any]:
     }
 
 
-def _trend_values(trend: Trend) -> dict[str, Any]:
+def _trend_values(trend: Trend) -> Values:
     """An entry of ``channels``, in the units that people read."""
     unit, factor = unit_of(trend.channel)
     return {
@@ -151,7 +151,7 @@ def _each(found: Comparison) -> dict[str, dict[str, float]]:
     return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
 
 
-def _iso_json(iso: Iso9283) -> dict[str, Any]:
+def _iso_json(iso: Iso9283) -> Values:
     return {
         "accuracy_mean_mm": round(iso.accuracy_mean, 6),
         "accuracy_max_mm": round(iso.accuracy_max, 6),
@@ -170,7 +170,7 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
     return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
-def _sentence(found: Comparison, values: Mapping[str, Any]) -> str:
+def _sentence(found: Comparison, values: Values) -> str:
     kind = found.fit.observed
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
@@ -204,13 +204,13 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
     )
 
 
-def _worst(values: Mapping[str, Any], error: str, unit: str) -> DataTable:
+def _worst(values: Values, error: str, unit: str) -> DataTable:
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
     return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), view="worst")
 
 
-def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:
+def _figures(values: Values, found: Comparison) -> list[Block]:
     kind = found.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
@@ -227,7 +227,7 @@ def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:
     ]
 
 
-def iso_figures(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
+def iso_figures(values: Values) -> list[tuple[str, Any]]:
     """Pose figures of ISO 9283 [mm]; none where no position was measured."""
     iso = values.get("iso9283")
     if not iso:
@@ -240,6 +240,6 @@ def iso_figures(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
     ]
 
 
-def _follows(values: Mapping[str, Any]) -> DataTable:
+def _follows(values: Values) -> DataTable:
     rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
     return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -29,6 +29,7 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    Values,
     View,
 )
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
@@ -99,7 +100,7 @@ def _known(value: float | None) -> float | None:
     return None if value is None or not np.isfinite(value) else mm(value)
 
 
-def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
+def diagnosis_values(d: Diagnosis) -> Values:
     """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
     key = d.base.observed.key
     return {
@@ -127,8 +128,8 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
             for m in d.missing
         ],
         "candidates": [
-            *(_candidate(d, c) for c in d.candidates),
-            *(_untestable(d, key, why) for key, why in d.untestable.items()),
+            *(_candidate(d, c.key, c) for c in d.candidates),
+            *(_candidate(d, key, None) for key in d.untestable),
         ],
         "suspects": [
             {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
@@ -144,7 +145,7 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+def _smooth(d: Diagnosis, key: str) -> Values:
     """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
@@ -152,7 +153,7 @@ def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
     return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
 
 
-def _curve_values(curve: JointCurve) -> dict[str, Any]:
+def _curve_values(curve: JointCurve) -> Values:
     """An entry of ``missing[].law``: degrees and milliradians."""
     unit, factor = unit_of(curve.channel)
     return {
@@ -165,33 +166,22 @@ def _curve_values(curve: JointCurve) -> dict[str, Any]:
     }
 
 
-def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
-    before = d.screened.linear.square
-    after = d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
-    return {
-        "effect": c.key,
-        "form": c.label,
-        f"{d.base.observed.key('rms')}_after": _known(after),
-        "p_value": float(c.p_value),
-        "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
-        "testable": c.key not in d.blind,
-        "why_not": d.blind.get(c.key),
-    }
-
-
-def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
+def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
+    """An entry of ``candidates``; None for an effect that this data cannot test."""
+    before, why = d.screened.linear.square, {**d.blind, **d.untestable}.get(key)
+    after = d.base.rms if c is None else d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
     return {
         "effect": key,
-        "form": "",
-        f"{d.base.observed.key('rms')}_after": _known(d.base.rms),
-        "p_value": 1.0,
-        "evidence": None,
-        "testable": False,
+        "form": "" if c is None else c.label,
+        f"{d.base.observed.key('rms')}_after": _known(after),
+        "p_value": 1.0 if c is None else float(c.p_value),
+        "evidence": None if c is None or not np.isfinite(c.evidence) else round(c.evidence, 2),
+        "testable": why is None,
         "why_not": why,
     }
 
 
-def _hold_out(asked: Intervention) -> dict[str, Any]:
+def _hold_out(asked: Intervention) -> Values:
     """An entry ``hold_out``."""
     return {
         "channel": asked.channel,
@@ -209,7 +199,7 @@ def _hold_out(asked: Intervention) -> dict[str, Any]:
     }
 
 
-def _figures(d: Diagnosis, values: Mapping[str, Any]) -> list[Figure]:
+def _figures(d: Diagnosis, values: Values) -> list[Figure]:
     kind = d.base.observed
     error = kind.key("held_out_rms")
     return [
@@ -221,7 +211,7 @@ def _figures(d: Diagnosis, values: Mapping[str, Any]) -> list[Figure]:
     ]
 
 
-def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
+def verdict_figures(values: Values) -> list[Figure]:
     """What is missing, or the verdict where that is not all."""
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
     several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
@@ -231,12 +221,12 @@ def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
     return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
 
 
-def _alike(missing: Mapping[str, Any]) -> list[str]:
+def _alike(missing: Values) -> list[str]:
     """What explains the data as well as an effect that was found."""
     return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
-def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
+def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     """The errors from the model as it came down to the noise, and the laws that were found, or what has no name."""
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
@@ -263,7 +253,7 @@ def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
     )
 
 
-def _found(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+def _found(d: Diagnosis, values: Values) -> Section:
     kind, rows = d.base.observed, []
     for m in d.missing:
         c = m.candidate
@@ -315,7 +305,7 @@ def _held_out(asked: Intervention) -> Section:
     return Section(heading, [DataTable("levels", columns, rows), *said])
 
 
-def _ranking(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+def _ranking(d: Diagnosis, values: Values) -> Section:
     kind, rows = d.base.observed, []
     for c in values["candidates"]:
         form, why = place(c["form"]), c["why_not"] or ""

@@ -6,10 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import chain
-from typing import Any
 
 from postproc.rapid.diff.difference import FileDiff, ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 
 COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
@@ -20,7 +19,7 @@ NOTE = "Targets in the axes of their work object, from the first program to the 
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
 
-def difference_values(found: ProgramDiff) -> dict[str, Any]:
+def difference_values(found: ProgramDiff) -> Values:
     """``postproc/diff/1``."""
     return {
         "schema": "postproc/diff/1",
@@ -34,7 +33,7 @@ def difference_values(found: ProgramDiff) -> dict[str, Any]:
     }
 
 
-def difference_rows(found: ProgramDiff) -> list[dict[str, Any]]:
+def difference_rows(found: ProgramDiff) -> list[Values]:
     """An entry of ``differences`` for each statement that differs."""
     return [
         {**asdict(d), "arguments": [{"role": role, "a": a, "b": b} for role, a, b in d.arguments]}
@@ -109,7 +108,7 @@ def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{n} {kind}" for kind, n in counts.items() if n) or "nothing differs"
 
 
-def _file_values(f: FileDiff) -> dict[str, Any]:
+def _file_values(f: FileDiff) -> Values:
     """An entry of ``files``."""
     return {
         "path": f.path,
@@ -129,7 +128,7 @@ def _file_row(f: FileDiff) -> Sequence[object]:
     return [f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason]
 
 
-def _row(d: Mapping[str, Any]) -> Sequence[object]:
+def _row(d: Values) -> Sequence[object]:
     arc = ["at the circle point"] if d["at_circle_point"] else []
     conf = [f"conf {list(d['conf'][0])} -> {list(d['conf'][1])}"] if d["conf"] else []
     others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]

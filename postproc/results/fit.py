@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from postproc.estimation.recorded import left_of_pose
 from postproc.estimation.unseen import unseen
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances, mm
-from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence
+from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
 from postproc.results.wording import FEW, held_text, parameter_rows
 
 
@@ -85,7 +84,7 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
     return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
 
 
-def fit_values(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
+def fit_values(fit: Fit, before: Values | None = None) -> Values:
     """``postproc/fit/1``; its figures are those of what was observed, and their keys end in its unit."""
     return {
         "schema": "postproc/fit/1",
@@ -112,7 +111,7 @@ def error_values(fit: Fit | FitFigures) -> dict[str, float]:
     return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
 
 
-def noise_values(fit: Fit) -> dict[str, Any]:
+def noise_values(fit: Fit) -> Values:
     """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
     key, noise = fit.observed.key, fit.parts.level
     return {
@@ -132,7 +131,7 @@ def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
     return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
 
 
-def structure_values(fit: Fit, key: str) -> dict[str, Any]:
+def structure_values(fit: Fit, key: str) -> Values:
     """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
     effect = fit.model.effect(key)
     return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-from postproc.report.blocks import Document, Section, Sentence
+from postproc.report.blocks import Document, Section, Sentence, Values
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.proof.check import Check, said
 from postproc.runtime.written import RunTimeModule
@@ -33,7 +32,7 @@ def check_document(name: str, robot: str, done: Conditions, found: Check) -> Doc
     return _document(f"check {name}", values, f"{name}: `{robot}`, {said(found, done)}", raised)
 
 
-def _document(title: str, values: dict[str, Any], sentence: str, lines: Sequence[str]) -> Document:
+def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -> Document:
     return Document(
         title=f"postproc runtime {title}",
         values={"schema": SCHEMA, **values},
@@ -42,7 +41,7 @@ def _document(title: str, values: dict[str, Any], sentence: str, lines: Sequence
     )
 
 
-def _values(done: Conditions, found: Check) -> dict[str, Any]:
+def _values(done: Conditions, found: Check) -> Values:
     return {
         "mass_kg": done.mass,
         "corrected": found.corrected,

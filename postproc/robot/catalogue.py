@@ -13,18 +13,17 @@ from pydantic import Field
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
 from postproc.files import read_source
+from postproc.rapid.data.records import Vec3
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
 from postproc.robot.type_names import ARMS, library_name
-from postproc.tomlfile import FileTable, Place, check, locate, parse_toml, span_of
+from postproc.tomlfile import FileTable, Place, Positive, check, locate, parse_toml, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
-Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
-Positive = Annotated[float, Field(gt=0)]
 Factor = Annotated[float, Field(ge=1)]
 PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
 

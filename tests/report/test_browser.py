@@ -183,7 +183,7 @@ def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
     """A table of 20,000 rows: few of them are in the document, and search and sort answer at once."""
     rows = [{"name": f"p{i}.mod", "status": "compensated", "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i % 977,
              "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0} for i in range(20_000)]  # fmt: skip
-    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
     page = opened(render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []})))
     assert page.evaluate("document.documentElement.scrollHeight") < 4000
     assert page.locator(".long tbody tr").count() < 200
@@ -262,7 +262,7 @@ def page_of_a_batch(count: int) -> str:
     rows = [{"name": f"stern_section_of_the_hull/program_with_a_really_long_name_{i:04d}.mod", "status": "compensated",
              "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1),
              "added_targets": 0} for i in range(count)]  # fmt: skip
-    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
     return render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
 
 

@@ -48,7 +48,7 @@ def _of_backup(folder: Path) -> Robot:
     from postproc.settings import read_station
 
     station = read_station(folder)
-    arm = station.cell.arms[station.arm.lower()]
+    arm = station.cell_arm
     robot = describe_robot(library_name(arm.type) or arm.type)
     if arm.calibration is None or robot.parallelogram:
         return robot

@@ -40,6 +40,7 @@ def document(
     options: Options,
     judged: JudgedProgram,
     findings: Sequence[Diagnostic],
+    *,
     plan: CorrectionPlan | None = None,
     events: Sequence[MotionEvent] = (),
 ) -> dict[str, Any]:

@@ -72,9 +72,14 @@ class Station:
         return tuple(finding for name, finding in self.cell.findings if name.lower() in own)
 
     @property
+    def cell_arm(self) -> CellArm:
+        """The arm as the cell describes it."""
+        return self.cell.arms[self.arm.lower()]
+
+    @property
     def carried(self) -> bool:
         """Whether a unit carries the arm."""
-        return self.cell.arms[self.arm.lower()].unit is not None
+        return self.cell_arm.unit is not None
 
     @property
     def placed(self) -> bool:
@@ -84,13 +89,12 @@ class Station:
     @property
     def in_world(self) -> bool:
         """Whether the arm's base stands where the world does, for good."""
-        arm = self.cell.arms[self.arm.lower()]
-        return arm.unit is None and bool((arm.T_unit_base == np.eye(4)).all())
+        return not self.carried and bool((self.cell_arm.T_unit_base == np.eye(4)).all())
 
     @property
     def work(self) -> str | None:
         """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
-        arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
+        arm = self.cell.below(self.cell_arm.unit)
         own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
         ends = own - {below for name in own for below in self.cell.below(name)[1:]}
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
@@ -100,7 +104,7 @@ class Station:
 
         Axes that move both or none do not stand there.
         """
-        arm, work = (set(self.cell.below(name)) for name in (self.cell.arms[self.arm.lower()].unit, unit))
+        arm, work = (set(self.cell.below(name)) for name in (self.cell_arm.unit, unit))
         found: dict[str, int] = {}
         for name in self.units:
             side = (name.lower() in arm) - (name.lower() in work)
