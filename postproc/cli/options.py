@@ -44,6 +44,7 @@ Tolerance = Annotated[float, AS_WRITTEN, Parameter(validator=positive)]
 Distance = Annotated[float, AS_WRITTEN, Parameter(validator=_distance)]
 ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+RequiredOutput = Annotated[Path, Parameter(name=["--output", "-o"])]
 Format = Annotated[
     Literal["json", "sarif"] | None,
     Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),

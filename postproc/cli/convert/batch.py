@@ -12,7 +12,7 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
 from postproc.cli.progress import arm_lines, reporting
 from postproc.cli.report import say
@@ -26,7 +26,7 @@ def run(
     folder_or_jobs: Path,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     workers: Workers = None,
     scheduler: str | None = None,
     shard: str = "1/1",

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from postproc.cli.convert.made_for import RunTimeOptions
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Flag, Tolerance, VectorText, parse_vector
+from postproc.cli.options import Flag, RequiredOutput, Tolerance, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present
 from postproc.cli.output import write as write_file
 from postproc.cli.progress import watching
@@ -18,7 +16,7 @@ from postproc.cli.report import show
 
 def write(
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     made_for: RunTimeOptions = RunTimeOptions(),
     force: VectorText = "0,0,0",
     moment: VectorText = "0,0,0",

@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from postproc.cli.conversion import ConvertOptions
 from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
-from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
+from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
@@ -24,7 +21,7 @@ def run(
     points: str,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     tool: str | None = None,
     wobj: str | None = None,
     seam_data: str | None = None,
