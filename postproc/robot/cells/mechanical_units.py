@@ -21,7 +21,8 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
-from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit, unit_frames
+from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit
+from postproc.robot.cells.station import Station
 from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name, read_calibration
 from postproc.robot.pose import rpy, transform
 
@@ -157,7 +158,7 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> Ce
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
-        zero = unit_frames(cell, unit, np.zeros((1, 6)))[0]
+        zero = Station(cell, units=tuple(cell.units)).world(unit, np.zeros((1, 6)))[0]
         T = invert(zero[None])[0] @ T
     calibrated = re.fullmatch(r"r\d+_calib", entry.get("use_robot_calib", ""), re.IGNORECASE) is not None
     calibration = read_calibration(motion, entry)

@@ -16,17 +16,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS, Ax6
-from postproc.robot.cells.cell import (
-    Cell,
-    CellArm,
-    Joint,
-    Unit,
-    axis_positions,
-    base_frames,
-    gravity_at,
-    joint_frames,
-    unit_frames,
-)
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit, axis_positions, moved
 
 ROBOT = "robot"
 """What an arm is called in a cell where there is no other."""
@@ -49,16 +39,6 @@ class Station:
     units: tuple[str, ...] = ()
     connected: bool = False
     standing: Mapping[str, Ax6] = field(default_factory=dict)
-
-    def elsewhere(self) -> dict[str, Array]:
-        """(6,) axis positions of the units of other tasks [m], [rad], NaN where nobody knows, by name in lower case."""
-        own = {name.lower() for name in self.units}
-        nowhere = (NO_AXIS,) * 6
-        return {
-            name: axis_positions(self.cell, (name,), np.array(self.standing.get(name, nowhere)))[0]
-            for name in self.cell.units
-            if name not in own
-        }
 
     @property
     def joints(self) -> dict[str, Joint]:
@@ -132,7 +112,7 @@ class Station:
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:
-            frames = joint_frames(self.cell, name, positions, self.elsewhere())
+            frames = self._world_frames(name, positions)[1:]
             for joint, (before, after) in zip(self.cell.unit(name).joints, frames, strict=True):
                 if joint.axis is not None:
                     found[joint.axis] = T_base_world @ before, T_base_world @ after
@@ -142,9 +122,45 @@ class Station:
         """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""
         return axis_positions(self.cell, self.units, extax)
 
+    def world(self, unit: str, positions: Array) -> Array:
+        """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
+
+        Raises:
+            KeyError: there is no such unit.
+        """
+        return self._world_frames(unit, positions)[-1][1]
+
+    def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
+        """T_world_frame (n, 4, 4) of the base of a unit, then of each of its joints, before and after it moves."""
+        unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
+        T = np.full((len(positions), 4, 4), np.nan)
+        if not unit.unknown:
+            T = (
+                np.tile(np.eye(4), (len(positions), 1, 1))
+                if unit.parent is None
+                else self.world(unit.parent, positions)
+            )
+            T = T @ unit.T_parent_base
+        found = [(T, T)]
+        stated = self._stated(name, positions)
+        for joint in unit.joints:
+            before = found[-1][1] @ joint.T_before
+            found.append((before, before @ moved(joint, stated)))
+        return found
+
+    def _stated(self, name: str, positions: Array) -> Array:
+        """(n, 6) positions of the axes of a unit; one of another task has its own, NaN where nobody knows them."""
+        if name.lower() in {own.lower() for own in self.units}:
+            return positions
+        at = axis_positions(self.cell, (name,), np.array(self.standing.get(name.lower(), (NO_AXIS,) * 6)))
+        return np.broadcast_to(at, positions.shape)
+
     def base(self, positions: Array) -> Array:
         """T_world_base (n, 4, 4); NaN where a position that it needs is not known."""
-        return base_frames(self.cell, self.arm, positions, self.elsewhere())
+        arm = self.cell_arm
+        if arm.unit is None:
+            return np.tile(arm.T_unit_base, (np.asarray(positions).size // 6, 1, 1))
+        return self.world(arm.unit, positions) @ arm.T_unit_base
 
     def frame(self, unit: str | None, positions: Array) -> Array:
         """T_base_frame (n, 4, 4) of the world (None) or of the end of a unit.
@@ -153,13 +169,15 @@ class Station:
             KeyError: there is no such unit.
         """
         T_base_world = invert(self.base(positions))
-        if unit is None:
-            return T_base_world
-        return T_base_world @ unit_frames(self.cell, unit, positions, self.elsewhere())
+        return T_base_world if unit is None else T_base_world @ self.world(unit, positions)
 
     def gravity(self, positions: Array) -> Array | None:
-        """(n, 3) in base axes [m/s^2]; None where nothing tells it."""
-        return gravity_at(self.cell, self.arm, positions, self.elsewhere())
+        """(n, 3) in base axes [m/s^2]: as stated at zero, turned as the chain turns the base; None if nothing is."""
+        stated = self.cell_arm.gravity
+        if stated is None:
+            return None
+        zero = self.base(np.zeros((1, 6)))[0, :3, :3]
+        return np.einsum("nji,jk,k->ni", self.base(positions)[:, :3, :3], zero, stated)
 
     def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """How the base moves, in its own axes: acceleration of its origin [m/s^2], angular velocity, and acceleration.
