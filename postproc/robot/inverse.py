@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, blocks, whole_turns
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
-from postproc.robot.closed_form import inverse as inverse
+from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
 from postproc.robot.kinematics import BLOCK
 
