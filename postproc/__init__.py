@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -63,6 +63,17 @@ _TYPES = {
     "Options": "postproc.compensation.options",
     "PostprocError": "postproc.diagnostics",
 }
+
+
+_DOCUMENTS = {
+    "Fit": ("fit", ""),
+    "Comparison": ("comparison", ""),
+    "Diagnosis": ("diagnosis", ""),
+    "Addition": ("addition", ""),
+    "ProgramDiff": ("difference", "a", "b"),
+    "Conversion": ("conversion", ""),
+}
+"""Which file of ``results`` says what of a result, and what it is called there."""
 
 
 def __getattr__(name: str) -> Any:
@@ -173,19 +184,15 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
             farther off than the nominal arm.
     """
     from postproc.effects.registry import effect_library, find_effect
-    from postproc.estimation.least_squares import fit_model
     from postproc.estimation.nominal import no_farther_than_nominal
-    from postproc.identification.add import grown
+    from postproc.identification.add import fit_effects
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
     library = effect_library()
     classes = [find_effect(key, library) for key in effects]
     nominal = Model(load_robot(robot), robot_name=robot)
-    found = fit_model(nominal, data, [c.null() for c in classes if not c.structures()])
-    for cls in classes:
-        if cls.structures():
-            found = grown(found, cls)
+    found = fit_effects(nominal, data, classes)
     no_farther_than_nominal(found)
     return found
 
@@ -235,28 +242,6 @@ def document(result: Result) -> dict[str, Any]:
 
 
 def _shown(result: Result) -> Document:
-    from postproc.estimation.fitted import Fit
-    from postproc.identification.add import Addition
-    from postproc.identification.compare import Comparison
-    from postproc.identification.diagnosis import Diagnosis
-    from postproc.rapid.diff.difference import ProgramDiff
-    from postproc.results.addition import addition_document
-    from postproc.results.comparison import comparison_document
-    from postproc.results.conversion import conversion_document
-    from postproc.results.diagnosis import diagnosis_document
-    from postproc.results.difference import difference_document
-    from postproc.results.fit import fit_document
-
-    match result:
-        case Fit():
-            return fit_document("", result)
-        case Comparison():
-            return comparison_document("", result)
-        case Diagnosis():
-            return diagnosis_document("", result)
-        case Addition():
-            return addition_document("", result)
-        case ProgramDiff():
-            return difference_document("a", "b", result)
-        case _:
-            return conversion_document("", result)
+    name, *arguments = _DOCUMENTS[type(result).__name__]
+    draw = getattr(import_module(f"postproc.results.{name}"), f"{name}_document")
+    return cast("Document", draw(*arguments, result))

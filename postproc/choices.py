@@ -8,19 +8,21 @@ import stat
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import AliasChoices, ConfigDict, Field
 
 from postproc.diagnostics import PostprocError
 from postproc.files import read_source, real
+from postproc.rapid.data.records import Vec3
 from postproc.settings import NAME, Settings
-from postproc.tomlfile import FileTable, check, parse_toml, span_of
+from postproc.tomlfile import FileTable, Positive, check, parse_toml, span_of
 
 CONTROLLER_MODEL = "controller"
 """What names the controller's own numbers in place of a model file."""
-Vec3 = tuple[float, float, float]
-Positive = Annotated[float, Field(gt=0)]
+SAME = ("force", "moment", "force_on", "inertia", "scope", "run_time", "free_axes", "allow_partial")
+LENGTHS = ("tolerance", "air_tolerance", "largest_correction")
+"""Keys that are options under the same name, and those that are options in metres."""
 
 
 class StatedSettings(FileTable):
@@ -114,21 +116,14 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
     Args:
         root: where the layer's paths start. origin: its name for people; empty for the command line.
     """
-    same = ("force", "moment", "force_on", "inertia", "scope", "run_time", "free_axes")
-    named = {name: getattr(choices, name) for name in same}
-    given: dict[str, Any] = {
-        **named,
-        "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
-        "air_tolerance_m": None if choices.air_tolerance_mm is None else choices.air_tolerance_mm * 1e-3,
-        "allow_partial": choices.allow_partial,
-        "largest_correction_m": None if choices.largest_correction_mm is None else choices.largest_correction_mm * 1e-3,
-        "template_dir": None if choices.template is None else root / choices.template,
-        "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
-        "taught": None if choices.taught is None else tuple(choices.taught),
-        "already": None if choices.already is None else tuple(choices.already),
-        "channels": None if choices.channel is None else tuple(choices.channel.items()),
-    }
-    options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
+    named = {key: value for key in StatedSettings.model_fields if (value := getattr(choices, key)) is not None}
+    given = {key: named[key] for key in SAME if key in named}
+    given |= {f"{key}_m": 1e-3 * named[f"{key}_mm"] for key in LENGTHS if f"{key}_mm" in named}
+    given |= {key: tuple(named[key]) for key in ("taught", "already") if key in named}
+    paths = (("template", "template_dir"), ("run_time_module", "run_time_module"))
+    given |= {option: root / named[key] for key, option in paths if key in named}
+    given |= {"channels": tuple(named["channel"].items())} if "channel" in named else {}
+    options = replace(settings.options, **given)
     chosen = replace(settings, options=options)
     if choices.model == CONTROLLER_MODEL and choices.robot is None:
         chosen = replace(chosen, model=None, from_controller=True)
@@ -141,9 +136,7 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
-    stated = {
-        field.alias or key for key, field in StatedSettings.model_fields.items() if getattr(choices, key) is not None
-    }
+    stated = {StatedSettings.model_fields[key].alias or key for key in named}
     stated |= {"model", "robot"} if stated & {"model", "robot"} else set()
     chosen = replace(chosen, inherited=tuple((key, text) for key, text in settings.inherited if key not in stated))
     if choices.cell is not None:

@@ -6,7 +6,7 @@ Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -23,7 +23,7 @@ from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
 from postproc.compensation.results.belief import doubt_corrections, doubt_weights
-from postproc.compensation.results.document import JudgedProgram, document, refused, unmeasured_document
+from postproc.compensation.results.document import JudgedProgram, document, refused
 from postproc.compensation.results.dynamics import check_corrected
 from postproc.compensation.results.figures import figures_of, worsened
 from postproc.compensation.results.outcomes import judge_statements, unknown_outcomes
@@ -333,8 +333,8 @@ def _conversion(
     model, options, judged = task.model, task.options, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
-    report = document(model.robot.name, plan, task.events, judged, findings)
-    report["worlds"] = proof.worlds.as_json()
+    report = document(model.robot.name, plan.motion.options, judged, findings, plan=plan, events=task.events)
+    report["worlds"] = asdict(proof.worlds)
     report["expected_remaining_fraction"] = expect_remaining(model, plan.motion)
     report["run_time"] = text.function and text.function.as_json(options.run_time, proof.after, plan)
     outputs = _outputs(task, text, report)
@@ -354,7 +354,7 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
         raise _Refused(*more, no_known_target(program, events, found, reachable))
     outcomes, unlike = unknown_outcomes(program, events, function.keys)
     found += unlike
-    report = unmeasured_document(task.model.robot.name, outcomes, task.options, found)
+    report = document(task.model.robot.name, task.options, JudgedProgram(outcomes), found)
     report["run_time"] = function.as_json(task.options.run_time)
     edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
     text = _Text(environment(task.options.template_dir), edits, {}, function)

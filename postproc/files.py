@@ -1,12 +1,14 @@
 """Files at the boundary: kind and size are looked at before one is read; what may be written, and how.
 
-An output is checked against all that a command reads before it begins, and is written whole or not at all.
+An output is checked against all that a command reads before it begins, and is written whole or not at all. Templates,
+samples and pages of the documentation come with the package.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 import tempfile
 from collections.abc import Iterable
@@ -24,6 +26,7 @@ MISREAD = {
 }
 """What the command line says of a name that is that of no file."""
 Place = tuple[int, int, tuple[str, ...]]
+_SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 
 
 def read_file(name: str | Path) -> bytes:
@@ -209,3 +212,21 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def resource(*parts: str) -> Path:
+    """Path of a file or folder that ships with the package, such as ``resource("templates", "module.j2")``.
+
+    A wheel carries these folders inside the package. In a checkout (also when installed with ``pip install -e``, which
+    leaves a stale copy in site-packages that must not be read) they stand beside it.
+    """
+    package = Path(__file__).resolve().parent
+    packaged = package.joinpath(parts[0])
+    root = package if packaged.is_dir() else package.parent
+    return root.joinpath(*parts)
+
+
+def explanations() -> dict[str, str]:
+    """Every diagnostic's section of ``docs/diagnostics``, by code."""
+    pages = sorted(resource("docs", "diagnostics").glob("*.md"))
+    return {found[1]: found[0].strip() for page in pages for found in _SECTION.finditer(page.read_text("utf-8"))}

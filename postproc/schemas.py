@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -31,9 +31,10 @@ def schema_of(kind: str) -> dict[str, Any]:
     Raises:
         KeyError: there is no such kind.
     """
-    declared, title, refine = KINDS[kind]
+    declared, title = KINDS[kind]
     schema = declared.model_json_schema(by_alias=True, schema_generator=_DescribedSchema)
-    refine(schema)
+    if declared is ModelFile:
+        _with_effects(schema)
     return {"$schema": DRAFT, **schema, "title": title}
 
 
@@ -94,15 +95,11 @@ def _limits(low: float, high: float) -> dict[str, float]:
     return {name: value for name, value in named.items() if np.isfinite(value)}
 
 
-def _as_it_is(schema: dict[str, Any]) -> None:
-    """Nothing to refine: the declaration says it all."""
-
-
-KINDS: Mapping[str, tuple[type[BaseModel], str, Callable[[dict[str, Any]], None]]] = {
-    "model": (ModelFile, "model of a real arm", _with_effects),
-    "settings": (SettingsFile, "postproc.toml", _as_it_is),
-    "jobs": (JobsFile, "jobs of a batch", _as_it_is),
-    "columns": (ColumnMap, "column map of a measurement table", _as_it_is),
-    "robot": (RobotFile, "nominal arm", _as_it_is),
+KINDS: Mapping[str, tuple[type[BaseModel], str]] = {
+    "model": (ModelFile, "model of a real arm"),
+    "settings": (SettingsFile, "postproc.toml"),
+    "jobs": (JobsFile, "jobs of a batch"),
+    "columns": (ColumnMap, "column map of a measurement table"),
+    "robot": (RobotFile, "nominal arm"),
 }
-"""Each kind of file: how it is read, its name for people, what only the code knows beside that."""
+"""Each kind of file: how it is read, and its name for people."""

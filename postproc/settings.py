@@ -136,12 +136,10 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     station = settings.station if settings.cell is None else read_station(settings.cell)
     if found := [] if bare else corrected_twice(settings, station):
         raise PostprocError(found, 1)
-    if settings.from_controller:
-        calibration = None if station is None else station.cell.arms[station.arm.lower()].calibration
-        model = controller_model(str(settings.robot), calibration)
-        return model if station is None else model.standing(station)
+    calibration = None if station is None else station.cell_arm.calibration
     if settings.model is None:
-        model = default_model(str(settings.robot))
+        robot, own = str(settings.robot), settings.from_controller
+        model = controller_model(robot, calibration) if own else default_model(robot)
         return model if station is None else model.standing(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
@@ -167,7 +165,7 @@ def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnos
     """KIN017 where the controller corrects what a model of the arm's type would correct once more."""
     if settings.model is not None or settings.options.already or station is None:
         return []
-    if not station.cell.arms[station.arm.lower()].calibrated:
+    if not station.cell_arm.calibrated:
         return []
     text = f"`{station.arm}` runs with Absolute Accuracy: its controller corrects geometry and weight already"
     help_ = "say `--already geometry,gravity` if these are what it corrects: what it leaves is corrected then; or "

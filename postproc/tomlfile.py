@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, did_you_mean
@@ -66,6 +66,7 @@ def each_once(names: list[str]) -> list[str]:
 
 
 Millimetres = Annotated[float, AfterValidator(_near)]
+Positive = Annotated[float, Field(gt=0)]
 Place = tuple[Millimetres, Millimetres, Millimetres]
 
 

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
 FOUNDATION = {
-    *("__main__", "arrays", "diagnostics", "excerpt", "files", "grouping", "numbers", "resources"),
+    *("__main__", "arrays", "diagnostics", "excerpt", "files", "grouping", "numbers"),
     *("process", "tomlfile", "watch"),
 }
 ROOMS = (

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-import postproc.resources
-from postproc.resources import resource
+import postproc.files
+from postproc.files import resource
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -21,5 +21,5 @@ def test_a_checkout_uses_the_folders_beside_the_package() -> None:
 def test_a_wheel_carries_the_folders_inside_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package = tmp_path / "site-packages" / "postproc"
     (package / "templates").mkdir(parents=True)
-    monkeypatch.setattr(postproc.resources, "__file__", str(package / "resources.py"))
+    monkeypatch.setattr(postproc.files, "__file__", str(package / "resources.py"))
     assert resource("templates", "header.j2") == package / "templates" / "header.j2"

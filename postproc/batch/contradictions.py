@@ -36,7 +36,7 @@ def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) ->
     if (backup := _backup(task, place)) is not None:
         found += _from_outside(settings, backup, inherited)
     station = settings.station
-    if "already" in inherited and station is not None and not station.cell.arms[station.arm.lower()].calibrated:
+    if "already" in inherited and station is not None and not station.cell_arm.calibrated:
         text = f"`{settings.stated_in[0]}` says that the controller corrects by itself; its configuration does not"
         found.append(Diagnostic("BAT019", "error", text, help="take `already` out, or say it with `--already`"))
     return found + _beyond_payload(settings, robot, "error" if "force" in inherited else "warning")

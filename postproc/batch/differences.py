@@ -2,89 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
 
 from postproc.batch.discover import files_below
 from postproc.diagnostics import PostprocError, Source, has_errors
 from postproc.files import read_source
 from postproc.rapid.diff.compare import compare_programs
-from postproc.rapid.diff.difference import ProgramDiff
+from postproc.rapid.diff.difference import FileDiff, ProgramDiff
 from postproc.rapid.program.program import ENDINGS, read_program
-from postproc.results.difference import difference_rows
 from postproc.watch import Watch, unwatched
-
-Status = Literal["equal", "changed", "added", "removed", "unreadable"]
-
-
-@dataclass(frozen=True, slots=True)
-class FileDiff:
-    """One file of two folders.
-
-    Args:
-        path: below both folders, with ``/``.
-        status: ``added`` stands in the second folder alone, ``removed`` in the first; ``unreadable`` has other bytes
-            and is no program that can be read, which ``reason`` explains.
-        found: what differs, None where no programs were compared.
-    """
-
-    path: str
-    status: Status
-    reason: str | None = None
-    found: ProgramDiff | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """An entry of ``files``."""
-        found = self.found or ProgramDiff(())
-        figures = {"max_distance_mm": found.max_distance_mm, "max_angle_deg": found.max_angle_deg}
-        counts = {"compared": found.compared, **found.counts}
-        return {
-            "path": self.path,
-            "status": self.status,
-            "reason": self.reason,
-            **counts,
-            **figures,
-            "differences": difference_rows(found),
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class FolderDiff:
-    """All files of two folders, in the order of their paths."""
-
-    files: tuple[FileDiff, ...]
-    tolerance_mm: float
-    tolerance_deg: float
-
-    @property
-    def equal(self) -> bool:
-        """Whether no file differs."""
-        return all(file.status == "equal" for file in self.files)
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many files there are of each status."""
-        found = Counter(file.status for file in self.files)
-        return {status: found[status] for status in ("equal", "changed", "added", "removed", "unreadable")}
-
-    def as_json(self) -> dict[str, Any]:
-        """``postproc/diff-folders/1``."""
-        return {
-            "schema": "postproc/diff-folders/1",
-            "equal": self.equal,
-            "tolerance_mm": self.tolerance_mm,
-            "tolerance_deg": self.tolerance_deg,
-            "counts": self.counts,
-            "files": [file.as_json() for file in self.files],
-        }
 
 
 def compare_folders(
     a: Path, b: Path, tolerance_mm: float, tolerance_deg: float = 0.01, watch: Watch = unwatched
-) -> FolderDiff:
-    """Compare the files of two folders that stand under the same path.
+) -> list[FileDiff]:
+    """Compare the files of two folders that stand under the same path, in the order of these.
 
     A module is compared by itself: what it takes from other files counts by its words. Hidden files and pages
     (``.html``) are left out.
@@ -104,7 +36,7 @@ def compare_folders(
             found.append(FileDiff(path, "added" if path in theirs else "removed"))
         else:
             found.append(_compared(path, ours[path], theirs[path], (tolerance_mm, tolerance_deg)))
-    return FolderDiff(tuple(found), tolerance_mm, tolerance_deg)
+    return found
 
 
 def _files(folder: Path) -> dict[str, Path]:

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from postproc.batch.lines import STATE
-from postproc.batch.values import Inventory, Task
+from postproc.batch.values import Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
 from postproc.rapid.data.records import Ax6
@@ -36,8 +36,8 @@ SHARED = "task0"  # installed in every task
 _LISTED = re.compile(r"<Module>([^<]*+)</Module>", re.IGNORECASE)
 
 
-def discover(folder: Path, output: Path | None = None) -> Inventory:
-    """Take stock of a folder.
+def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list[str]]:
+    """Tasks of a folder, and files that are copied as they are, by their paths in it.
 
     Args:
         output: left out, where it stands inside the folder.
@@ -72,7 +72,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         task = replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside))
         tasks.append(_beside_others(folder, task, members, {h: (drives[h], groups[h]) for h in others}))
     loose, more = _loose(folder, rest)
-    return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
+    return sorted([*tasks, *loose], key=lambda t: t.name), sorted([*copies, *more])
 
 
 def task_around(module: Path) -> Task:

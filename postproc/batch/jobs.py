@@ -13,15 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from postproc.batch.values import Job, Task
+from postproc.batch.values import Job, Task, page_of
 from postproc.diagnostics import Source
-from postproc.files import read_source, real
+from postproc.files import read_source, real, resource
 from postproc.model.arm import Model
 from postproc.rapid.program.read_only import data_elsewhere, lent_values
 from postproc.render.templates import environment
-from postproc.resources import resource
 from postproc.robot.controller import read_quietly
-from postproc.settings import Settings
+from postproc.settings import Settings, told
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 
@@ -76,8 +75,11 @@ def _stated(model: Model) -> tuple[Any, ...]:
     return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
 
 
-def read_job(root: Path, task: Task, converter: Converter) -> Job:
+def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -> Job:
     """Read the files of a task.
+
+    Args:
+        page: whether it gets a page, too.
 
     Raises:
         PostprocError: BAT002, one of them cannot be read.
@@ -92,7 +94,8 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
     key = _digest((converter.fingerprint, content, sorted(elsewhere.shared), sorted(elsewhere.written)))
     options = replace(converter.settings.options, elsewhere=elsewhere)
-    return Job(task.name, key, (*own, *shared), converter.model, options)
+    job = Job(task.name, key, (*own, *shared), converter.model, options)
+    return replace(job, page=page_of(task.name), made=told(converter.settings)) if page else job
 
 
 def _read(path: Path) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -12,7 +12,7 @@ from typing import Annotated
 from pydantic import Field
 
 from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
-from postproc.batch.values import BatchPlan, Inventory, Task
+from postproc.batch.values import BatchPlan, Task
 from postproc.choices import StatedSettings, with_choices
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source, real, stays_inside
@@ -20,7 +20,6 @@ from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
 from postproc.tomlfile import check, parse_toml, span_of
 
-MOST_NAMES = 10  # that a finding lists
 SettingsAt = Callable[[Path], Settings]
 """What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
@@ -71,15 +70,15 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Ba
     """
     settings_at = cache(settings_at)
     if folder_or_jobs.is_dir():
-        found = discover(folder_or_jobs, output)
-        plan = BatchPlan(
-            found.root, tuple((t, _settled(t, found.root, settings_at)) for t in found.tasks), found.copies
-        )
+        found, copies = discover(folder_or_jobs, output)
+        tasks = tuple((task, _settled(task, folder_or_jobs, settings_at)) for task in found)
+        plan = BatchPlan(folder_or_jobs, tasks, tuple(copies))
     elif folder_or_jobs.suffix.lower() == ".pgf" and folder_or_jobs.is_file():
-        found = discover(folder_or_jobs.parent, output)
-        listed = [task for task in found.tasks if task.name == folder_or_jobs.name]
-        tasks = tuple((task, _settled(task, found.root, settings_at)) for task in listed)
-        plan = BatchPlan(found.root, tasks, (folder_or_jobs.name,))
+        root = folder_or_jobs.parent
+        listed = [task for task in discover(root, output)[0] if task.name == folder_or_jobs.name]
+        plan = BatchPlan(
+            root, tuple((task, _settled(task, root, settings_at)) for task in listed), (folder_or_jobs.name,)
+        )
     elif folder_or_jobs.suffix.lower() in ENDINGS:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
         raise PostprocError.of("BAT001", text, help=help_)
@@ -109,9 +108,9 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     owner: dict[str, str] = {}
     copies: set[str] = set()
     for index, job in enumerate(file.job):
-        found = _found(source, root, index, job, output)
+        found, more = _found(source, root, index, job, output)
         _named(source, index, job, found)
-        for task in found.tasks:
+        for task in found:
             if job.files and task.name in tasks:
                 raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
             if task.name in tasks or not any(fnmatchcase(task.name, pattern) for pattern in _patterns(job)):
@@ -121,16 +120,16 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
                 raise _wrong(source, index, f"`{twice}` belongs to `{owner[twice]}` too", "name each file in one job")
             tasks[task.name] = (task, _settled(task, root, settings_at, *((source, c) for c in (file, job))))
             owner.update(dict.fromkeys(task.files, task.name))
-        copies.update(found.copies)
+        copies.update(more)
     return BatchPlan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
 
 
-def _named(source: Source, index: int, job: _Job, found: Inventory) -> None:
+def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
     """Raises BAT009 where a name in ``only`` is that of no task."""
     for name, pattern in zip(job.only, _patterns(job), strict=True):
-        if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found.tasks):
+        if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found):
             skipped = len(pattern) - len(name)
-            names = ", ".join(f"`{task.name[skipped:]}`" for task in found.tasks[:MOST_NAMES]) or "none"
+            names = ", ".join(f"`{task.name[skipped:]}`" for task in found[:10]) or "none"
             raise _wrong(source, index, f"no task matches `{name}`", f"the tasks there: {names}", "only")
 
 
@@ -140,7 +139,7 @@ def _patterns(job: _Job) -> list[str]:
     return [prefix + pattern for pattern in job.only]
 
 
-def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> Inventory:
+def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> tuple[list[Task], list[str]]:
     if (job.folder is None) == (not job.files):
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
     if job.folder is not None:
@@ -149,7 +148,7 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> I
         if not (folder.is_dir() and (inside or Path(job.folder) == Path())):
             text = f"`{job.folder}` is not a folder beside or below the jobs file"
             raise _wrong(source, index, text, "the tree of outputs mirrors what stands below the jobs file", "folder")
-        return _below(discover(folder, output), root, Path(job.folder))
+        return _below(*discover(folder, output), Path(job.folder))
     names: list[str] = []
     for pattern in job.files:
         if not stays_inside(pattern):
@@ -166,16 +165,16 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> I
         if not matched:
             raise _wrong(source, index, f"no file matches `{pattern}`", "paths start at the jobs file", "files")
         names += [name for name in matched if name not in names]
-    return Inventory(root, (Task(job.name or names[0], tuple(names)),))
+    return [Task(job.name or names[0], tuple(names))], []
 
 
-def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
-    """The same inventory with names that start at another root."""
+def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[list[Task], list[str]]:
+    """The same with names that start at the root of a folder."""
 
-    def moved(names: tuple[str, ...]) -> tuple[str, ...]:
+    def moved(names: Iterable[str]) -> tuple[str, ...]:
         return tuple((folder / name).as_posix() for name in names)
 
-    tasks = tuple(
+    renamed = [
         replace(
             t,
             name=(folder / t.name).as_posix(),
@@ -183,9 +182,9 @@ def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
             shared=moved(t.shared),
             beside=tuple(map(moved, t.beside)),
         )
-        for t in found.tasks
-    )
-    return Inventory(root, tasks, moved(found.copies))
+        for t in tasks
+    ]
+    return renamed, [*moved(copies)]
 
 
 def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Source, _Choices]) -> Settings:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from postproc.batch.backinfo import added_modules, is_backinfo, with_modules
 from postproc.batch.contradictions import contradictions
@@ -32,7 +32,8 @@ from postproc.batch.values import (
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree, why
-from postproc.settings import Settings, read_arm, told
+from postproc.report.blocks import Values
+from postproc.settings import Settings, read_arm
 
 if TYPE_CHECKING:
     from postproc.robot.arm import Robot
@@ -139,7 +140,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
         outcomes: list[TaskOutcome] = []
         tasks = {task.name: task for task in ready.tasks}
 
-        def note(line: Mapping[str, Any], cached: bool) -> None:
+        def note(line: Values, cached: bool) -> None:
             task = tasks[line["name"]]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
@@ -151,20 +152,17 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
 
         def todo() -> Iterator[Job]:
             for task in ready.tasks:
-                job = _prepare(plan.root, task, converters[task.name])
-                line = journal.find(job.name, job.key) if isinstance(job, Job) else None
-                if ready.pages and isinstance(job, Job):
-                    job = with_page(job, converters[task.name])
-                    lacks = line is not None and line["status"] == "compensated" and job.page not in line["outputs"]
-                    line = None if lacks else line
+                job = _prepare(plan.root, task, converters[task.name], ready.pages)
                 if isinstance(job, Result):
                     if any(finding["code"] == "BAT002" for finding in job.findings):
                         journal.hold(job.name)
                     note(journal.add(job), cached=False)
-                elif line is not None:
-                    note(journal.keep(line), cached=True)
-                else:
+                    continue
+                line = journal.find(job.name, job.key)
+                if line is None or (job.page and line["status"] == "compensated" and job.page not in line["outputs"]):
                     yield job
+                else:
+                    note(journal.keep(line), cached=True)
 
         for result in work_through(todo(), pool):
             note(journal.add(result), cached=False)
@@ -179,25 +177,19 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
 
 
-def with_page(job: Job, converter: Converter | PostprocError) -> Job:
-    """The job of a task that gets a page, too."""
-    made = told(converter.settings) if isinstance(converter, Converter) else {}
-    return replace(job, page=page_of(job.name), made=made)
-
-
-def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Job | Result:
+def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page: bool) -> Job | Result:
     """The job of a task, or why there is none."""
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
     try:
         if isinstance(converter, PostprocError):
             raise converter
-        return read_job(root, task, converter)
+        return read_job(root, task, converter, page)
     except PostprocError as error:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
+def _named(root: Path, finding: Values) -> Values:
     """A finding; one about data that a file nearby declares names that file."""
     told = None
     if "undeclared" in finding and finding["path"] is not None:

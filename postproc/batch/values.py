@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from postproc import __version__
 from postproc.compensation.options import Options
 from postproc.diagnostics import Diagnostic, Source
+from postproc.report.blocks import Values
 from postproc.settings import Settings
 
 if TYPE_CHECKING:
@@ -58,15 +59,6 @@ def page_of(task: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Inventory:
-    """What stands in a folder: tasks to convert, and files that are copied as they are, relative to ``root``."""
-
-    root: Path
-    tasks: tuple[Task, ...] = ()
-    copies: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class BatchPlan:
     """What a batch does: tasks with their settings, and files that are copied, all relative to ``root``."""
 
@@ -109,8 +101,8 @@ class Result:
     key: str
     status: Status
     outputs: Mapping[str, bytes] = field(default_factory=dict, repr=False)
-    figures: Mapping[str, Any] = field(default_factory=dict)
-    findings: tuple[Mapping[str, Any], ...] = ()
+    figures: Values = field(default_factory=dict)
+    findings: tuple[Values, ...] = ()
     final: bool = True
 
 
@@ -164,12 +156,12 @@ class TaskOutcome:
     task: Task
     status: Status
     cached: bool
-    figures: Mapping[str, Any]
-    findings: tuple[Mapping[str, Any], ...]
+    figures: Values
+    findings: tuple[Values, ...]
     arm: Mapping[str, str] = field(default_factory=dict)
     page: str | None = None
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> Values:
         """The row of a task in the ``postproc/batch/1`` document."""
         return {
             "name": self.task.name,
@@ -189,7 +181,7 @@ class Batch:
 
     outcomes: tuple[TaskOutcome, ...]
     copied: int
-    findings: tuple[Mapping[str, Any], ...]
+    findings: tuple[Values, ...]
 
     @property
     def failed(self) -> bool:
@@ -204,7 +196,7 @@ class Batch:
         beyond = sum(any(found["code"] == "CMP006" for found in o.findings) for o in self.outcomes)
         return {**count, "cached": sum(o.cached for o in self.outcomes), "beyond_tolerance": beyond}
 
-    def as_json(self, shard: Shard) -> dict[str, Any]:
+    def as_json(self, shard: Shard) -> Values:
         """The ``postproc/batch/1`` document."""
         return {
             "schema": "postproc/batch/1",

@@ -4,54 +4,50 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.options import CellFile, EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Taught, Tolerance
-from postproc.cli.words import parse_channel, parse_vector, split_names
+from postproc.cli.options import (
+    CellFile,
+    EffectFiles,
+    Flag,
+    FreeAxes,
+    ModelFile,
+    Names,
+    SideFiles,
+    Taught,
+    Tolerance,
+    VectorText,
+    parse_channel,
+    parse_vector,
+    split_names,
+)
 
 if TYPE_CHECKING:
     from postproc.settings import Settings
 
-VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
-
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class ProgramOptions:
-    """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
+class RobotOptions:
+    """The real arm.
 
     Attributes:
         model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
             the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         model_of_another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
-        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
-        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
-        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
 
     model: ModelFile = None
     robot: str | None = None
     model_of_another_arm: Flag = False
     effects: EffectFiles = ()
-    side_files: SideFiles = ()
-    taught: Taught = ()
-    cell: CellFile = None
-    free_axes: FreeAxes = ""
 
     def _stated(self) -> dict[str, Any]:
         """What is given, by the keys of ``postproc.toml``."""
-        return {
-            "model": self.model and str(self.model),
-            "robot": self.robot,
-            "side_files": list(map(str, self.side_files)) or None,
-            "taught": split_names(self.taught) or None,
-            "cell": self.cell and str(self.cell),
-            "free_axes": self.free_axes.lower() or None,
-        }
+        return {"model": self.model and str(self.model), "robot": self.robot}
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
         """What holds for the programs of a folder: its ``postproc.toml``, what is given here, where it begins."""
@@ -60,6 +56,33 @@ class ProgramOptions:
         chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())
         options = replace(chosen.options, entry=entry)
         return replace(chosen, effects=self.effects, another_arm=self.model_of_another_arm, options=options)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ProgramOptions(RobotOptions):
+    """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
+
+    Attributes:
+        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
+        cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
+        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
+    """
+
+    side_files: SideFiles = ()
+    taught: Taught = ()
+    cell: CellFile = None
+    free_axes: FreeAxes = ""
+
+    def _stated(self) -> dict[str, Any]:
+        return {
+            **super()._stated(),
+            "side_files": list(map(str, self.side_files)) or None,
+            "taught": split_names(self.taught) or None,
+            "cell": self.cell and str(self.cell),
+            "free_axes": self.free_axes.lower() or None,
+        }
 
 
 @Parameter(name="*")

@@ -12,6 +12,7 @@ from __future__ import annotations
 import io
 import json
 import sys
+from argparse import SUPPRESS, ArgumentParser
 from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -61,15 +62,11 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
 
 
 def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
-    own, rest, at = dict[str, Path](), list[str](), 0
-    while at < len(words):
-        if words[at] in OWN and at + 1 < len(words):
-            own[words[at]] = Path(words[at + 1])
-            at += 1
-        else:
-            rest.append(words[at])
-        at += 1
-    return own, rest
+    parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
+    for option in OWN:
+        parser.add_argument(option, dest=option, type=Path, nargs="?")
+    own, rest = parser.parse_known_args(words)
+    return {option: path for option, path in vars(own).items() if path is not None}, rest
 
 
 def _all_programs(words: Sequence[str]) -> bool:

@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc import files
-from postproc.cli.report import STDIN, say
+from postproc.cli.report import STDIN
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
-    from postproc.effects.base import Effect
     from postproc.model.arm import Model
 
 
@@ -47,35 +46,17 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
     from postproc.robot.cells.cell_file import restated
     from postproc.settings import read_station
 
-    library = effect_library(effects)
-    if path.suffix.lower() == ".csv":
-        raise PostprocError.of(
-            "CLI012", f"`{path}` is a table, not a model", help="the model comes first, then the table"
+    library, kind = effect_library(effects), path.suffix.lower()
+    if kind == ".csv" or kind in ENDINGS:
+        help_ = (
+            "the model comes first, then the table"
+            if kind == ".csv"
+            else "name the TOML file that `postproc fit` wrote"
         )
-    if path.suffix.lower() in ENDINGS:
-        raise PostprocError.of(
-            "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
-        )
+        what = "table" if kind == ".csv" else "program"
+        raise PostprocError.of("CLI012", f"`{path}` is a {what}, not a model", help=help_)
     model = parse_model(read_source(str(path)), library)
     return model if cell is None else model.standing(restated(read_station(cell)))
-
-
-def open_model(
-    path: Path,
-    effects: Sequence[Path] = (),
-    cell: Path | None = None,
-    *,
-    sigma: float | None = None,
-    weighed: bool = True,
-) -> Model:
-    """As `load_model`; the first line for people says which arm it is, with which effects, and what noise is taken.
-
-    Args:
-        sigma: stated standard deviation of the instrument [m]; weighed: whether measurements are weighed by a noise.
-    """
-    model = load_model(path, effects, cell)
-    say(f"{assumed(model.robot.name, [effect.key for effect in model.effects], sigma, weighed)}; model `{path}`")
-    return model
 
 
 def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:
@@ -87,23 +68,6 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
 def short_names(*compared: str | Path) -> str:
     """What was compared with what, in a line: files without their folders."""
     return " ".join(Path(file).name for file in compared)
-
-
-def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
-    """Effects that the user's files define."""
-    from postproc.effects.loading import load_effect_file
-
-    return [cls for file in files for cls in load_effect_file(file)]
-
-
-def effect_words(files: Sequence[Path | str]) -> list[str]:
-    """Effects of one's own, for a command that follows."""
-    return [word for file in files for word in ("--effects", str(file))]
-
-
-def cell_words(cell: Path | None) -> list[str]:
-    """The cell that was named, for a command that follows."""
-    return [] if cell is None else ["--cell", str(cell)]
 
 
 def _stdin(read_only: bool) -> Source:

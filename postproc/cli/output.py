@@ -8,7 +8,7 @@ from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import VERBOSE, print_json, put, say
+from postproc.cli.report import VERBOSE, print_document, put, say
 from postproc.diagnostics import PostprocError, visible
 from postproc.files import check_writes, read_source, real, why, write_whole
 
@@ -62,22 +62,34 @@ def write(path: Path | None, data: bytes | str) -> None:
         raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None
 
 
-def present(document: Document, report: Path | None, json: bool, text: bool = False, aside: bool = False) -> None:
+def present(
+    document: Document,
+    report: Path | None = None,
+    *,
+    json: bool = False,
+    form: str | None = None,
+    text: bool = False,
+    aside: bool = False,
+    root: Path = Path(),
+) -> None:
     """Show a result: as a page where one is asked for, on stdout as JSON or as text.
 
     Args:
-        text: with the JSON the text on stderr. aside: stdout is taken, the text goes to stderr.
+        form: ``json``, or ``sarif`` for the findings alone. text: with a document on stdout the text on stderr.
+        aside: stdout is taken, the text goes to stderr. root: where the paths of findings start.
     """
     if report is not None:
         from postproc.report.page import render_page
 
         write(report, render_page(document))
-    if json:
-        print_json(document.values)
-    if text or not json:
+    form = "json" if json else form
+    if form is not None:
+        print_document(document.values, form, root)
+    if text or form is None:
         from postproc.report.terminal import render_text
 
-        (say if json or aside else put)(render_text(document, VERBOSE.get()))
+        if shown := render_text(document, VERBOSE.get()):
+            (say if form is not None or aside else put)(shown)
 
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:

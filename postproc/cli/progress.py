@@ -9,65 +9,70 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from postproc.batch.summary import finding_line, result_line, sum_line, table_lines, warning_lines
-from postproc.batch.values import Batch, TaskOutcome
+from postproc.batch.summary import finding_line, result_line
+from postproc.batch.values import TaskOutcome
 from postproc.cli.report import MOST, aside, say, width_of
 from postproc.diagnostics import PostprocError, visible
+from postproc.grouping import grouped
 
 if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
-
     from postproc.batch.run import Ready
     from postproc.watch import Watch
 
+CLEAR = "\r\x1b[K"  # the line of a terminal on which the cursor is
 EDITED = "BAT016"
 """Somebody's own work was put aside: that is told whatever became of the program."""
 
 
 @dataclass
 class Reporter:
-    """One line for each task, or a bar on a terminal; failures and edits that were put aside are told either way."""
+    """A line for each task, on a terminal only for one that failed; edits that were put aside are told either way.
+
+    Args:
+        watch: of a terminal, which shows how far the batch is.
+    """
 
     total: int
-    bar: tuple[Progress, TaskID] | None = None
+    watch: Watch | None = None
     started: float = field(default_factory=time.monotonic)
     done: int = 0
 
     def outcome(self, outcome: TaskOutcome) -> None:
         self.done += 1
         failed = outcome.status == "failed"
-        if self.bar is None:
-            self._say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
-        elif failed:
-            self._say(result_line(outcome))
+        if self.watch is None:
+            say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
+        else:
+            self.watch(f"{self.done} of {self.total}", self.done / self.total)
+            if failed:
+                self._say(result_line(outcome))
         told = [f for f in outcome.findings if f["code"] == EDITED or (failed and f["severity"] == "error")]
-        count: Counter[str] = Counter()
-        for found in told:
-            count[found["code"]] += 1
-            if count[found["code"]] <= MOST["error"]:
-                self._say(f"  {finding_line(found)}")
-        for code, places in count.items():
-            if places > MOST["error"]:
-                self._say(f"  {code}: {places - MOST['error']} more like this")
-        if self.bar is not None:
-            self.bar[0].advance(self.bar[1])
+        for code, found in grouped((f["code"], f) for f in told).items():
+            for finding in found[: MOST["error"]]:
+                self._say(f"  {finding_line(finding)}")
+            if len(found) > MOST["error"]:
+                self._say(f"  {code}: {len(found) - MOST['error']} more like this")
 
     def _say(self, text: str) -> None:
-        if self.bar is None:
-            say(text)
-        else:
-            self.bar[0].console.print(visible(text), markup=False, highlight=False, soft_wrap=True)
+        if self.watch is not None:
+            print(CLEAR, end="", file=sys.stderr)
+        say(text)
 
-    def summary(self, batch: Batch) -> None:
-        for line in table_lines(batch):
-            say(line)
-        for line in warning_lines(batch):
-            say(line)
-        for found in batch.findings:
-            say(finding_line(found))
-        say(sum_line(batch, time.monotonic() - self.started))
+    def time_line(self) -> str:
+        """How many tasks were done, in which time."""
+        return f"{self.done} task{'s' * (self.done != 1)} in {time.monotonic() - self.started:.1f} s"
+
+
+@contextmanager
+def reporting(total: int) -> Iterator[Reporter]:
+    """A reporter; on a terminal how far the batch is and the remaining time, too."""
+    if not sys.stderr.isatty():
+        yield Reporter(total)
+        return
+    with watching("programs") as watch:
+        yield Reporter(total, watch)
 
 
 class _Work:
@@ -111,12 +116,12 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
             line = work.line(time.monotonic())
             if terminal:  # what wraps could not be taken back
                 line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
-                aside(f"\r{line}\x1b[K", end="")
+                aside(f"{CLEAR}{line}", end="")
             else:
                 aside(line)
             pause *= 1 if terminal else 2
         if terminal and time.monotonic() - work.begun > 1:
-            aside("\r\x1b[K", end="")
+            aside(CLEAR, end="")
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -136,22 +141,3 @@ def arm_lines(ready: Ready) -> Iterator[str]:
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
     converters = (found for found in ready.converters.values() if not isinstance(found, PostprocError))
     yield from dict.fromkeys(line for found in converters for line in found.settings.heritage(ready.plan.root))
-
-
-@contextmanager
-def reporting(total: int) -> Iterator[Reporter]:
-    """A reporter; on a terminal with a bar, the rate and the remaining time."""
-    if not sys.stderr.isatty():
-        yield Reporter(total)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TimeRemainingColumn
-    from rich.text import Text
-
-    class Rate(ProgressColumn):
-        def render(self, task: Any) -> Text:
-            return Text(f"{60 * (task.finished_speed or task.speed or 0):.0f}/min")
-
-    columns = (BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        yield Reporter(total, (progress, progress.add_task("", total=total)))

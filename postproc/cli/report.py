@@ -111,8 +111,8 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
     aside(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"))
 
 
-def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) -> None:
-    """Print a document on stdout as JSON, or its findings as SARIF (``form``).
+def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:
+    """Print a document on stdout with the version that wrote it, or its findings as SARIF (``form``).
 
     Args:
         root: where the paths of its findings start; those of SARIF start at the working folder.
@@ -121,9 +121,10 @@ def print_document(document: Mapping[str, Any], form: str, root: Path = Path()) 
         from postproc.report.sarif import findings_in, sarif
 
         found = findings_in(document)
-        print(to_json(sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in found])))
+        document = sarif([f if f["path"] is None else {**f, "path": str(root / f["path"])} for f in found])
     else:
-        print_json(document)
+        document = {"schema": document["schema"], "tool": __version__, **document}
+    print(to_json(document))
 
 
 def asked_form(arguments: Sequence[str]) -> str | None:
@@ -131,8 +132,3 @@ def asked_form(arguments: Sequence[str]) -> str | None:
     words = [word for argument in arguments for word in argument.split("=")]
     stated = next((form for option, form in pairwise(words) if option == "--format"), None)
     return "json" if "--json" in words else stated
-
-
-def print_json(document: Mapping[str, Any]) -> None:
-    """Print a document on stdout, with the version that wrote it; numbers that are not finite become null."""
-    print(to_json({"schema": document["schema"], "tool": __version__, **document}))

@@ -2,5 +2,5 @@
 
 Asked: `options`, `tolerances`. `reading` makes the motion of a program (`path`), `plan` goes round until nothing
 changes: `correction` is what the arm should be told, `text` how the program says it. `readback` runs the written text,
-`worlds` follows it where run-time data differs, `results` says what came out.
+`worlds` follows it where run-time data differs, `results` says what came out. `inspection`: what a program moves.
 """

@@ -44,10 +44,6 @@ class Worlds:
     count: int
     differing: int
 
-    def as_json(self) -> dict[str, int]:
-        """The key ``worlds`` of the document."""
-        return {"count": self.count, "differing": self.differing}
-
 
 def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
     """Whether anything decides on what a program does that its text does not tell."""

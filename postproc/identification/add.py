@@ -166,6 +166,27 @@ def _on_all_rows(base: Fit, start: Fit, found: Fit, noise: float | None) -> Fit:
     return fit_model(base.model.with_effects(*found.model.effects), base.data, noise=noise, terms=terms)
 
 
+def fit_effects(
+    model: Model,
+    data: Measurements,
+    classes: Iterable[type[Effect]],
+    *,
+    noise: float | None = None,
+    watch: Watch = unwatched,
+) -> Fit:
+    """Fit effects to measurements: those of a settled form together, then the others, each in the form that suits.
+
+    Raises:
+        PostprocError: DAT020 fewer measured numbers than parameters, DAT021 a channel that is not in the data, DAT022.
+    """
+    classes = list(classes)
+    fit = fit_model(model, data, [c.null() for c in classes if not c.structures()], noise=noise, watch=watch)
+    for cls in classes:
+        if cls.structures():
+            fit = grown(fit, cls, noise)
+    return fit
+
+
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     """A fit with one more effect, in the form that the data prefers.
 

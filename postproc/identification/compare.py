@@ -18,7 +18,10 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 
-WORST = 10
+
+def worst_rows(size: Array) -> list[int]:
+    """At most ten rows with the largest of sizes (n,), the largest first; NaN is none."""
+    return [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:10] if np.isfinite(size[i])]
 
 
 @dataclass(frozen=True)

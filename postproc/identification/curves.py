@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect, State
-from postproc.estimation.channels import unit_of
 from postproc.estimation.fitted import Fit
-from postproc.measure.errors import mm
 
 PLACES = 121
 """Angles at which a curve is told."""
@@ -35,18 +32,6 @@ class JointCurve:
     at: Array
     turn: Array
     sigma: Array
-
-    def as_json(self) -> dict[str, Any]:
-        """An entry of ``missing[].law``: degrees and milliradians."""
-        unit, factor = unit_of(self.channel)
-        return {
-            "joint": self.joint,
-            "channel": self.channel,
-            "unit": unit,
-            "at": np.round(self.at * factor, 3).tolist(),
-            "turn_mrad": [mm(x) for x in self.turn],
-            "sigma_mrad": [mm(x) for x in self.sigma],
-        }
 
 
 def curves(fit: Fit, key: str) -> Iterator[JointCurve]:

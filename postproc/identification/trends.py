@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.channels import fit_channels, unit_of
+from postproc.estimation.channels import fit_channels
 from postproc.estimation.fitted import Fit
 
 FEWEST, MOST, IN_EACH = 12, 48, 30
@@ -42,20 +41,6 @@ class Trend:
     centre: Array
     mean: Array
     spread: Array
-
-    def as_json(self) -> dict[str, Any]:
-        """An entry of ``channels``, in the units that people read."""
-        unit, factor = unit_of(self.channel)
-        return {
-            "channel": self.channel,
-            "where": self.where,
-            "share": round(self.share, 4),
-            "centre_unit": unit,
-            "unit": "mm" if self.where == "space" else "mrad",
-            "centre": [factor * float(x) for x in self.centre],
-            "mean": [float(x) for x in self.mean],
-            "standard_error": [float(x) for x in self.spread],
-        }
 
 
 def joint_errors(fit: Fit) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -92,9 +91,6 @@ class Suspect:
     def by_each_channel(self, left: float) -> list[Suspect]:
         """The same by each of its channels, with its share of what is left above the noise."""
         return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
-
-    def as_json(self) -> dict[str, Any]:
-        return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:

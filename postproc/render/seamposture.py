@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, whole_turns
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
+from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import QUARTER, TURNING, confdata
-from postproc.robot.inverse import inverse
 from postproc.robot.track import track
 
 SAME_ARM = 1e-6  # [rad]

@@ -11,10 +11,9 @@ from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.files import read_source
+from postproc.files import read_source, resource
 from postproc.rapid.data.records import NO_AXIS
 from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
-from postproc.resources import resource
 
 
 def mm(values: Sequence[float | str]) -> list[str]:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+Values = Mapping[str, Any]
+"""What ``--json`` prints, or a part of it: plain values by key."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sentence:
@@ -19,7 +22,7 @@ class Figure:
     """A figure that stands large on a page; a terminal leaves out what the sentence of the document says already.
 
     Args:
-        value: floats are shown with three decimals. kind: ``before`` or ``after``, which have colours.
+        value: floats are shown with three decimals, None is not. kind: ``before`` or ``after``, which have colours.
     """
 
     label: str
@@ -40,12 +43,14 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class DataTable:
-    """Rows of words and numbers; a column without a value in any row is not shown.
+    """Rows of words and numbers, shown where there are any; a column without a value in any row is not.
 
     Args:
         label: what it holds. brief: rows that a terminal prints where not all are asked for, None for all of them.
-        links: a column, and for each row the address to which its cell leads on a page. live: HTML of the element in
-            which scripts of the scene draw the same rows, empty where they stand as they are.
+        links: a column, and for each row the address to which its cell leads on a page. view: of the scene, in which a
+            page draws the same rows, empty where they stand as they are.
+        beneath: columns from here on stand on lines of their own below their row in a terminal. decimals: of the
+            numbers in a terminal, None for those that the largest of a column leaves.
     """
 
     label: str
@@ -53,7 +58,9 @@ class DataTable:
     rows: Sequence[Sequence[object]]
     brief: Sequence[int] | None = None
     links: tuple[int, Sequence[str | None]] | None = None
-    live: str = ""
+    view: str = ""
+    beneath: int | None = None
+    decimals: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +90,7 @@ class Bars:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Pictures on a page: as SVG, or as HTML in which the scripts of the scene draw.
+    """Pictures on a page, as SVG.
 
     Args:
         draw: makes them, none where there is nothing to draw. least: pixels that one of several side by side needs, 0
@@ -95,6 +102,13 @@ class Chart:
 
 
 @dataclass(frozen=True, slots=True)
+class View:
+    """What the page draws of its scene, by the name that the template of the scene knows."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class Beside:
     """Blocks that stand side by side on a page that is wide enough."""
 
@@ -102,12 +116,12 @@ class Beside:
     right: Sequence[Block]
 
 
-Block = Sentence | DataTable | Bars | Chart | Beside
+Block = Sentence | DataTable | Bars | Chart | View | Beside
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Blocks under a heading, left out where none of them has anything to show.
+    """Blocks under a heading, if it has one; left out where none of them has anything to show.
 
     Args:
         note: how to read what a page shows. folded: a page opens it by a click.
@@ -124,14 +138,13 @@ class Scene:
     """What scripts of a page draw, and redraw where the reader chooses.
 
     Args:
-        name: of the element that carries the data; data: makes its plain values. scripts: names of the files.
-        bar: HTML that stays in sight, with what changes the page.
+        name: of its template and of the element that carries the data; data: makes its plain values.
+        controls: view that stays in sight, with what changes the page; empty where there is none.
     """
 
     name: str
-    data: Callable[[], Mapping[str, Any]]
-    scripts: Sequence[str]
-    bar: str = ""
+    data: Callable[[], Values]
+    controls: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,17 +157,12 @@ class Document:
     """
 
     title: str
-    values: Mapping[str, Any] = field(repr=False)
+    values: Values = field(repr=False)
     sentence: str
     figures: Sequence[Figure] = ()
     basis: str = ""
     sections: Sequence[Section] = ()
     scene: Scene | None = None
-
-
-def figures(*entries: Figure) -> list[Figure]:
-    """Those whose value is known."""
-    return [entry for entry in entries if entry.value is not None]
 
 
 def is_number(cell: object) -> bool:

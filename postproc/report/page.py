@@ -12,51 +12,78 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from postproc.report.blocks import Bars, Beside, Block, Chart, DataTable, Document, Sentence, is_number, shown_columns
+from postproc import __version__
+from postproc.files import resource
+from postproc.report.blocks import (
+    Bars,
+    Beside,
+    Block,
+    Chart,
+    DataTable,
+    Document,
+    Sentence,
+    View,
+    is_number,
+    shown_columns,
+)
 from postproc.report.document import plain
 from postproc.report.drawing.charts import bars
-from postproc.resources import resource
 
-SCRIPTS = ("base", "table")  # of every page
+SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("space", "arm", "course", "path")}
+"""Of every page, and of each scene."""
 
 
 def render_page(document: Document) -> str:
     """A document as a page."""
-    scene = document.scene
-    drawn = [(section, "".join(map(_html, section.blocks))) for section in document.sections]
+    scene, of = document.scene, "" if document.scene is None else document.scene.name
+    drawn = [(section, "".join(_html(block, of) for block in section.blocks)) for section in document.sections]
     page = render(
         "page.html.j2",
         title=document.title,
         sentence=prose(document.sentence),
-        key=document.figures,
+        key=[figure for figure in document.figures if figure.value is not None],
         assumed=prose(document.basis),
-        bar=Markup("" if scene is None else scene.bar),
+        bar=_view(of, scene.controls) if scene is not None and scene.controls else "",
         sections=[
             (section, prose(section.title), prose(section.note), Markup(html)) for section, html in drawn if html
         ],
         style=asset("page.css"),
         document=embedded(plain(document.values)),
-        data={} if scene is None else {scene.name: embedded(plain(scene.data()))},
-        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *(() if scene is None else scene.scripts))),
+        data={} if scene is None else {of: embedded(plain(scene.data()))},
+        script=Markup("\n").join(asset(f"{name}.js") for each in dict.fromkeys(("", of)) for name in SCRIPTS[each]),
     )
     return str(page)
 
 
-def _html(block: Block) -> str:
+def render_certificate(document: Document) -> str:
+    """A certificate as a page to print and sign: its first section holds what was examined."""
+    return str(render("certificate.html.j2", document=document, style=asset("page.css"), version=__version__))
+
+
+def _html(block: Block, scene: str) -> str:
     """A block as HTML, empty where it shows nothing."""
     match block:
         case Sentence(text):
             return f"<p>{prose(text)}</p>"
         case DataTable():
-            return block.live or table(block)
+            if not block.rows:
+                return ""
+            return _view(scene, block.view) if block.view else table(block)
         case Bars():
             return bars(block)
         case Chart(draw, least):
             charts = [chart for chart in draw() if chart]
             return grid(charts, least) if least and charts else "".join(charts)
+        case View(name):
+            return _view(scene, name)
         case Beside(left, right):
-            sides = ("".join(map(_html, side)) for side in (left, right))
+            sides = ("".join(_html(inside, scene) for inside in side) for side in (left, right))
             return f'<div class="sides even">{"".join(f"<div>{side}</div>" for side in sides)}</div>'
+
+
+def _view(scene: str, name: str) -> Markup:
+    """What the scripts of a scene draw: the element that they look for, with what stands around it."""
+    return render(f"{scene}.html.j2", view=name)
 
 
 def render(template: str, **values: Any) -> Markup:

@@ -8,7 +8,7 @@ from typing import Any
 from urllib.parse import quote
 
 from postproc import __version__
-from postproc.resources import explanations
+from postproc.files import explanations
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 LEVELS = {"error": "error", "warning": "warning", "info": "note"}

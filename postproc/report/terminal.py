@@ -14,6 +14,7 @@ from postproc.report.blocks import (
     Document,
     Section,
     Sentence,
+    View,
     is_number,
     shown_columns,
 )
@@ -29,7 +30,8 @@ def render_text(document: Document, every: bool = False) -> str:
         every: print all rows of all tables.
     """
     words = document.sentence
-    figures = [f"{f.label} {f.text}" for f in document.figures if isinstance(f.value, int) or f.head not in words]
+    known = [figure for figure in document.figures if figure.value is not None]
+    figures = [f"{f.label} {f.text}" for f in known if isinstance(f.value, int) or f.head not in words]
     lines = [*filter(None, (words, ", ".join(figures), document.basis))]
     for section in document.sections:
         lines += _section(section, every)
@@ -41,7 +43,7 @@ def _section(section: Section, every: bool) -> list[str]:
     for block in section.blocks:
         drawn = list(_lines(block, every))
         lines += ["", *drawn] if lines and drawn and isinstance(block, DataTable) else drawn
-    return ["", f"{section.title}:", *lines] if lines else []
+    return [*(["", f"{section.title}:"] if section.title else []), *lines] if lines else []
 
 
 def _lines(block: Block, every: bool) -> Iterator[str]:
@@ -55,7 +57,7 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
         case Beside(left, right):
             for inside in (*left, *right):
                 yield from _lines(inside, every)
-        case Chart():
+        case Chart() | View():
             pass
 
 
@@ -72,19 +74,27 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
     chosen = range(len(block.rows)) if every or block.brief is None else block.brief
     if not chosen:
         return
-    cells = [_column([row[k] for row in block.rows], block.columns[k], chosen) for k in shown_columns(block)]
-    for row in zip(*cells, strict=True):
-        yield f"  {'  '.join(row)}".rstrip()
+    end = len(block.columns) if block.beneath is None else block.beneath
+    cells = [_column(block, k, chosen) for k in shown_columns(block) if k < end]
+    for i, row in enumerate(zip(*cells, strict=True)):
+        if i or any(block.columns[:end]):
+            yield f"  {'  '.join(row)}".rstrip()
+        for k in range(end, len(block.columns)) if i else ():
+            if text := _text(block.rows[chosen[i - 1]][k], ""):
+                yield f"{'':7}{block.columns[k]}{': ' * bool(block.columns[k])}{text}"
     if len(chosen) < len(block.rows):
         yield f"  {len(block.rows) - len(chosen)} more; `--verbose` shows them"
 
 
-def _column(cells: Sequence[object], title: str, chosen: Sequence[int]) -> list[str]:
+def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
     """The heading and the chosen cells, all of one width; numbers stand right, with the decimals of the largest."""
+    cells = [row[k] for row in block.rows]
     right = all(c is None or is_number(c) for c in cells)
     largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
-    decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
-    texts = [title, *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]
+    decimals = block.decimals
+    if decimals is None:
+        decimals = min(max(DIGITS - 1 - math.floor(math.log10(largest)), 0), DIGITS)
+    texts = [block.columns[k], *(_text(cells[i], f"z.{decimals}f" if right else f".{DIGITS}g") for i in chosen)]
     width = max(map(len, texts))
     return [text.rjust(width) if right else text.ljust(width) for text in texts]
 

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.identification.add import HELPS, Addition
 from postproc.measure.errors import mm
-from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section
+from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.comparison import SCRIPTS, workspace_section
+from postproc.results.comparison import workspace_section
 from postproc.results.fit import error_values, fit_values, known_of, parameter_table
 
 LITTLE = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 EACH = "Everything fitted again without the effect: long bars matter."
 BASE = "the model as it came"
-BAR = '<div class="controls" data-steps="controls"></div>'
-LAWS = '<div class="grid" style="--least: 300px" data-steps="laws"></div>'
 FALL = (
     "Step through the model with the slider, the arrow keys or a click on a bar: the laws, the residuals in space, the "
     "charts and the sample targets are those of the step."
@@ -32,9 +29,7 @@ def addition_document(name: str, found: Addition) -> Document:
     values, kind, fit = addition_values(found), found.fit.observed, found.fit
     floor, noise = mm(found.floor), fit.parts.level is not None
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
-    rungs = cache(lambda: _rungs(found))
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in found.ladder[1:]))
-    steps = cache(lambda: steps_data(rungs(), added, dashed))
     ladder = [
         Bar(
             step.name if k else BASE,
@@ -65,7 +60,7 @@ def addition_document(name: str, found: Addition) -> Document:
                             Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder]),
                             Chart(lambda: [distance_chart(fit, dashed, held_out=True)]),
                         ],
-                        [Chart(lambda: [LAWS] if any(step["laws"] for step in steps()["steps"]) else [])],
+                        [View("laws")],
                     )
                 ],
                 FALL,
@@ -80,7 +75,7 @@ def addition_document(name: str, found: Addition) -> Document:
             Section("What to know of this fit", known_of(fit)),
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects], brief=True)], folded=True),
         ],
-        scene=Scene("steps", steps, SCRIPTS, BAR),
+        scene=Scene("steps", lambda: steps_data(_rungs(found), added, dashed), "controls"),
     )
 
 

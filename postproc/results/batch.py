@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
 from postproc.grouping import grouped
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, figures
+from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
 from postproc.results.conversion import made_section
 
+MOST = 40
+"""Programs that a terminal prints where not all are asked for."""
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "severity", "code", "what", "what to do")
 COLUMNS = (
@@ -24,7 +25,7 @@ COLUMNS = (
 
 def batch_document(
     name: str,
-    values: Mapping[str, Any],
+    values: Values,
     made: Mapping[str, str] | None = None,
     pages: Mapping[str, str] | None = None,
 ) -> Document:
@@ -38,51 +39,51 @@ def batch_document(
     done = [t for t in tasks if "max_error_after_mm" in t]
     worst = max(done, key=lambda t: float(t["max_error_after_mm"]), default=None)
     told = [(t["name"], d) for t in tasks for d in t["diagnostics"]]
-    said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
-    said += [_finding("", d) for d in values["diagnostics"]]
-    sections = [Section("Errors", [DataTable("errors", FINDING, said)])] if said else []
+    errors = [_finding(name, d) for name, d in told if d["severity"] == "error"]
+    said = [*errors, *(_finding("", d) for d in values["diagnostics"])]
+    # A terminal has shown those of tasks as each was done.
+    found = DataTable("errors", FINDING, said, range(len(errors), len(said)))
+    sections = [Section("Errors", [found])]
     note = "Failures first, then the largest deviations that remain."
     if pages:
         note += " A click on a program opens its page."
     if any(t.get("unproved_statements") for t in tasks):
         note += f" Unproved: {UNPROVED}."
     links = (0, [_link((pages or {}).get(t["name"])) for t in tasks]) if pages else None
-    sections.append(
-        Section("Every program", [DataTable("programs", COLUMNS, [_row(t) for t in tasks], links=links)], note)
-    )
+    programs = DataTable("programs", COLUMNS, [_row(t) for t in tasks], range(min(MOST, len(tasks))), links)
+    sections.append(Section("Every program", [programs], note))
     if len(done) > 1:
-        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)])]))
-    if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
-        note = (
-            "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
-        )
-        kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
-        sections.append(Section("Warnings", [kinds], note))
-    sections.append(made_section(made or {}))
+        sections.append(Section("Before and after", [Chart(lambda: [_histogram(done)], 520)]))
+    note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
+    warned = [(name, d) for name, d in told if d["severity"] == "warning"]
+    kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
+    sections += [Section("Warnings", [kinds], note), made_section(made or {})]
     return Document(
         title=f"postproc batch {name}",
         values=values,
         sentence=_sentence(count, worst),
-        figures=figures(
+        figures=[
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
             Figure("nothing to correct", count["unchanged"] or None),
             Figure("worst before", max((t["max_error_before_mm"] for t in done), default=None), "before"),
             Figure("worst after", worst and worst["max_error_after_mm"], "after"),
             Figure("targets added", sum(t["added_targets"] for t in done)),
-        ),
+            Figure("beyond the tolerance somewhere", count["beyond_tolerance"] or None),
+            Figure("done before", count["cached"] or None),
+            Figure("files copied", count["copied"] or None),
+        ],
         sections=sections,
     )
 
 
-def _histogram(done: Sequence[Mapping[str, Any]]) -> str:
+def _histogram(done: Sequence[Values]) -> str:
     """How far programs are off, before and after; empty where none is."""
     lengths = {
         key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
         for key, kind in (("before", "was"), ("after", "is"))
     }
-    drawn = histogram(lengths, "mm", "Each program, before and after")
-    return f'<div class="one">{drawn}</div>' if drawn else ""
+    return histogram(lengths, "mm", "Each program, before and after")
 
 
 def _link(path: str | None) -> str | None:
@@ -90,7 +91,7 @@ def _link(path: str | None) -> str | None:
     return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
-def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:
+def _sentence(count: Mapping[str, int], worst: Values | None) -> str:
     total = count["compensated"] + count["unchanged"] + count["failed"]
     lead = f"{count['compensated']} of {total} programs are corrected"
     failed = (
@@ -102,11 +103,11 @@ def _sentence(count: Mapping[str, int], worst: Mapping[str, Any] | None) -> str:
     return f"{lead}{failed}{left or ''}."
 
 
-def _rank(task: Mapping[str, Any]) -> tuple[bool, float]:
+def _rank(task: Values) -> tuple[bool, float]:
     return task["status"] != "failed", -task.get("max_error_after_mm", 0.0)
 
 
-def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
+def _row(task: Values) -> tuple[object, ...]:
     warnings = sum(d["severity"] == "warning" for d in task["diagnostics"])
     result = task["status"] + (", as before" if task["cached"] else "")
     names = ("max_error_before_mm", "max_error_after_mm", "added_targets")
@@ -116,11 +117,11 @@ def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
     return (task["name"], result, *figures, warnings or None)
 
 
-def _finding(name: str, found: Mapping[str, Any]) -> tuple[object, ...]:
+def _finding(name: str, found: Values) -> tuple[object, ...]:
     return found["path"] or name, found["line"], found["severity"], found["code"], found["message"], found["help"]
 
 
-def _kinds(told: Sequence[tuple[str, Mapping[str, Any]]]) -> list[tuple[object, ...]]:
+def _kinds(told: Sequence[tuple[str, Values]]) -> list[tuple[object, ...]]:
     """A row for every kind of finding, the most frequent first: how often, in how many programs, one of them."""
     rows = []
     for same in sorted(grouped((one[1]["code"], one) for one in told).values(), key=len, reverse=True):

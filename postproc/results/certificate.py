@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
 
-from postproc import __version__
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.identification.compare import Comparison
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.report.document import plain
-from postproc.report.page import asset, render
 from postproc.results.comparison import comparison_document, iso_figures
 from postproc.results.conversion import shown_on_the_arm
 
@@ -26,18 +23,8 @@ Row = tuple[object, ...]
 LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A table of a certificate."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Row]
-    note: str = ""
-
-
-def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
-    """HTML of a certificate for a corrected program: a row for each seam with its tolerance, kept or not.
+def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
+    """The certificate for a corrected program: a row for each seam with its tolerance, kept or not.
 
     It is kept by a program that was written, of which everything that welds was corrected and keeps its tolerance in
     the proof; without welds everything along lines and arcs. On the arm that is shown where a fitted model is sure
@@ -52,7 +39,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
             sentence = (
                 "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
             )
-        return _page((f"Acceptance of {name}", NOT_KEPT, sentence), facts, (), [COMPUTED])
+        return _certificate((f"Acceptance of {name}", NOT_KEPT, sentence), document, facts, (), COMPUTED)
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
     seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
     along = (document["max_error_before_mm"], document["max_error_after_mm"])
@@ -63,21 +50,22 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
         path.append((what, "", f"{document[key]:.3f}", "", ""))
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
-    parts = [Part("Path accuracy, after ISO 9283, in the model", columns, path)]
+    parts = [_part("Path accuracy, after ISO 9283, in the model", columns, path)]
     if seams:
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
-        parts.insert(0, Part("Seams, while the arc burns", of_seam, seams))
+        parts.insert(0, _part("Seams, while the arc burns", of_seam, seams))
     kept = all(row[-1] == _kept(True) for row in seams or path[:1]) and not document["unproved_statements"]
     facts += [("arm", document["robot"]), *made.items()]
     sentence = f"{sum(row[-1] == _kept(True) for row in seams)} of {len(seams)} seams keep {tolerance:g} mm."
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
     verdict = NOT_KEPT if not kept else KEPT if shown_on_the_arm(document, tolerance) else NOT_SHOWN
-    return _page((f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}"), facts, parts, [COMPUTED])
+    head = f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}"
+    return _certificate(head, document, facts, parts, COMPUTED)
 
 
-def arm_certificate(name: str, found: Comparison) -> str:
-    """HTML of a certificate for an arm beside its measurements: ISO 9283 figures, with room for what is required."""
+def arm_certificate(name: str, found: Comparison) -> Document:
+    """The certificate for an arm beside its measurements: ISO 9283 figures, with room for what is required."""
     shown = comparison_document(name, found)
     document = plain(shown.values)
     kind, data = found.fit.observed, found.fit.data
@@ -97,28 +85,32 @@ def arm_certificate(name: str, found: Comparison) -> str:
     ]
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
-    parts = [Part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
-    return _page(("Accuracy of an arm", "", shown.sentence), facts, parts, ())
+    parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
+    return _certificate(("Accuracy of an arm", "", shown.sentence), document, facts, parts)
 
 
-def _page(
-    head: tuple[str, str, str], facts: Sequence[tuple[str, str]], parts: Sequence[Part], remarks: Sequence[str]
-) -> str:
-    """HTML of a certificate; ``head``: its title, verdict and sentence."""
+def _certificate(
+    head: tuple[str, str, str],
+    values: Values,
+    facts: Sequence[tuple[str, str]],
+    parts: Sequence[Section],
+    basis: str = "",
+) -> Document:
+    """A certificate.
+
+    Args:
+        head: its title, verdict and sentence. facts: what was examined.
+    """
     title, verdict, sentence = head
-    page = render(
-        "certificate.html.j2",
-        title=title,
-        verdict=verdict,
-        kept=verdict == KEPT,
-        sentence=sentence.replace("`", ""),
-        facts=facts,
-        parts=parts,
-        remarks=remarks,
-        style=asset("page.css"),
-        version=__version__,
+    examined = _part("what was examined", ("what", "with"), facts)
+    figure = Figure("verdict", verdict, "good" if verdict == KEPT else "bad")
+    return Document(
+        title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=[examined, *parts]
     )
-    return str(page)
+
+
+def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:
+    return Section(title, [DataTable(title, columns, rows)], note)
 
 
 def _digests(found: Conversion) -> list[tuple[str, str]]:
@@ -134,7 +126,7 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
     return rows
 
 
-def _seam(seam: Mapping[str, Any], tolerance: float) -> Row:
+def _seam(seam: Values, tolerance: float) -> Row:
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"
@@ -159,7 +151,7 @@ def _kept(kept: bool) -> str:
     return "kept" if kept else "not kept"
 
 
-def _sure(document: Mapping[str, Any]) -> str:
+def _sure(document: Values) -> str:
     """What is known of the real arm, in a sentence."""
     known, estimated = document["expected_accuracy"], estimated_stiffness(document)
     if known is not None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from postproc.estimation.channels import unit_of
 from postproc.estimation.findings import some_of_many
-from postproc.identification.compare import WORST, Comparison, sizes
+from postproc.identification.compare import Comparison, sizes, worst_rows
+from postproc.identification.trends import Trend
 from postproc.measure.errors import mm, rms
 from postproc.measure.iso9283 import Iso9283
 from postproc.report.blocks import (
@@ -23,12 +24,12 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    Values,
+    View,
 )
-from postproc.report.blocks import figures as known
 from postproc.report.drawing.laws import law_charts, laws_of
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.report.page import render
 from postproc.results.fit import left_out, noise_values
 from postproc.results.wording import FREE
 
@@ -40,7 +41,6 @@ GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
-SCRIPTS = ("space", "arm", "steps")
 NAMED, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
@@ -54,11 +54,11 @@ def comparison_document(name: str, found: Comparison) -> Document:
         title=f"postproc compare {name}",
         values=values,
         sentence=_sentence(found, values),
-        figures=known(
+        figures=[
             Figure("mean distance", values[kind.key("mean")], unit=kind.unit),
             Figure(f"rms per {kind.each}", values[kind.key("rms")], "before", kind.unit),
             Figure(f"noise per {kind.each}", noise, unit=kind.unit),
-        ),
+        ],
         sections=[
             Section(
                 f"How far, and how far it could be, rms in {each}",
@@ -85,16 +85,15 @@ def comparison_document(name: str, found: Comparison) -> Document:
             ),
             Section("What the residual follows: share of its variance above chance", [_follows(values)], folded=True),
         ],
-        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise), SCRIPTS),
+        scene=Scene("steps", lambda: steps_data([Rung("this model", fit, fit.rms)], (), noise)),
     )
 
 
-def comparison_values(found: Comparison) -> dict[str, Any]:
+def comparison_values(found: Comparison) -> Values:
     """``postproc/compare/1``; keys of figures end in the unit of what was observed."""
     data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
     far = sizes(found.fit.observed_error, kind) * 1e3
-    worst = [int(i) for i in np.argsort(-np.nan_to_num(far, nan=-1.0))[:WORST] if np.isfinite(far[i])]
     p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
     kept = np.isin(np.arange(len(data)), found.fit.set_aside, invert=True)
     rotation = found.fit.problem.error[kept, 3:6] if data.rotation is not None else None
@@ -122,10 +121,25 @@ def comparison_values(found: Comparison) -> dict[str, Any]:
                 "pose_id": data.pose_id[i],
                 key("error"): round(float(far[i]), 6),
             }
-            for i in worst
+            for i in worst_rows(far)
         ],
-        "channels": [t.as_json() for t in found.trends],
+        "channels": [_trend_values(t) for t in found.trends],
         "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *found.moved)],
+    }
+
+
+def _trend_values(trend: Trend) -> Values:
+    """An entry of ``channels``, in the units that people read."""
+    unit, factor = unit_of(trend.channel)
+    return {
+        "channel": trend.channel,
+        "where": trend.where,
+        "share": round(trend.share, 4),
+        "centre_unit": unit,
+        "unit": "mm" if trend.where == "space" else "mrad",
+        "centre": [factor * float(x) for x in trend.centre],
+        "mean": [float(x) for x in trend.mean],
+        "standard_error": [float(x) for x in trend.spread],
     }
 
 
@@ -137,7 +151,7 @@ def _each(found: Comparison) -> dict[str, dict[str, float]]:
     return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
 
 
-def _iso_json(iso: Iso9283) -> dict[str, Any]:
+def _iso_json(iso: Iso9283) -> Values:
     return {
         "accuracy_mean_mm": round(iso.accuracy_mean, 6),
         "accuracy_max_mm": round(iso.accuracy_max, 6),
@@ -153,11 +167,10 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
     Args:
         program: with some poses as targets of a program, as each step would have them corrected.
     """
-    drawn = Chart(lambda: [render("steps.html.j2", program=program)])
-    return [Section(title, [drawn], IN_SPACE)] if observed == "position" else []
+    return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
-def _sentence(found: Comparison, values: Mapping[str, Any]) -> str:
+def _sentence(found: Comparison, values: Values) -> str:
     kind = found.fit.observed
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
@@ -191,13 +204,13 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
     )
 
 
-def _worst(values: Mapping[str, Any], error: str, unit: str) -> DataTable:
+def _worst(values: Values, error: str, unit: str) -> DataTable:
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
-    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), live='<div data-steps="worst"></div>')
+    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), view="worst")
 
 
-def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:
+def _figures(values: Values, found: Comparison) -> list[Block]:
     kind = found.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
@@ -214,7 +227,7 @@ def _figures(values: Mapping[str, Any], found: Comparison) -> list[Block]:
     ]
 
 
-def iso_figures(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
+def iso_figures(values: Values) -> list[tuple[str, Any]]:
     """Pose figures of ISO 9283 [mm]; none where no position was measured."""
     iso = values.get("iso9283")
     if not iso:
@@ -227,6 +240,6 @@ def iso_figures(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
     ]
 
 
-def _follows(values: Mapping[str, Any]) -> DataTable:
+def _follows(values: Values) -> DataTable:
     rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
     return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))

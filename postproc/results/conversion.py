@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from postproc import __version__
 from postproc.compensation.results.document import estimated_stiffness
 from postproc.convert import Conversion
 from postproc.diagnostics import Diagnostic, Matter
-from postproc.report.blocks import Chart, DataTable, Document, Figure, Scene, Section, figures
+from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
 
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
@@ -49,15 +48,16 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         figures=_figures(values) if moved else (),
         basis=_basis(found, made or {}) if moved else "",
         sections=[
-            Section("Seam by seam", _seams(values), "The largest deviation while the arc burns."),
-            *(_pictures() if moved else ()),
+            Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
+            Section("Where", [View("space")] if moved else [], IN_SPACE),
+            Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             Section("Every motion statement", [_statements(values, moved)]),
-            Section("Joints", [_element("joints")] if moved else [], JOINTS),
-            Section("Findings", [DataTable("findings", FINDING, findings, brief=())] if findings else []),
-            *_run_time(values),
+            Section("Joints", [View("joints")] if moved else [], JOINTS),
+            Section("Findings", [DataTable("findings", FINDING, findings, brief=())]),
+            _run_time(values.get("run_time") or {}),
             made_section(facts),
         ],
-        scene=Scene("path", lambda: _path(found), ("space", "arm", "course", "path")) if moved else None,
+        scene=Scene("path", lambda: _path(found)) if moved else None,
     )
 
 
@@ -67,65 +67,45 @@ def made_section(made: Mapping[str, str]) -> Section:
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
-def _seams(values: Mapping[str, Any]) -> list[DataTable]:
+def _seams(values: Values) -> DataTable:
     rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
-    return [DataTable("seams", list(SEAM.values()), rows, live='<div data-path="seams"></div>')] if rows else []
+    return DataTable("seams", list(SEAM.values()), rows, view="seams")
 
 
-def _statements(values: Mapping[str, Any], moved: bool) -> DataTable:
+def _statements(values: Values, moved: bool) -> DataTable:
     """Every motion statement; where none of the targets is known before the program runs, no scene draws them."""
     rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
-    return DataTable("statements", STATEMENT, rows, (), live='<div data-path="statements"></div>' if moved else "")
+    return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
 
-def _pictures() -> list[Section]:
-    return [
-        Section("Where", [Chart(_place)], IN_SPACE),
-        Section("How far off, along the path", [_element("deviation")], ACROSS),
-    ]
-
-
-def _element(name: str) -> Chart:
-    return Chart(lambda: [f'<div data-path="{name}"></div>'])
-
-
-def _place() -> list[str]:
-    from postproc.report.page import render
-
-    return [render("path.html.j2")]
-
-
-def _path(found: Conversion) -> Mapping[str, Any]:
+def _path(found: Conversion) -> Values:
     from postproc.report.drawing.path import path_data
 
     return path_data(found)
 
 
-def _figures(values: Mapping[str, Any]) -> list[Figure]:
+def _figures(values: Values) -> list[Figure]:
     """Three: before, after, and what became of the statements."""
     arc, where = _welds(values)
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
     counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
     before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
     known = bool(values["measured_statements"])
-    return figures(
+    return [
         Figure(f"before, {where}", before if known else None, "before"),
         Figure(f"after, {where}", after if known else None, "after"),
         Figure("motion statements", ", ".join([*counts, f"{_count(values, 'skipped')} left"])),
-    )
+    ]
 
 
-def _run_time(document: Mapping[str, Any]) -> list[Section]:
+def _run_time(found: Values) -> Section:
     """What the function that corrects on the controller was checked with."""
-    found = document.get("run_time")
-    if not found:
-        return []
     rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
-    return [Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)]
+    return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
 
 
-def _count(document: Mapping[str, Any], status: str) -> int:
+def _count(document: Values, status: str) -> int:
     return sum(row["status"] == status for row in document["statements"])
 
 
@@ -189,26 +169,26 @@ def _sentence(found: Conversion) -> str:
     return "".join([fell, _unseen(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
 
 
-def _unseen(values: Mapping[str, Any]) -> str:
+def _unseen(values: Values) -> str:
     """How much of the way is in no figure, after a blank; empty where nothing is."""
     count = values["unmeasured_statements"]
     what = f"{count} lines or arcs are" if count > 1 else "1 line or arc is"
     return f" {what} in no figure: where they begin or end is not known." if count else ""
 
 
-def shown_on_the_arm(document: Mapping[str, Any], tolerance_mm: float) -> bool:
+def shown_on_the_arm(document: Values, tolerance_mm: float) -> bool:
     """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
     known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
     after = document["max_error_after_mm"] if after is None else after
     return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
 
 
-def elsewhere(document: Mapping[str, Any]) -> list[str]:
+def elsewhere(document: Values) -> list[str]:
     """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
     places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
     return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 
 
-def _welds(document: Mapping[str, Any]) -> tuple[str, str]:
+def _welds(document: Values) -> tuple[str, str]:
     """What the key of the figures that count first begins with, and where they hold."""
     return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.effects.registry import BUILT_IN
-from postproc.estimation.channels import shown
+from postproc.estimation.channels import shown, unit_of
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
@@ -29,12 +29,13 @@ from postproc.report.blocks import (
     Scene,
     Section,
     Sentence,
+    Values,
+    View,
 )
-from postproc.report.blocks import figures as known
 from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
-from postproc.results.addition import BAR, BASE, LAWS
-from postproc.results.comparison import SCRIPTS, workspace_section
+from postproc.results.addition import BASE
+from postproc.results.comparison import workspace_section
 from postproc.results.fit import held, noise_values, parameter_table, parameter_values, structure_values
 from postproc.results.sentences import NAMED, doubts, headline, title
 from postproc.results.wording import FREE, p_text, place
@@ -78,19 +79,19 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         sections=[
             _ladder(d, values, steps),
             Section("Also to know", [*map(Sentence, doubts(d)), *held(d.told)]),
-            *([_found(d, values)] if d.missing else []),
-            *([_remaining(d)] if d.suspects else []),
+            _found(d, values),
+            _remaining(d),
             *([_held_out(d.hold_out)] if d.hold_out is not None else []),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
             *channel_sections(d.final, "What the rest follows", suspected, folded=kind.name == "position"),
             _ranking(d, values),
             Section(
                 "This data could not have shown (`postproc effects show KEY` says what to measure)",
-                [blind] if d.blind else [],
+                [blind],
                 folded=True,
             ),
         ],
-        scene=Scene("steps", steps, SCRIPTS, BAR if d.missing else ""),
+        scene=Scene("steps", steps, "controls" if d.missing else ""),
     )
 
 
@@ -99,7 +100,7 @@ def _known(value: float | None) -> float | None:
     return None if value is None or not np.isfinite(value) else mm(value)
 
 
-def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
+def diagnosis_values(d: Diagnosis) -> Values:
     """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
     key = d.base.observed.key
     return {
@@ -122,15 +123,18 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameter_values(d.told, m.candidate.key),
                 "structure": structure_values(d.told, m.candidate.key),
-                "law": [curve.as_json() for curve in curves(d.told, m.candidate.key)],
+                "law": [_curve_values(curve) for curve in curves(d.told, m.candidate.key)],
             }
             for m in d.missing
         ],
         "candidates": [
-            *(_candidate(d, c) for c in d.candidates),
-            *(_untestable(d, key, why) for key, why in d.untestable.items()),
+            *(_candidate(d, c.key, c) for c in d.candidates),
+            *(_candidate(d, key, None) for key in d.untestable),
         ],
-        "suspects": [s.as_json() for s in d.suspects],
+        "suspects": [
+            {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
+            for s in d.suspects
+        ],
         key("floor"): _known(d.floor),
         f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
@@ -141,7 +145,7 @@ def diagnosis_values(d: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+def _smooth(d: Diagnosis, key: str) -> Values:
     """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
@@ -149,33 +153,35 @@ def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
     return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
 
 
-def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
-    before = d.screened.linear.square
-    after = d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
+def _curve_values(curve: JointCurve) -> Values:
+    """An entry of ``missing[].law``: degrees and milliradians."""
+    unit, factor = unit_of(curve.channel)
     return {
-        "effect": c.key,
-        "form": c.label,
-        f"{d.base.observed.key('rms')}_after": _known(after),
-        "p_value": float(c.p_value),
-        "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
-        "testable": c.key not in d.blind,
-        "why_not": d.blind.get(c.key),
+        "joint": curve.joint,
+        "channel": curve.channel,
+        "unit": unit,
+        "at": np.round(curve.at * factor, 3).tolist(),
+        "turn_mrad": [mm(x) for x in curve.turn],
+        "sigma_mrad": [mm(x) for x in curve.sigma],
     }
 
 
-def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
+def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
+    """An entry of ``candidates``; None for an effect that this data cannot test."""
+    before, why = d.screened.linear.square, {**d.blind, **d.untestable}.get(key)
+    after = d.base.rms if c is None else d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
     return {
         "effect": key,
-        "form": "",
-        f"{d.base.observed.key('rms')}_after": _known(d.base.rms),
-        "p_value": 1.0,
-        "evidence": None,
-        "testable": False,
+        "form": "" if c is None else c.label,
+        f"{d.base.observed.key('rms')}_after": _known(after),
+        "p_value": 1.0 if c is None else float(c.p_value),
+        "evidence": None if c is None or not np.isfinite(c.evidence) else round(c.evidence, 2),
+        "testable": why is None,
         "why_not": why,
     }
 
 
-def _hold_out(asked: Intervention) -> dict[str, Any]:
+def _hold_out(asked: Intervention) -> Values:
     """An entry ``hold_out``."""
     return {
         "channel": asked.channel,
@@ -193,34 +199,34 @@ def _hold_out(asked: Intervention) -> dict[str, Any]:
     }
 
 
-def _figures(d: Diagnosis, values: Mapping[str, Any]) -> list[Figure]:
+def _figures(d: Diagnosis, values: Values) -> list[Figure]:
     kind = d.base.observed
     error = kind.key("held_out_rms")
-    return known(
+    return [
         Figure("error now", values[error], "before", kind.unit),
         Figure("noise", values[kind.key("floor")], unit=kind.unit),
         *verdict_figures(values),
         Figure("error with it", values[f"{error}_after"] if d.missing else None, "after", kind.unit),
         Figure("error with what has no name", values[f"{error}_unnamed"], "after", kind.unit),
-    )
+    ]
 
 
-def verdict_figures(values: Mapping[str, Any]) -> list[Figure]:
+def verdict_figures(values: Values) -> list[Figure]:
     """What is missing, or the verdict where that is not all."""
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
     several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
     missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
     if values["verdict"] == "missing":
         return [Figure("missing", missing)]
-    return known(Figure("verdict", values["verdict"]), Figure("found", missing or None))
+    return [Figure("verdict", values["verdict"]), Figure("found", missing or None)]
 
 
-def _alike(missing: Mapping[str, Any]) -> list[str]:
+def _alike(missing: Values) -> list[str]:
     """What explains the data as well as an effect that was found."""
     return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
-def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
+def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     """The errors from the model as it came down to the noise, and the laws that were found, or what has no name."""
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
@@ -233,18 +239,21 @@ def _ladder(d: Diagnosis, values: Mapping[str, Any], steps: Any) -> Section:
     rungs.append(Bar(FREE, 1e3 * d.bound))
     bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
 
-    def beside() -> list[str]:
+    def distances() -> list[str]:
+        return [distance_chart(d.final, floor, held_out=True)]
+
+    def without_laws() -> list[str]:
         laws = any(step["laws"] for step in steps()["steps"])
-        return [LAWS] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
+        return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
 
     return Section(
         f"The error on rows that the fit has not seen, {kind.unit} per {kind.each}",
-        [Beside([bars, Chart(lambda: [distance_chart(d.final, floor, held_out=True)])], [Chart(beside)])],
+        [Beside([bars, Chart(distances)], [View("laws"), Chart(without_laws)])],
         f"{NOISE if floor else ''}{GREY}",
     )
 
 
-def _found(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+def _found(d: Diagnosis, values: Values) -> Section:
     kind, rows = d.base.observed, []
     for m in d.missing:
         c = m.candidate
@@ -269,9 +278,8 @@ def curve_text(curve: JointCurve) -> str:
 
 def _remaining(d: Diagnosis) -> Section:
     """The patterns that remain without a name, with their chart where a law has the place beside the ladder."""
-    chart = cache(lambda: suspect_chart(d.searched, d.suspects[0], d.floor))
-    drawn = [Chart(lambda: [chart()])] if d.missing else []
-    return Section("What remains follows", [*drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
+    drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
+    return Section("What remains follows", [drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
@@ -297,7 +305,7 @@ def _held_out(asked: Intervention) -> Section:
     return Section(heading, [DataTable("levels", columns, rows), *said])
 
 
-def _ranking(d: Diagnosis, values: Mapping[str, Any]) -> Section:
+def _ranking(d: Diagnosis, values: Values) -> Section:
     kind, rows = d.base.observed, []
     for c in values["candidates"]:
         form, why = place(c["form"]), c["why_not"] or ""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import chain
-from typing import Any
 
-from postproc.rapid.diff.difference import ProgramDiff
-from postproc.report.blocks import DataTable, Document, Figure, Section, figures
+from postproc.rapid.diff.difference import FileDiff, ProgramDiff
+from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 
 COLUMNS = ("what", "where", "line before", "line after", "name")
 AMOUNTS = ("dx [mm]", "dy [mm]", "dz [mm]", "distance [mm]", "angle [deg]", "speed [mm/s]", "was [mm/s]", "else")
@@ -19,7 +19,7 @@ NOTE = "Targets in the axes of their work object, from the first program to the 
 IN_BOTH = "Files by their path in both folders; added stands in the second alone, removed in the first."
 
 
-def difference_values(found: ProgramDiff) -> dict[str, Any]:
+def difference_values(found: ProgramDiff) -> Values:
     """``postproc/diff/1``."""
     return {
         "schema": "postproc/diff/1",
@@ -33,7 +33,7 @@ def difference_values(found: ProgramDiff) -> dict[str, Any]:
     }
 
 
-def difference_rows(found: ProgramDiff) -> list[dict[str, Any]]:
+def difference_rows(found: ProgramDiff) -> list[Values]:
     """An entry of ``differences`` for each statement that differs."""
     return [
         {**asdict(d), "arguments": [{"role": role, "a": a, "b": b} for role, a, b in d.arguments]}
@@ -58,41 +58,45 @@ def difference_document(first: str, second: str, found: ProgramDiff) -> Document
             Figure("statements that differ", len(rows)),
         ],
         basis=_tolerance(found.tolerance_mm, found.tolerance_deg),
-        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)]
-        if rows
-        else [],
+        sections=[Section("What differs", [DataTable("differences", (*COLUMNS, *AMOUNTS), rows)], NOTE)],
     )
 
 
-def folders_document(first: str, second: str, values: Mapping[str, Any]) -> Document:
+def folders_document(first: str, second: str, files: Sequence[FileDiff], near: tuple[float, float]) -> Document:
     """A comparison of folders.
 
     Args:
-        first, second: their names. values: ``postproc/diff-folders/1``.
+        first, second: their names. near: tolerances [mm], [deg].
     """
-    files, counts = values["files"], values["counts"]
-    order = sorted(files, key=lambda f: (f["status"] == "equal", f["path"]))
-    unequal = [i for i, f in enumerate(order) if f["status"] != "equal"]
+    counts = Counter(dict.fromkeys(("equal", "changed", "added", "removed", "unreadable"), 0))
+    counts.update(f.status for f in files)
+    order = sorted(files, key=lambda f: (f.status == "equal", f.path))
+    unequal = [i for i, f in enumerate(order) if f.status != "equal"]
     of_files = DataTable("files", FILES, [_file_row(f) for f in order], unequal)
-    sections = [Section("Every file", [of_files], IN_BOTH)]
-    found = [[(f["path"], *_row(d)) for d in f["differences"]] for f in order]
-    if rows := list(chain(*found)):
-        places = [k < FEW for some in found for k in range(len(some))]
-        brief = [i for i, first_ones in enumerate(places) if first_ones]
-        table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
-        sections.append(Section("What differs", [table], NOTE))
+    found = [[(f.path, *_row(d)) for d in difference_rows(f.found)] for f in order]
+    rows = list(chain(*found))
+    places = [k < FEW for some in found for k in range(len(some))]
+    brief = [i for i, first_ones in enumerate(places) if first_ones]
+    table = DataTable("differences", ("file", *COLUMNS, *AMOUNTS), rows, brief)
     different = {status: n for status, n in counts.items() if status != "equal"}
     return Document(
         title=f"postproc diff {first} {second}",
-        values=values,
+        values={
+            "schema": "postproc/diff-folders/1",
+            "equal": not different,
+            "tolerance_mm": near[0],
+            "tolerance_deg": near[1],
+            "counts": counts,
+            "files": [_file_values(f) for f in files],
+        },
         sentence=f"Of {len(files)} files: {_counted(different)}.",
-        figures=figures(
-            Figure("largest distance", max((f["max_distance_mm"] for f in files), default=0.0)),
+        figures=[
+            Figure("largest distance", max((f.found.max_distance_mm for f in files), default=0.0)),
             Figure("files that differ", len(files) - counts["equal"]),
             Figure("statements that differ", len(rows)),
-        ),
-        basis=_tolerance(values["tolerance_mm"], values["tolerance_deg"]),
-        sections=sections,
+        ],
+        basis=_tolerance(*near),
+        sections=[Section("Every file", [of_files], IN_BOTH), Section("What differs", [table], NOTE)],
     )
 
 
@@ -104,14 +108,27 @@ def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{n} {kind}" for kind, n in counts.items() if n) or "nothing differs"
 
 
-def _file_row(f: Mapping[str, Any]) -> Sequence[object]:
-    known = f["compared"] > 0
-    amounts = [round(f[key], 4) if known else None for key in ("max_distance_mm", "max_angle_deg")]
-    counts = [f[key] for key in ("changed", "added", "removed", "compared")]
-    return [f["path"], f["status"], *counts, *amounts, f["reason"]]
+def _file_values(f: FileDiff) -> Values:
+    """An entry of ``files``."""
+    return {
+        "path": f.path,
+        "status": f.status,
+        "reason": f.reason,
+        "compared": f.found.compared,
+        **f.found.counts,
+        "max_distance_mm": f.found.max_distance_mm,
+        "max_angle_deg": f.found.max_angle_deg,
+        "differences": difference_rows(f.found),
+    }
 
 
-def _row(d: Mapping[str, Any]) -> Sequence[object]:
+def _file_row(f: FileDiff) -> Sequence[object]:
+    known = f.found.compared > 0
+    amounts = [round(x, 4) if known else None for x in (f.found.max_distance_mm, f.found.max_angle_deg)]
+    return [f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason]
+
+
+def _row(d: Values) -> Sequence[object]:
     arc = ["at the circle point"] if d["at_circle_point"] else []
     conf = [f"conf {list(d['conf'][0])} -> {list(d['conf'][1])}"] if d["conf"] else []
     others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,21 +11,10 @@ from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose
 from postproc.estimation.unseen import unseen
+from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances, mm
-from postproc.measure.observations import Observation
-from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, figures
+from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
 from postproc.results.wording import FEW, held_text, parameter_rows
-
-
-class HasErrors(Protocol):
-    """What has an error on its rows and on rows that it has not seen."""
-
-    @property
-    def rms(self) -> float: ...
-    @property
-    def held_out_rms(self) -> float: ...
-    @property
-    def observed(self) -> Observation: ...
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -42,11 +30,11 @@ def fit_document(name: str, fit: Fit) -> Document:
             f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that "
             f"the fit has not seen; the noise is {noise}."
         ),
-        figures=figures(
+        figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
             Figure("error on other rows", mm(fit.held_out_rms), unit=unit),
             Figure("noise", None if level is None else mm(level), unit=unit),
-        ),
+        ],
         sections=[
             Section("Parameters", [parameter_table(fit, [e.key for e in fit.model.effects])]),
             Section("What to know of this fit", known_of(fit)),
@@ -96,7 +84,7 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
     return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
 
 
-def fit_values(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
+def fit_values(fit: Fit, before: Values | None = None) -> Values:
     """``postproc/fit/1``; its figures are those of what was observed, and their keys end in its unit."""
     return {
         "schema": "postproc/fit/1",
@@ -117,13 +105,13 @@ def fit_values(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]
     }
 
 
-def error_values(fit: HasErrors) -> dict[str, float]:
+def error_values(fit: Fit | FitFigures) -> dict[str, float]:
     """The errors of a fit on its rows and on rows that it has not seen."""
     key = fit.observed.key
     return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
 
 
-def noise_values(fit: Fit) -> dict[str, Any]:
+def noise_values(fit: Fit) -> Values:
     """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
     key, noise = fit.observed.key, fit.parts.level
     return {
@@ -143,7 +131,7 @@ def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
     return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
 
 
-def structure_values(fit: Fit, key: str) -> dict[str, Any]:
+def structure_values(fit: Fit, key: str) -> Values:
     """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
     effect = fit.model.effect(key)
     return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}

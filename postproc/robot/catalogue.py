@@ -13,18 +13,17 @@ from pydantic import Field
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
 from postproc.files import read_source
+from postproc.rapid.data.records import Vec3
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
 from postproc.robot.type_names import ARMS, library_name
-from postproc.tomlfile import FileTable, Place, check, locate, parse_toml, span_of
+from postproc.tomlfile import FileTable, Place, Positive, check, locate, parse_toml, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
-Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
-Positive = Annotated[float, Field(gt=0)]
 Factor = Annotated[float, Field(ge=1)]
 PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
 
@@ -249,19 +248,23 @@ def read_robot(source: Source) -> Robot:
         mass=np.array([b.mass_kg for b in bodies]),
         center=center,
         inertia=inertia,
-        torque=None if joints.torque_Nm is None else np.array(joints.torque_Nm),
+        torque=_array(joints.torque_Nm),
         joint_compliance=None if joints.stiffness_Nm_per_rad is None else 1.0 / np.array(joints.stiffness_Nm_per_rad),
         opw=derive(link, axis),
         payload=file.payload_kg,
         repeatability=None if file.repeatability_mm is None else 1e-3 * file.repeatability_mm,
         stiffness_source=None if joints.stiffness_Nm_per_rad is None else joints.stiffness_source,
-        stiffness_factor=None if joints.stiffness_factor is None else np.array(joints.stiffness_factor),
-        mass_factor=None if file.bodies.mass_factor is None else np.array(file.bodies.mass_factor),
+        stiffness_factor=_array(joints.stiffness_factor),
+        mass_factor=_array(file.bodies.mass_factor),
         parallelogram=file.chain is not None and file.chain.parallelogram,
         reach=None if file.reach_mm is None else 1e-3 * file.reach_mm,
         mounting=tuple(file.mounting),
         sources={**_guessed(file), **_sources(source)},
     )
+
+
+def _array(values: list[float] | None) -> Array | None:
+    return None if values is None else np.array(values)
 
 
 def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:

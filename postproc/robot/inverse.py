@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array, blocks, whole_turns
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
-from postproc.robot.closed_form import inverse as inverse
+from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
+from postproc.robot.kinematics import BLOCK
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
-BLOCK = 5000  # poses whose eight solutions are held at a time
 BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
 RECORDED = np.radians(0.1)
 """So far beyond a limit [rad] a posture still stands at it: positions are recorded and written in rounded numbers, and

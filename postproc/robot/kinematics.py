@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array, blocks
 from postproc.robot.arm import Robot
 
-_BLOCK = 5000  # poses whose bodies are held at a time: long programs need little memory
+BLOCK = 5000  # poses whose bodies are held at a time: long programs need little memory
 
 
 def skew(vector: Array) -> Array:
@@ -108,7 +108,7 @@ def forward(robot: Robot, q: Array) -> Array:
     """Flange poses link[0] Rot(axis[0], q1) .. Rot(axis[5], q6) link[6], (n, 6) [rad] -> T_base_flange (n, 4, 4)."""
     q = np.asarray(q, dtype=float).reshape(-1, 6)
     T = np.empty((len(q), 4, 4))
-    for rows in blocks(len(q), _BLOCK):
+    for rows in blocks(len(q), BLOCK):
         T[rows] = body_poses(robot, q[rows])[:, 6] @ robot.link[6]
     return T
 

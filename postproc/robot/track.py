@@ -9,8 +9,8 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch
-from postproc.robot.inverse import BLOCK, TAUGHT_WRIST
-from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.inverse import TAUGHT_WRIST
+from postproc.robot.kinematics import BLOCK, forward, jacobian
 from postproc.robot.opw import wrist_place
 from postproc.robot.pose import pose_error
 
@@ -35,7 +35,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     if not len(poses):
         return np.zeros((0, 6))
     if robot.opw is None:
-        return np.stack([q for q in _stepwise(robot, poses, q_start)])
+        return np.stack(_stepwise(robot, poses, q_start))
     arm = _arm(robot, robot.opw, np.asarray(q_start, dtype=float), poses[:1])
     wrists = np.empty((len(poses), 2, 6))
     for rows in blocks(len(poses), BLOCK):

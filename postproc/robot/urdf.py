@@ -18,8 +18,6 @@ from postproc.files import read_source
 from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.opw import derive
 
-ENDLESS = 2 * np.pi
-"""A joint without limits turns so far to either side: poses are drawn inside limits."""
 ROUNDED = 5e-4
 """Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
 _ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
@@ -54,8 +52,9 @@ def read_urdf(path: Path) -> Robot:
     link = np.array([model.jointPlacements[i].homogeneous for i in range(1, 7)] + [flange.placement.homogeneous])
     endless = np.array([model.joints[i].nq == 2 for i in range(1, 7)])
     first = np.array([model.joints[i].idx_q for i in range(1, 7)])
-    lower = np.where(endless, -ENDLESS, np.array(model.lowerPositionLimit)[first])
-    upper = np.where(endless, ENDLESS, np.array(model.upperPositionLimit)[first])
+    turns = 2 * np.pi  # of a joint without limits, to either side: poses are drawn inside limits
+    lower = np.where(endless, -turns, np.array(model.lowerPositionLimit)[first])
+    upper = np.where(endless, turns, np.array(model.upperPositionLimit)[first])
     if not (lower < upper).all():
         raise _wrong(path, "a lower limit is not below its upper limit")
     speed = np.array(model.velocityLimit)

@@ -118,7 +118,7 @@ def backup(root: Path, text: str, more: str) -> Path:
 
 
 def converted(root: Path, text: str) -> Conversion:
-    (task,) = [task for task in discover(root).tasks if task.name.endswith("TASK1")]
+    (task,) = [task for task in discover(root)[0] if task.name.endswith("TASK1")]
     together = with_arm(Settings(), task).station
     alone = with_arm(Settings(), task_around(root / "RAPID/TASK1/PROGMOD/Weld.mod")).station
     assert together is not None and alone is not None and alone.standing == together.standing

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import io
 import json
+import time
 from pathlib import Path
 
 import pytest
 
-from postproc.batch.summary import sum_line, table_lines
-from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.batch.values import Batch, Shard, Task, TaskOutcome
 from postproc.cli.progress import reporting
+from postproc.report.terminal import render_text
+from postproc.results.batch import batch_document
 from tests.batch.folders import program, write
 
 from .conftest import Call
@@ -79,7 +81,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_how_far_it_is_and_what_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Terminal()
     monkeypatch.setattr("sys.stderr", screen)
     found = {"code": "RAP001", "severity": "error", "message": "the file [bold] is empty", "help": None}
@@ -89,8 +91,9 @@ def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.Mo
         shown.outcome(TaskOutcome(Task("b.mod", ()), "unchanged", False, {}, ()))
         edited = found | {"code": "BAT016", "severity": "warning", "message": "put aside", "path": "c.mod"}
         shown.outcome(TaskOutcome(Task("c.mod", ()), "compensated", False, {}, (edited, edited | {"code": "CMP006"})))
+        time.sleep(1.2)
     text = screen.getvalue()
-    assert "3/2" in text and "/min" in text and "0:00:0" in text
+    assert "programs: 3 of 2, 100 %" in text
     assert "a[0].mod:3:7: error[RAP001]: the file [bold] is empty" in text
     assert "b.mod" not in text
     assert "c.mod:3:7: warning[BAT016]: put aside" in text and "CMP006" not in text
@@ -102,24 +105,23 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
         TaskOutcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
         for i in range(100)
     ]
-    why = ({"code": "CMP009", "severity": "warning"}, {"code": "KIN001", "severity": "error"})
+    nowhere = {"path": None, "line": None, "message": "m", "help": None}
+    why = ({"code": "CMP009", "severity": "warning", **nowhere}, {"code": "KIN001", "severity": "error", **nowhere})
     bad = TaskOutcome(Task("zzz.mod", ()), "failed", False, {}, why)
     astray = {**good[99].figures, "unproved_statements": 71}
     good[99] = TaskOutcome(good[99].task, "compensated", False, astray, ())
-    lines = list(table_lines(Batch((*good, bad), 3, ())))
-    assert len(lines) == 42 and lines[-1] == "and 61 more; --json lists all"
-    assert lines[1].split() == ["zzz.mod", "failed:", "KIN001", "1"]
+    batch = Batch((*good, bad), 3, ())
+    text = render_text(batch_document("in", batch.as_json(Shard()))).split("\nEvery program:\n")
+    assert "done before 50" in text[0] and "failed 1" in text[0] and "files copied 3" in text[0]
+    lines = text[1].partition("\n\n")[0].splitlines()
+    assert len(lines) == 42 and lines[-1] == "  61 more; `--verbose` shows them"
+    assert lines[1].split() == ["zzz.mod", "failed", "1"]
     assert "unproved" in lines[0]
-    assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.010", "1", "2", "71"]
-    assert lines[3].split() == ["098.mod", "compensated,", "as", "before", "1.000", "0.010", "1", "2"]
+    assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.0099", "1", "2", "71"]
+    assert lines[3].split() == ["098.mod", "compensated,", "as", "before", "1.000", "0.0098", "1", "2"]
     assert lines[-2].split()[0] == "061.mod"
-    assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
-        "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"
-    )
-    off = Batch(
-        (TaskOutcome(Task("a", ()), "compensated", False, {}, ({"code": "CMP006"}, {"code": "CMP006"})),), 0, ()
-    )
-    assert sum_line(off, 1.0).endswith("1 compensated, 1 of them beyond the tolerance somewhere (CMP006)")
+    off = Batch((TaskOutcome(Task("a", ()), "compensated", False, {}, ({**why[0], "code": "CMP006"},) * 2),), 0, ())
+    assert "beyond the tolerance somewhere 1" in render_text(batch_document("in", off.as_json(Shard())))
 
 
 def test_warnings_of_converted_tasks_reach_the_terminal(call: Call, tmp_path: Path) -> None:
@@ -127,10 +129,8 @@ def test_warnings_of_converted_tasks_reach_the_terminal(call: Call, tmp_path: Pa
     source = write(tmp_path / "in", {"a.mod": text, "b.mod": text.replace("MODULE A", "MODULE B")})
     found = call("batch", source, "-o", tmp_path / "out", "--workers", "1", "--tolerance", "0.5")
     assert found.code == 0, found.err
-    lines = [
-        line for line in found.err.splitlines() if line.startswith("RAP020: 2 warnings in 2 tasks, such as a.mod:")
-    ]
-    assert len(lines) == 1 and "`pNone`" in lines[0]
+    lines = [line.split() for line in found.err.partition("\nWarnings:\n")[2].splitlines() if "RAP020" in line]
+    assert len(lines) == 1 and "`pNone`" in lines[0] and lines[0][:3] == ["2", "2", "a.mod"]
 
 
 def test_paths_of_sarif_start_at_the_working_folder(

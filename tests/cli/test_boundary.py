@@ -18,10 +18,10 @@ from postproc import __version__
 from postproc.cli.app import build
 from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
+from postproc.cli.options import parse_channel, parse_vector
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say_next, show
+from postproc.cli.report import print_document, say_next, show
 from postproc.cli.run import run
-from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.excerpt import columns
 from postproc.results.conversion import unknown_accuracy
@@ -318,7 +318,7 @@ def test_documents_hold_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
     import numpy as np
 
     odd = {"a": float("nan"), "b": np.array([1.0, np.inf]), "c": np.float64(2.5), "d": (np.int64(3), None, True)}
-    print_json({"schema": "postproc/odd/1", **odd})
+    print_document({"schema": "postproc/odd/1", **odd})
     head = {"schema": "postproc/odd/1", "tool": __version__}
     plain = {"a": None, "b": [1.0, None], "c": 2.5, "d": [3, None, True]}
     assert json.loads(capsys.readouterr().out) == head | plain

@@ -34,7 +34,7 @@ def program(samples: Path, tmp_path: Path) -> Path:
 def test_templates_settings_and_the_arm_of_a_model_are_inputs(
     call_as_written: Call, program: Path, tmp_path: Path
 ) -> None:
-    from postproc.resources import resource
+    from postproc.files import resource
     from postproc.robot.catalogue import ARMS
 
     (tmp_path / "t").mkdir()

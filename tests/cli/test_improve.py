@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.cli.options import MeasuredOptions
+from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
 from postproc.report.blocks import Document
 from tests.independent import library_effects as hidden
 from tests.independent.hidden_effects import Plan, make_set
@@ -195,8 +195,14 @@ def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path
         "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0.03", "-o", tmp_path / "m"
     )
     assert f"`postproc diagnose {tmp_path / 'm'} {cell / 'fit.csv'} --noise 0.03`" in fitted.err
-    read = MeasuredOptions(columns="my map.toml", program="p.mod", side_files=(Path("u.sys"),)).words([Path("own.py")])
-    assert read == ["--program", "p.mod", "--columns", "my map.toml", "--with", "u.sys", "--effects", "own.py"]
+    read = MeasuredOptions(columns="my map.toml", program="p.mod", side_files=(Path("u.sys"),)).words()
+    assert read == ["--program", "p.mod", "--columns", "my map.toml", "--with", "u.sys"]
+    assert ArmOptions(effects=(Path("own.py"),), cell=Path("c.toml")).words() == [
+        "--effects",
+        "own.py",
+        "--cell",
+        "c.toml",
+    ]
     assert MeasuredOptions(noise=0.03).sigma == pytest.approx(3e-5)
 
 

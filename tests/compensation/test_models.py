@@ -18,7 +18,7 @@ from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import pose_matrix
-from postproc.report.page import render_page
+from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import NOT_SHOWN, program_certificate
 from postproc.results.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
@@ -155,7 +155,10 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
         f" {before * low:.2f} to {before * high:.2f} mm, is expected to remain"
     )
     assert f"! {said}" in written(found)
-    page, certificate = render_page(conversion_document("p.mod", found)), program_certificate("p.mod", found)
+    page, certificate = (
+        render_page(conversion_document("p.mod", found)),
+        render_certificate(program_certificate("p.mod", found)),
+    )
     assert said in page and said in certificate and NOT_SHOWN in certificate
     known = convert(TEXT, force=NO_FORCE)
     assert known.report["expected_remaining_fraction"] is None

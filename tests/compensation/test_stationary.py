@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.compensation.inspection import inspect_program
 from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
-from postproc.report.inspection import inspect_program
 from tests.compensation.build import DATA, arm, codes, convert, events, independent, places, timed, written
 from tests.independent import arm as A
 from tests.independent import inverse as I

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from postproc.cli.app import build
 from postproc.cli.run import run
-from postproc.resources import resource
+from postproc.files import resource
 from tests.batch.folders import program, write
 from tests.batch.test_tree import BACKINFO, MOC, SYS, backup
 

@@ -13,6 +13,7 @@ from types import FrameType
 
 from postproc.cli.app import build
 from postproc.cli.run import run
+from postproc.compensation.inspection import inspect_program
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
@@ -24,7 +25,6 @@ from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.tokens import tokenize
-from postproc.report.inspection import inspect_program
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 DEFECTS = {"CMP004", "CMP013", "CMP019"}  # the product's own checks of what it would write: they never fail

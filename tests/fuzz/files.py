@@ -33,7 +33,7 @@ from postproc.batch import executors
 from postproc.cli import hooks
 from postproc.cli.app import build
 from postproc.cli.run import run
-from postproc.resources import resource as shipped
+from postproc.files import resource as shipped
 from tests.batch.folders import program, write
 from tests.batch.test_tree import backup
 

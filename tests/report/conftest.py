@@ -14,8 +14,8 @@ from postproc.arrays import Array
 from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
+from postproc.files import resource
 from postproc.model.file import default_model
-from postproc.resources import resource
 
 
 @pytest.fixture(scope="session")

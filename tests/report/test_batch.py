@@ -31,7 +31,7 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
         {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": told[-2:-1]},
     ]  # fmt: skip
-    counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "copied": 0}
+    counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "beyond_tolerance": 0, "copied": 0}
     document = {"tasks": tasks, "counts": counts, "diagnostics": []}
     page = render_page(batch_document("cell", document, pages={"a.mod": "out/report/a #1.html"}))
     assert (
@@ -45,6 +45,7 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         "worst before": "2.000 mm",
         "worst after": "0.200 mm",
         "targets added": "2",
+        "done before": "1",
     }
     found = tables(page)
     assert [row[3:5] for row in found["errors"]["rows"]] == [["RAP007", "PROC main"]]

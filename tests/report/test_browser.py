@@ -14,11 +14,12 @@ import pytest
 from postproc.compensation.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
+from postproc.files import resource
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.model.file import default_model
-from postproc.report.page import render_page
-from postproc.resources import resource
+from postproc.rapid.diff.difference import Difference, FileDiff, ProgramDiff
+from postproc.report.page import render_certificate, render_page
 from postproc.results.addition import addition_document
 from postproc.results.batch import batch_document
 from postproc.results.certificate import arm_certificate, program_certificate
@@ -182,7 +183,7 @@ def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
     """A table of 20,000 rows: few of them are in the document, and search and sort answer at once."""
     rows = [{"name": f"p{i}.mod", "status": "compensated", "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i % 977,
              "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0} for i in range(20_000)]  # fmt: skip
-    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
     page = opened(render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []})))
     assert page.evaluate("document.documentElement.scrollHeight") < 4000
     assert page.locator(".long tbody tr").count() < 200
@@ -261,31 +262,22 @@ def page_of_a_batch(count: int) -> str:
     rows = [{"name": f"stern_section_of_the_hull/program_with_a_really_long_name_{i:04d}.mod", "status": "compensated",
              "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1),
              "added_targets": 0} for i in range(count)]  # fmt: skip
-    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "copied": 0}
+    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
     return render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
 
 
 def page_of_folders() -> str:
     """A file that differs in many statements, one that is gone."""
-    difference = {"kind": "changed", "what": "motion", "place": "HullSeam.rShellSeam", "name": "ArcL", "line_a": 1234, "line_b": 1240,
-                  "distance_mm": 0.5, "angle_deg": 0.02, "shift_mm": [0.1, -0.2, 0.4], "conf": None, "speed_mm_s": [8.0, 7.0], "at_circle_point": False,
-                  "arguments": []}  # fmt: skip
-    counts = {"changed": 250, "added": 0, "removed": 0, "compared": 300, "max_distance_mm": 0.5, "max_angle_deg": 0.02}
-    file = {
-        "path": "RAPID/TASK1/PROGMOD/a_program_with_a_really_long_name.mod",
-        "status": "changed",
-        "reason": None,
-        **counts,
-    }
-    gone = {**file, "path": "gone.mod", "status": "removed", "compared": 0, "differences": []}
-    files = [{**file, "differences": [difference] * 250}, gone]
-    found = {
-        "files": files,
-        "counts": {"equal": 0, "changed": 1, "removed": 1},
-        "tolerance_mm": 0.001,
-        "tolerance_deg": 0.01,
-    }
-    return render_page(folders_document("approved", "out", found))
+    difference = Difference(
+        "changed", "motion", "HullSeam.rShellSeam", "ArcL", 1234, 1240, 0.5, 0.02,
+        shift_mm=(0.1, -0.2, 0.4), speed_mm_s=(8.0, 7.0),
+    )  # fmt: skip
+    found = ProgramDiff((difference,) * 250, 300, 0.5, 0.02)
+    files = [
+        FileDiff("RAPID/TASK1/PROGMOD/a_program_with_a_really_long_name.mod", "changed", None, found),
+        FileDiff("gone.mod", "removed"),
+    ]
+    return render_page(folders_document("approved", "out", files, (0.001, 0.01)))
 
 
 def every_page(name: str, seam: Conversion) -> str:
@@ -300,13 +292,15 @@ def every_page(name: str, seam: Conversion) -> str:
             comparison_document("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
         )
     if name == "arm certificate":
-        return arm_certificate("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+        return render_certificate(
+            arm_certificate("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
+        )
     if name == "diagnose":
         return render_page(diagnosis_document("cell.toml", diagnosed("simulated_backlash.csv")))
     if name == "unknown":
         return render_page(diagnosis_document("cell.toml", diagnosed("simulated_step.csv")))
     return (
-        program_certificate("hull_seam.mod", seam)
+        render_certificate(program_certificate("hull_seam.mod", seam))
         if name == "certificate"
         else render_page(conversion_document("hull_seam.mod", seam))
     )

@@ -14,7 +14,7 @@ from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.drawing.path import path_data
-from postproc.report.page import render_page
+from postproc.report.page import render_certificate, render_page
 from postproc.results.certificate import KEPT, NOT_SHOWN, program_certificate
 from postproc.results.conversion import conversion_document
 from tests.report.conftest import carried, numbers, tables
@@ -78,7 +78,7 @@ def test_a_refused_program_says_so() -> None:
     findings = tables(page)["findings"]
     titles = [c["title"] for c in findings["columns"]]
     assert [row[titles.index("code")] for row in findings["rows"]] == ["RAP011"]
-    assert "The tolerance is not kept." in program_certificate("x.mod", refused)
+    assert "The tolerance is not kept." in render_certificate(program_certificate("x.mod", refused))
 
 
 def test_the_path_carries_the_largest_deviations(seam: Conversion) -> None:
@@ -142,7 +142,7 @@ def test_torques_are_those_of_an_independent_arm(seam: Conversion) -> None:
 
 
 def test_the_certificate_of_a_program(seam: Conversion) -> None:
-    page = program_certificate("hull_seam.mod", seam, {"model": "cell.toml"})
+    page = render_certificate(program_certificate("hull_seam.mod", seam, {"model": "cell.toml"}))
     assert NOT_SHOWN in page and "1 of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and ">kept<" in row[0] and f">{seam.report['max_arc_error_after_mm']:.3f}<" in row[0]
@@ -150,9 +150,9 @@ def test_the_certificate_of_a_program(seam: Conversion) -> None:
     assert "not fitted to measurements" in page
     for sure, verdict in ((0.005, KEPT), (0.05, NOT_SHOWN)):
         fitted = replace(seam, report={**seam.report, "expected_accuracy": {"within_95_percent_mm": sure}})
-        assert verdict in program_certificate("hull_seam.mod", fitted)
+        assert verdict in render_certificate(program_certificate("hull_seam.mod", fitted))
     bad = {**seam.report["welds"][0], "after_mm": 0.02}
     missed = replace(seam, report={**seam.report, "welds": [bad]})
-    assert "The tolerance is not kept." in program_certificate("hull_seam.mod", missed)
+    assert "The tolerance is not kept." in render_certificate(program_certificate("hull_seam.mod", missed))
     left = replace(seam, report={**seam.report, "welds": [{**seam.report["welds"][0], "left": 1}]})
-    assert "The tolerance is not kept." in program_certificate("hull_seam.mod", left)
+    assert "The tolerance is not kept." in render_certificate(program_certificate("hull_seam.mod", left))

@@ -13,6 +13,7 @@ from postproc.diagnostics import Source
 from postproc.effects.library.frames.instrument_frame import InstrumentFrame
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.joint_offset import JointOffset
+from postproc.files import resource
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.identification.diagnose import diagnose
@@ -22,8 +23,7 @@ from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.drawing.residuals import suspect_chart
-from postproc.report.page import render_page
-from postproc.resources import resource
+from postproc.report.page import render_certificate, render_page
 from postproc.results.addition import addition_document
 from postproc.results.certificate import arm_certificate
 from postproc.results.comparison import comparison_document, comparison_values
@@ -74,7 +74,7 @@ def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
 
 def test_the_certificate_of_an_arm() -> None:
     found = compare(default_model(), sample("simulated_backlash.csv")[1])
-    page, iso = arm_certificate("cell.csv", found), comparison_values(found)["iso9283"]
+    page, iso = render_certificate(arm_certificate("cell.csv", found)), comparison_values(found)["iso9283"]
     assert f">{iso['accuracy_mean_mm']:.3f}<" in page and f">{iso['repeatability_max_mm']:.3f}<" in page
     assert page.count("name, date, signature") == 3
 

@@ -7,11 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Scene, Section
+from postproc.report.blocks import Bar, Bars, Chart, DataTable, Document, Figure, Scene, Section
 from postproc.report.drawing.charts import Bins, DrawnCurve, bars, histogram, scatter, shares
 from postproc.report.drawing.columns import exact, packed
 from postproc.report.drawing.svg import ticks
 from postproc.report.page import grid, render_page, table
+from postproc.report.terminal import render_text
 from tests.report.conftest import numbers, points, tables
 
 
@@ -129,9 +130,26 @@ def test_columns_are_read_as_they_were_written() -> None:
     assert np.isnan(numbers(packed([np.nan]))).all() and numbers(packed([2.5, 2.5])) == pytest.approx([2.5, 2.5])
 
 
-def test_pages_load_nothing_and_are_small() -> None:
-    scene = Scene("path", dict, ("space", "arm", "course", "path", "steps"))
+@pytest.mark.parametrize("name", ["path", "steps"])
+def test_pages_load_nothing_and_are_small(name: str) -> None:
+    scene = Scene(name, dict)
     section = Section("a", [Chart(lambda: ["<p>b</p>"])])
     page = render_page(Document(title="t", values={}, sentence="s", sections=[section], scene=scene))
     assert not re.search(r"""(src|href)\s*=\s*["']|https?:(?!//www\.w3\.org/)|@import|url\(""", page)
     assert len(page) < 100_000
+
+
+def test_a_terminal_shows_tables_without_heads_and_what_stands_beneath_a_row() -> None:
+    rows = [(1, 1234.56, "far", "why"), (2, None, "", "")]
+    table = DataTable("t", ("line", "x [mm]", "note", ""), rows, beneath=2, decimals=1)
+    bare = DataTable("t", ("", ""), [("a", "b"), ("cc", "")])
+    document = Document(
+        title="t", values={}, sentence="s", figures=[Figure("size", None)],
+        sections=[Section("", [table]), Section("Bare", [bare]), Section("Nothing", [DataTable("t", ("a",), [])])],
+    )  # fmt: skip
+    assert render_text(document).splitlines() == [
+        "s", "  line  x [mm]", "     1  1234.6", "       note: far", "       why", "     2", "",
+        "Bare:", "  a   b", "  cc",
+    ]  # fmt: skip
+    page = render_page(document)
+    assert "Nothing" not in page and "size" not in re.findall(r"<dt>(.*?)</dt>", page)

@@ -11,9 +11,10 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.model.file import parse_model
 from postproc.model.rewrite import render_model
 from postproc.robot.catalogue import load_robot
-from postproc.robot.cells.cell import Cell, axis_positions, base_frames, gravity_at, unit_frames
+from postproc.robot.cells.cell import Cell, axis_positions
 from postproc.robot.cells.cell_file import ROBOT, read_cell_file
 from postproc.robot.cells.mechanical_units import read_cell
+from postproc.robot.cells.station import Station
 from postproc.robot.controller import Backup, read_entries
 from postproc.robot.kinematics import forward
 
@@ -171,6 +172,11 @@ MECHANICAL_UNIT_GROUP:
 """
 
 
+def alone(found: Cell, arm: str = ROBOT) -> Station:
+    """An arm whose task has all units of the cell."""
+    return Station(found, arm, tuple(found.units))
+
+
 def cell(moc: str, system: str = "") -> Cell:
     return read_cell(Backup(system=read_entries(system), motion=read_entries(moc)))
 
@@ -201,7 +207,7 @@ def test_a_track_carries_its_arm_as_a_stored_target_says() -> None:
     assert (task.arm, task.units, task.moves) == ("ROB_1", ("TRACK_1",), True) and not found.tasks["t_back"].moves
     at = axis_positions(found, task.units, np.array([[437.111, *[9e9] * 5]]))
     q = np.radians([-90.3902, 25.9625, -1.81017, 397.771, 2.4839, 395.773])
-    T = base_frames(found, "ROB_1", at)[0] @ forward(load_robot("irb4600_40_255"), q[None])[0]
+    T = alone(found, "ROB_1").base(at)[0] @ forward(load_robot("irb4600_40_255"), q[None])[0]
     assert T[:3, 3] * 1e3 - [50, 0, 0] == pytest.approx([1204.87, 3460.46, 1074.55], abs=0.08)
     turned = quaternion(0.323552, 0.682651, -0.504563, -0.417993)
     angle = np.arccos((np.trace(turned.T @ T[:3, :3]) - 1) / 2)
@@ -213,13 +219,13 @@ def test_a_track_carries_its_arm_as_a_stored_target_says() -> None:
 
 def test_an_arm_on_a_track_keeps_its_orientation_and_moves_along_the_track() -> None:
     found = cell(TRACKS)
-    T = base_frames(found, "rob_1", positions([0.0], [1.5], [-0.3]))
+    T = alone(found, "rob_1").base(positions([0.0], [1.5], [-0.3]))
     along = quaternion(8.91218e-06, -0.000726608, 0.000932384, 0.999999)[:, 0]
     start = np.array([3.69928, 3.45103, 0.0175951])
     for row, e in enumerate((0.0, 1.5, -0.3)):
         assert T[row, :3, 3] == pytest.approx(start + e * along, abs=1e-12)
         assert np.abs(T[row, :3, :3] - quaternion(0.707061, 0.000751788, -0.000145575, -0.707152)).max() < 1e-12
-    assert np.isnan(base_frames(found, "rob_1", positions([np.nan]))).any()
+    assert np.isnan(alone(found, "rob_1").base(positions([np.nan]))).any()
 
 
 def test_a_gantry_runs_along_the_axes_of_the_world_as_its_programs_say() -> None:
@@ -230,16 +236,16 @@ def test_a_gantry_runs_along_the_axes_of_the_world_as_its_programs_say() -> None
     turned = g.uniform(-1.7, 1.7, 20)
     eax = np.column_stack([floor[:, 0] - 9500, 5300 - floor[:, 1], 2100 - floor[:, 2], np.degrees(turned)])
     at = axis_positions(found, ("Gantry",), np.hstack([eax, np.full((20, 2), 9e9)]))
-    T = unit_frames(found, "Gantry", at)
+    T = alone(found).world("Gantry", at)
     column = np.array([-9.5, 5.3, 2.1]) + floor * [1e-3, -1e-3, -1e-3]  # turned by 180 deg about x
-    start = unit_frames(found, "Gantry", positions([0.0, 0.0, 0.0, 0.0]))[0]
+    start = alone(found).world("Gantry", positions([0.0, 0.0, 0.0, 0.0]))[0]
     assert np.linalg.norm(start[:3, 3]) == pytest.approx(0.488) and start[2, 3] == pytest.approx(0.0, abs=1e-6)
     for place, r, frame in zip(column, turned, T, strict=True):
         turn = np.array([[np.cos(r), -np.sin(r), 0], [np.sin(r), np.cos(r), 0], [0, 0, 1.0]])
         assert frame[:3, 3] == pytest.approx(place + turn @ start[:3, 3], abs=1e-6)
         assert frame[:3, :3] == pytest.approx(turn @ start[:3, :3], abs=1e-6)
-    arm_base = base_frames(found, "ROB_1", positions([1.0, 2.0, 0.5, 0.0]))[0]
-    assert np.abs(arm_base - unit_frames(found, "GANTRY", positions([1.0, 2.0, 0.5, 0.0]))[0]).max() < 1e-12
+    arm_base = alone(found, "ROB_1").base(positions([1.0, 2.0, 0.5, 0.0]))[0]
+    assert np.abs(arm_base - alone(found).world("GANTRY", positions([1.0, 2.0, 0.5, 0.0]))[0]).max() < 1e-12
     joints = found.unit("Gantry").joints
     assert [(j.axis, j.kind) for j in joints] == [
         ("a", "linear"), ("b", "linear"), ("c", "linear"), ("d", "rotary"), (None, "fixed")
@@ -264,13 +270,13 @@ def test_a_gantry_beside_the_modified_denavit_hartenberg_product() -> None:
             [0, 0, 0, 1],
         ]
     T = T @ [[-1, 0, 0, 0.488], [0, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-    assert np.abs(unit_frames(found, "Gantry", positions(at.tolist()))[0] - T).max() < 5e-6  # -3.14159 of six digits
+    assert np.abs(alone(found).world("Gantry", positions(at.tolist()))[0] - T).max() < 5e-6  # -3.14159 of six digits
 
 
 def test_a_follower_goes_with_its_leader_where_it_is_not_stated() -> None:
     found = cell(GANTRY)
-    led = unit_frames(found, "ELM_X", np.array([[2.5, np.nan, np.nan, np.nan, np.nan, np.nan]]))[0]
-    own = unit_frames(found, "ELM_X", np.array([[2.5, np.nan, np.nan, np.nan, np.nan, 1.0]]))[0]
+    led = alone(found).world("ELM_X", np.array([[2.5, np.nan, np.nan, np.nan, np.nan, np.nan]]))[0]
+    own = alone(found).world("ELM_X", np.array([[2.5, np.nan, np.nan, np.nan, np.nan, 1.0]]))[0]
     assert led[:3, 3] == pytest.approx([2.5, 0, 0]) and own[:3, 3] == pytest.approx([1.0, 0, 0])
 
 
@@ -278,7 +284,7 @@ def test_a_two_axis_positioner_turns_its_plate() -> None:
     """Axis 1 along world -y at 0.843 m, axis 2 along +x at zero, the plate 153 mm out."""
     found = cell(POSITIONER)
     at = np.radians([[0, 0], [30, 0], [0, 40], [25, -70]])
-    T = unit_frames(found, "STN1", np.hstack([at, np.full((4, 4), np.nan)]))
+    T = alone(found).world("STN1", np.hstack([at, np.full((4, 4), np.nan)]))
     foot = np.array([0, 0, 0.84317])
     for (tilt, turn), frame in zip(at, T, strict=True):
         c, s = np.cos(-tilt), np.sin(-tilt)
@@ -286,7 +292,7 @@ def test_a_two_axis_positioner_turns_its_plate() -> None:
         assert frame[:3, 3] == pytest.approx(foot + lean @ [0.153, 0, 0], abs=1e-6)
         axis = lean @ np.array([1.0, 0, 0])
         assert frame[:3, 2] == pytest.approx(axis, abs=1e-5)
-        still = unit_frames(found, "STN1", positions([tilt, 0.0]))[0]
+        still = alone(found).world("STN1", positions([tilt, 0.0]))[0]
         K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
         spin = np.eye(3) + np.sin(turn) * K + (1 - np.cos(turn)) * K @ K
         assert frame[:3, :3] == pytest.approx(spin @ still[:3, :3], abs=1e-5)
@@ -300,7 +306,7 @@ def test_gravity_in_base_axes() -> None:
     assert cell(wall).arms["rob_1"].gravity == pytest.approx([9.81, 0, 0], abs=1e-12)
     both = cell(GANTRY.replace("-gravity_beta 3.14159", "-gravity_alpha 0.63 -gravity_beta 0.95"))
     assert both.arms["rob_1"].gravity is None and [d.code for _, d in both.findings] == ["KIN015"]
-    turned = gravity_at(cell(GANTRY), "rob_1", positions([0, 0, 0, 0.5], [1, 2, 0.3, -1.2]))
+    turned = alone(cell(GANTRY), "rob_1").gravity(positions([0, 0, 0, 0.5], [1, 2, 0.3, -1.2]))
     assert turned is not None and turned == pytest.approx(np.tile([0, 0, 9.81], (2, 1)), abs=1e-6)
 
 
@@ -308,7 +314,7 @@ def test_what_is_not_understood_is_a_finding() -> None:
     odd = TRACKS.replace("IRBT4004_2", "IRBP_L_1").replace('-base_frame_coordinated "TRACK_2"', "")
     found = cell(odd)
     assert [(name, d.code) for name, d in found.findings] == [("TRACK_2", "KIN014")]
-    assert np.isnan(unit_frames(found, "TRACK_2", positions([0.1]))).any()
+    assert np.isnan(alone(found).world("TRACK_2", positions([0.1]))).any()
     place = TRACKS.replace("-base_frame_pos_x 3.69928", "").replace("-base_frame_pos_y 3.45103", "")
     same = cell(place.replace("-base_frame_pos_z 0.0175951", ""))
     assert any("at one place" in d.message for _, d in same.findings)
@@ -355,9 +361,9 @@ def test_a_cell_that_a_file_states(tmp_path: Path) -> None:
     found = read_cell_file(written(tmp_path, STATED))
     at = axis_positions(found, ("GANTRY", "STN1"), np.array([[250.0, 400.0, 30.0, 9e9, 9e9, 9e9]]))
     assert at[0, :3] == pytest.approx([0.25, 0.4, np.pi / 6])
-    base = base_frames(found, ROBOT, at)[0]
+    base = alone(found, ROBOT).base(at)[0]
     assert base[:3, 3] == pytest.approx([0.25, 0.4, 0.0]) and np.abs(base[:3, :3] - np.eye(3)).max() < 1e-7
-    plate = unit_frames(found, "stn1", at)[0]
+    plate = alone(found).world("stn1", at)[0]
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     assert plate[:3, 3] == pytest.approx([2.0, -0.5, 0.7])
     assert plate[:3, :3] == pytest.approx(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]))

@@ -12,8 +12,9 @@ import pytest
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
+from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch, confdata, within
-from postproc.robot.inverse import beyond_limits, inverse, joint_solution, nearest_solution
+from postproc.robot.inverse import beyond_limits, joint_solution, nearest_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
 from tests.independent import arm as A

@@ -12,10 +12,10 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile
-from postproc.cli.output import check_outputs, write
+from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
+from postproc.cli.output import check_outputs, present
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import print_document, say
+from postproc.cli.report import say
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -26,7 +26,7 @@ def run(
     folder_or_jobs: Path,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     workers: Workers = None,
     scheduler: str | None = None,
     shard: str = "1/1",
@@ -50,8 +50,6 @@ def run(
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import get_ready, run_batch
-    from postproc.report.document import plain
-    from postproc.report.page import render_page
     from postproc.results.batch import batch_document
     from postproc.results.conversion import unknown_accuracy
     from postproc.settings import told
@@ -72,15 +70,12 @@ def run(
         say("stopped; the same command goes on from here")
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
-    shown.summary(batch)
+    pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
+    document = batch_document(folder_or_jobs.name, batch.as_json(part), told(own), pages)
+    present(document, report, json=json, form=format, text=True, aside=True, root=ready.plan.root)
+    say(shown.time_line())
     if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unknown_accuracy())
-    document = plain(batch.as_json(part))
-    if report is not None:
-        pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
-        write(report, render_page(batch_document(folder_or_jobs.name, document, told(own), pages)))
-    if (form := "json" if json else format) is not None:
-        print_document(document, form, ready.plan.root)
     return int(batch.failed)
 
 

@@ -15,6 +15,7 @@ from postproc.files import real
 
 if TYPE_CHECKING:
     from postproc.rapid.program.program import Program
+    from postproc.report.blocks import Document
 
 
 def run(
@@ -38,41 +39,37 @@ def run(
         angle_tolerance: angle between their orientations, or between joints, that is still the same [deg].
         json: print the postproc/diff/1 document, of folders postproc/diff-folders/1.
     """
-    folders = [Path(name).is_dir() for name in (a, b)]
-    near = tolerance, angle_tolerance
-    if all(folders):
-        return _compare_folders(Path(a), Path(b), near, report, json)
-    if any(folders):
+    folders, near = [Path(name).is_dir() for name in (a, b)], (tolerance, angle_tolerance)
+    if any(folders) and not all(folders):
         folder, other = (a, b) if folders[0] else (b, a)
         text, help_ = f"`{folder}` is a folder, and `{other}` is none", "name two programs, or two folders"
         raise PostprocError.of("CLI003", text, help=help_)
-    return _compare_files(a, b, near, report, json)
+    check_outputs(() if all(folders) else (a, b), report)
+    document, equal = _folders(Path(a), Path(b), near, report) if all(folders) else _files(a, b, near)
+    present(document, report, json=json)
+    return int(not equal)
 
 
-def _compare_files(a: str, b: str, near: tuple[float, float], report: Path | None, json: bool) -> int:
+def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
     from postproc.rapid.diff.compare import compare_programs
     from postproc.results.difference import difference_document
 
-    check_outputs((a, b), report)
     one, two = _read(a), _read(b)
     with watching(f"comparing `{a}` and `{b}`"):
         found = compare_programs(one, two, *near)
-    present(difference_document(Path(a).name, Path(b).name, found), report, json)
-    return int(not found.equal)
+    return difference_document(Path(a).name, Path(b).name, found), found.equal
 
 
-def _compare_folders(a: Path, b: Path, near: tuple[float, float], report: Path | None, json: bool) -> int:
+def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -> tuple[Document, bool]:
     from postproc.batch.differences import compare_folders
     from postproc.results.difference import folders_document
 
-    check_outputs((), report)
     if report is not None and any(real(report).is_relative_to(real(folder)) for folder in (a, b)):
         text = f"`{report}` stands in a folder that is compared"
         raise PostprocError.of("CLI007", text, help="name a file outside of both folders")
     with watching("comparing") as watch:
         found = compare_folders(a, b, *near, watch)
-    present(folders_document(str(a), str(b), found.as_json()), report, json)
-    return int(not found.equal)
+    return folders_document(str(a), str(b), found, near), all(file.status == "equal" for file in found)
 
 
 def _read(name: str) -> Program:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.output import write, write_together
-from postproc.cli.report import VERBOSE, say
+from postproc.cli.output import present, write, write_together
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from postproc.compensation.options import Options
     from postproc.convert import Conversion
     from postproc.settings import Settings
+
+LINES = rb"[^\n]*\n|[^\n]+"
+"""A difference counts lines by LF alone."""
 
 
 def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
@@ -77,20 +80,15 @@ def show_result(
     name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
     """Say on stderr what came out, and write the report and the certificate, where they are asked for."""
-    from postproc.report.terminal import render_text
     from postproc.results.conversion import conversion_document
     from postproc.settings import told
 
-    document = conversion_document(name, result, told(settings))
-    say(render_text(document, VERBOSE.get()))
-    if report is not None:
-        from postproc.report.page import render_page
-
-        write(report, render_page(document))
+    present(conversion_document(name, result, told(settings)), report, aside=True)
     if certificate is not None:
+        from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate
 
-        write(certificate, program_certificate(name, result, told(settings)))
+        write(certificate, render_certificate(program_certificate(name, result, told(settings))))
 
 
 def _differs(path: Path | None, data: bytes) -> bool:
@@ -105,14 +103,9 @@ def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str)
     """The textual difference as ``diff -u`` prints it, bytes as they stand in the files."""
     lines = difflib.diff_bytes(
         difflib.unified_diff,
-        _lines(before),
-        _lines(after),
+        re.findall(LINES, before),
+        re.findall(LINES, after),
         os.fsencode(name_before),
         os.fsencode(name_after),
     )
     return b"".join(line if line.endswith(b"\n") else line + b"\n\\ No newline at end of file\n" for line in lines)
-
-
-def _lines(data: bytes) -> list[bytes]:
-    parts = data.split(b"\n")
-    return [part + b"\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import ProgramOptions, VectorText
-from postproc.cli.options import EffectFiles, Flag, ModelFile, Names
+from postproc.cli.conversion import RobotOptions
+from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`
+    EffectFiles,
+    Flag,
+    ModelFile,
+    Names,
+    VectorText,
+    parse_channel,
+    parse_numbers,
+    parse_vector,
+)
 from postproc.cli.programs import settled
-from postproc.cli.words import parse_channel, parse_vector
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -23,23 +30,16 @@ if TYPE_CHECKING:
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class RunTimeOptions:
+class RunTimeOptions(RobotOptions):
     """The arm, and what the module is made for.
 
     Attributes:
-        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
-        robot: arm of the library, in place of the model's.
-        model_of_another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
         tcp: TCP for which errors are stated, in tool0 [mm]. Default: the tool of the model.
         load: mass of tool and payload and its centre in tool0, KG,X,Y,Z [kg, mm]. Default: half the rated payload.
         region: ranges of the six joint angles, LOW:HIGH,.. [deg]. Default: the limits of the arm.
         channel: what effects read and a controller does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
-    model: ModelFile = None
-    robot: str | None = None
-    model_of_another_arm: Flag = False
-    effects: EffectFiles = ()
     tcp: VectorText | None = None
     load: VectorText | None = None
     region: VectorText | None = None
@@ -47,9 +47,7 @@ class RunTimeOptions:
 
     def arm(self, module: Path) -> tuple[Settings, Model]:
         """What `postproc.toml` or a backup around the module says of the arm, and the arm."""
-        other = self.model_of_another_arm
-        named = ProgramOptions(model=self.model, robot=self.robot, model_of_another_arm=other, effects=self.effects)
-        return settled(named.settings_at(module.parent), str(module))
+        return settled(self.settings_at(module.parent), str(module))
 
     def conditions(self, settings: Settings, model: Model) -> Conditions:
         """What the module is made for, without process force.
@@ -67,12 +65,12 @@ class RunTimeOptions:
             frame[:3, 3] = 1e-3 * np.array(parse_vector("--tcp", self.tcp, "0,0,350"))
         mass, centre = 0.5 * (model.robot.payload or 0.0), 0.5 * frame[:3, 3]
         if self.load is not None:
-            mass, *rest = numbers("--load", self.load, ",", 4, "30,0,0,120")
+            mass, *rest = parse_numbers("--load", self.load, 4, "`--load 30,0,0,120`")
             centre = 1e-3 * np.array(rest)
         lower, upper = model.robot.lower, model.robot.upper
         if self.region is not None:
             pairs = self.region.split(",")
-            ranges = [numbers("--region", pair, ":", 2, REGION) for pair in pairs]
+            ranges = [parse_numbers("--region", pair, 2, REGION, ":") for pair in pairs]
             if len(ranges) != 6 or any(low > high for low, high in ranges):
                 raise PostprocError.of("CLI006", f"`--region {self.region}` is not six ranges", help=f"write {REGION}")
             low, high = np.radians(ranges).T
@@ -89,18 +87,3 @@ class RunTimeOptions:
 
 
 REGION = "`--region=-90:90,-30:60,-60:30,-180:180,20:100,-180:180`"
-
-
-def numbers(option: str, text: str, between: str, count: int, such_as: str) -> list[float]:
-    """Finite numbers of an option.
-
-    Raises:
-        PostprocError: another number of them, or none at all (CLI006).
-    """
-    try:
-        values = [float(part) for part in text.split(between)]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise PostprocError.of("CLI006", f"`{option} {text}` is not {count} numbers", help=f"write {such_as}")
-    return values

@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
-
-from postproc.cli.conversion import VectorText
 from postproc.cli.convert.made_for import RunTimeOptions
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Flag, Tolerance
-from postproc.cli.output import check_outputs
+from postproc.cli.options import Flag, RequiredOutput, Tolerance, VectorText, parse_vector
+from postproc.cli.output import check_outputs, present
 from postproc.cli.output import write as write_file
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, show
-from postproc.cli.words import parse_vector
-
-if TYPE_CHECKING:
-    from postproc.runtime.conditions import Conditions
-    from postproc.runtime.proof.check import Check
+from postproc.cli.report import show
 
 
 def write(
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     made_for: RunTimeOptions = RunTimeOptions(),
     force: VectorText = "0,0,0",
     moment: VectorText = "0,0,0",
@@ -49,7 +41,7 @@ def write(
     import numpy as np
 
     from postproc.diagnostics import has_errors
-    from postproc.runtime.proof.check import said
+    from postproc.results.run_time import written_document
     from postproc.runtime.written import write_module
 
     check_outputs((made_for.model, *made_for.effects), output)
@@ -64,22 +56,7 @@ def write(
     failed = has_errors(result.diagnostics)
     if not failed:
         write_file(output, result.text)
-    say(f"{output}: `{model.robot.name}`, {result.cost} for one target")
-    for done, found in result.checks:
-        say(said(found, done))
-    say(str(result.chord))
-    if json:
-        checks = [_document(done, found) for done, found in result.checks]
-        corrected = result.corrected
-        effects = {"corrected": corrected.keys, "left_out": [*corrected.untold, *corrected.unfit]}
-        found_ = [d.as_json() for d in result.diagnostics]
-        chord = {
-            "lines": result.chord.count,
-            "max_mm": 1e3 * result.chord.largest_m,
-            "rms_mm": 1e3 * result.chord.rms_m,
-        }
-        document = {"schema": "postproc/runtime/1", "effects": effects, "checks": checks, "chord_500_mm": chord}
-        print_json({**document, "diagnostics": found_})
+    present(written_document(str(output), model.robot.name, result), json=json, text=True, aside=True)
     return 1 if failed else 0
 
 
@@ -100,7 +77,8 @@ def check(
         tolerance: exit 1 where it is off by more [mm].
         json: print the postproc/runtime/1 document.
     """
-    from postproc.runtime.proof.check import check_module, said
+    from postproc.results.run_time import check_document
+    from postproc.runtime.proof.check import check_module
     from postproc.runtime.tables import corrected_model
 
     settings, model = made_for.arm(Path(module))
@@ -108,21 +86,5 @@ def check(
     source = read_source(module)
     with watching(f"running `{module}`"):
         (found,) = check_module(source, corrected_model(model, conditions).model, [(conditions, targets)])
-    say(f"{module}: `{model.robot.name}`, {said(found, conditions)}")
-    if found.raised:
-        say(f"an error leaves the function at {found.raised} targets")
-    if json:
-        print_json({"schema": "postproc/runtime/1", "checks": [_document(conditions, found)], "diagnostics": []})
+    present(check_document(module, model.robot.name, conditions, found), json=json, text=True, aside=True)
     return 1 if found.raised or not found.corrected or 1e3 * found.largest_m > tolerance else 0
-
-
-def _document(done: Conditions, found: Check) -> dict[str, object]:
-    return {
-        "mass_kg": done.mass,
-        "corrected": found.corrected,
-        "returned": {str(why): times for why, times in found.returned.items()},
-        "errors": found.raised,
-        "max_error_mm": 1e3 * found.largest_m,
-        "rms_error_mm": 1e3 * found.rms_m,
-        "max_correction_mm": 1e3 * found.correction_m,
-    }

@@ -5,18 +5,15 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from postproc.cli.conversion import ConvertOptions
 from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
-from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, Tolerance
+from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, show
+from postproc.cli.report import print_document, say, show
 from postproc.diagnostics import Source
 
 
@@ -24,7 +21,7 @@ def run(
     points: str,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: RequiredOutput,
     tool: str | None = None,
     wobj: str | None = None,
     seam_data: str | None = None,
@@ -77,7 +74,7 @@ def run(
     show_result(output.name, result, settings, report, certificate)
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
-        print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
+        print_document({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
     return 0 if result.outputs else max(1, result.exit_code)
 
 

@@ -1,1 +1,1 @@
-"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`."""
+"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`; `asked` is what they have in common."""

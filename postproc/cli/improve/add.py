@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from postproc.cli.inputs import cell_words, effect_words, open_model, own_effects, short_names
-from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
-from postproc.cli.output import check_outputs, present, write_model
+from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.inputs import short_names
+from postproc.cli.options import ArmFile, DataFiles, Flag, Output, ReportFile, TextFlag
+from postproc.cli.output import present, write_model
 from postproc.cli.progress import watching
 from postproc.cli.report import say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -17,8 +16,7 @@ def run(
     /,
     *effect: str,
     data: DataFiles,
-    effects: EffectFiles = (),
-    cell: Path | None = None,
+    own: ArmOptions = ArmOptions(),
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
@@ -32,7 +30,6 @@ def run(
         data: table of measured poses (CSV); - reads stdin. May be repeated.
         output: model file to write; comments of the model survive. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
-        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identification.add import add_effects
     from postproc.results.addition import addition_document
@@ -41,19 +38,17 @@ def run(
     if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
-    check_outputs((model, *data, *table.inputs, *effects, cell), output, report)
-    arm = open_model(model, effects, cell, sigma=table.sigma)
-    measured = table.read(data, arm.robot, at=arm.station)
+    arm, measured = opened(model, data, own, table, output, report)
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
     with watching("adding") as watch:
-        found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
+        found = add_effects(arm, measured, keys, own.classes, noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
     document = addition_document(short_names(model, *keys, *data), found)
-    present(document, report, json, text, aside=output is None)
+    present(document, report, json=json, text=text, aside=output is None)
     if not json and output is not None and found.fit.held_out_rms < found.before.held_out_rms:
-        say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects), *cell_words(cell))
-        words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")
+        say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *own.words())
+        words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=own.effects).words(), "-o", "OUT")
         say_next("corrects a program with it", *words, lead="or")
     return 0

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import VectorText
+from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
-from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
+from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
 from postproc.cli.progress import watching
 from postproc.cli.report import say, say_next, show
-from postproc.cli.words import parse_vector
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -54,10 +53,9 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
-    from postproc.estimation.least_squares import fit_model
     from postproc.estimation.nominal import no_farther_than_nominal
     from postproc.estimation.recorded import recorded_model
-    from postproc.identification.add import grown
+    from postproc.identification.add import fit_effects
     from postproc.results.fit import fit_document
     from postproc.robot.catalogue import doubts, load_robot
 
@@ -72,17 +70,14 @@ def run(
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     model = _nominal(arm, robot, station, turned)
     with watching("fitting") as watch:
-        plain = [c.null() for c in classes if not c.structures()]
-        fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
-    for cls in (c for c in classes if c.structures()):
-        fit = grown(fit, cls, table.sigma)
+        fit = fit_effects(model, measured, classes, noise=table.sigma, watch=watch)
     _check_frames(fit, {cls.key for cls in classes})
     no_farther_than_nominal(fit)
     write_model(output, recorded_model(fit), silent=json)
-    present(fit_document(short_names(*data), fit), None, json, text, aside=output is None)
+    present(fit_document(short_names(*data), fit), json=json, text=text, aside=output is None)
     if not json and output is not None:
-        own = table.words([word for word in words if word.endswith(".py")])
-        say_next("says whether an effect is missing", "diagnose", output, *data, *own)
+        own = ArmOptions(effects=tuple(Path(word) for word in words if word.endswith(".py")))
+        say_next("says whether an effect is missing", "diagnose", output, *data, *table.words(), *own.words())
     return 0
 
 

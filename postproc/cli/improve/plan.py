@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import cell_words, open_model, own_effects, short_names
-from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
-from postproc.cli.output import check_outputs, write
+from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
+from postproc.cli.inputs import short_names
+from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, Tables
+from postproc.cli.output import present, write
 from postproc.cli.progress import watching
-from postproc.cli.report import print_json, say, say_next
+from postproc.cli.report import say_next
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
@@ -32,8 +33,7 @@ def run(
     candidates: str | None = None,
     sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
     measured_range: Flag = False,
-    effects: EffectFiles = (),
-    cell: Path | None = None,
+    own: ArmOptions = ArmOptions(),
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
@@ -49,24 +49,19 @@ def run(
         sight: half the opening angle [deg] of a reflector that looks along +z of the tool: the instrument stands in it.
         measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
-        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     from postproc.identification.planning.plan import plan_poses
     from postproc.identification.planning.room import Room
     from postproc.render.measuring import measuring_module
     from postproc.results.plan import plan_document
 
-    check_outputs((model, *data, candidates, *table.inputs, *effects, cell), output, rapid)
-    arm = open_model(model, effects, cell, sigma=table.sigma)
-    measured = table.read(data, arm.robot, at=arm.station)
+    arm, measured = opened(model, data, own, table, output, rapid, also=candidates)
     listed = None if candidates is None else table.read([candidates], arm.robot, False, arm.station).state
     q, axes = (None, None) if listed is None else (listed.q, listed.external_axes)
     room = Room(_box(region), q, None if sight is None else math.radians(sight), measured_range, axes)
-    own = own_effects(effects)
     with watching(f"choosing {count} poses"):
-        plan = plan_poses(arm, measured, count, _pair(between), own, noise=table.sigma, room=room)
+        plan = plan_poses(arm, measured, count, _pair(between), own.classes, noise=table.sigma, room=room)
     document = plan_document(short_names(model, *data), plan)
-    say(document.sentence)
     text, at = plan.as_csv(), plan.state
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
@@ -74,11 +69,10 @@ def run(
         write(rapid, measuring_module(arm.robot, at.q, at.approach, labels, name, payload_kg=loads, extax=plan.extax))
     if output is not None or not json:
         write(output, text)
-    if json:
-        print_json(document.values)
-    elif output is not None:
+    present(document, json=json, text=True, aside=True)
+    if output is not None and not json:
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
-        say_next(what, "diagnose", model, *data, output, *table.words(effects), *cell_words(cell))
+        say_next(what, "diagnose", model, *data, output, *table.words(), *own.words())
     return 0
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from postproc.cli.inputs import open_model
-from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
-from postproc.cli.output import check_outputs, write
+from postproc.cli.improve.asked import ArmOptions, TableOptions, opened
+from postproc.cli.options import ArmFile, Flag, Output
+from postproc.cli.output import write
 from postproc.cli.progress import watching
 from postproc.cli.report import say, show
 
@@ -16,8 +14,7 @@ def run(
     data: str,
     /,
     *,
-    effects: EffectFiles = (),
-    cell: Path | None = None,
+    own: ArmOptions = ArmOptions(),
     output: Output = None,
     place: Flag = False,
     table: TableOptions = TableOptions(),
@@ -29,15 +26,12 @@ def run(
         output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm, one row per input row, same
             order; sigma_mm is of the pose, sigma_measured_mm of a measurement of it. Default: stdout.
         place: the instrument was set up anew: the rows of the table that hold a measured position place it.
-        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
     """
     import numpy as np
 
     from postproc.identification.predict import predict_rows
 
-    check_outputs((model, data, *table.inputs, *effects, cell), output)
-    arm = open_model(model, effects, cell, weighed=False)
-    rows = table.read([data], arm.robot, False, arm.station)
+    arm, rows = opened(model, [data], own, table, output)
     with watching(f"predicting {len(rows)} rows"):
         found = predict_rows(arm, rows, place)
     show(found.diagnostics)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.cli.report import put
 from postproc.diagnostics import PostprocError, did_you_mean
-from postproc.resources import explanations
+from postproc.files import explanations
 
 
 def run(code: str, /) -> int:

@@ -29,10 +29,6 @@ class Accuracy:
     sigma: float
     within_95: float
 
-    def as_json(self) -> dict[str, float]:
-        """The key ``expected_accuracy`` of the document, in millimetres."""
-        return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
-
 
 def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
     """Interval of the share of the deflection that remains where the stiffness is an estimate, else None."""

@@ -23,26 +23,39 @@ SCHEMA = "postproc/compensate/1"
 
 @dataclass(frozen=True, slots=True)
 class JudgedProgram:
-    """What is known of a corrected program: of its statements, its seams, the whole of it, its accuracy, its speeds."""
+    """What is known of a corrected program: of its statements, its seams, the whole of it, its accuracy, its speeds.
+
+    Of one none of whose targets is known before it runs only the statements are: nothing is measured.
+    """
 
     outcomes: Sequence[StatementOutcome]
-    seams: Sequence[Seam]
-    figures: PathFigures
-    accuracy: Accuracy | None
-    limits: LimitReport
+    seams: Sequence[Seam] = ()
+    figures: PathFigures = PathFigures()
+    accuracy: Accuracy | None = None
+    limits: LimitReport | None = None
 
 
 def document(
     robot: str,
-    plan: CorrectionPlan,
-    events: Sequence[MotionEvent],
+    options: Options,
     judged: JudgedProgram,
     findings: Sequence[Diagnostic],
+    *,
+    plan: CorrectionPlan | None = None,
+    events: Sequence[MotionEvent] = (),
 ) -> dict[str, Any]:
     """What ``--json`` prints (docs/documents.md)."""
     outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits
-    unseen, lines = unmeasured(outcomes, events, plan)
-    return unmeasured_document(robot, outcomes, plan.motion.options, findings) | {
+    lines = unseen = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
+    air = options.air_tolerance_m
+    if plan is not None:
+        (unseen, lines), air = unmeasured(outcomes, events, plan), float(plan.path_tolerance.max())
+    sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": robot,
+        "statements": [*map(_statement, outcomes)],
         "max_error_before_mm": _mm(figures.before),
         "max_error_after_mm": _mm(figures.after),
         "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
@@ -50,45 +63,17 @@ def document(
         "max_transition_mm": _mm(figures.transition),
         "max_transient_mm": _mm(figures.transient),
         "max_joint_move_mm": _mm(figures.joint_move),
-        "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
-        "welds": [seam.as_json() for seam in judged.seams],
-        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
-        "unproved_statements": unproved(outcomes, events, plan),
+        "tolerance_mm": _mm(options.tolerance_m),
+        "air_tolerance_mm": _mm(air),
+        "scope": options.scope,
+        "welds": [*map(_seam, judged.seams)],
+        "expected_accuracy": sure,
+        "unproved_statements": 0 if plan is None else unproved(outcomes, events, plan),
         "unmeasured_statements": unseen,
         "measured_statements": lines - unseen,
-        "added_targets": len(plan.insertions),
-        "cycle_time_s": round(limits.slower, 3),
-        "cycle_time_before_s": round(limits.cycle_time, 3),
-    }
-
-
-def unmeasured_document(
-    robot: str, outcomes: Sequence[StatementOutcome], options: Options, findings: Sequence[Diagnostic]
-) -> dict[str, Any]:
-    """The same for a program none of whose targets is known before it runs: nothing is measured."""
-    return {
-        "schema": SCHEMA,
-        "tool": __version__,
-        "robot": robot,
-        "statements": [o.as_json() for o in outcomes],
-        "max_error_before_mm": 0.0,
-        "max_error_after_mm": 0.0,
-        "max_arc_error_before_mm": None,
-        "max_arc_error_after_mm": None,
-        "max_transition_mm": 0.0,
-        "max_transient_mm": 0.0,
-        "max_joint_move_mm": 0.0,
-        "tolerance_mm": _mm(options.tolerance_m),
-        "air_tolerance_mm": _mm(options.air_tolerance_m),
-        "scope": options.scope,
-        "welds": [],
-        "expected_accuracy": None,
-        "unproved_statements": 0,
-        "unmeasured_statements": sum(o.statement.interpolation in ("line", "arc") for o in outcomes),
-        "measured_statements": 0,
-        "added_targets": 0,
-        "cycle_time_s": None,
-        "cycle_time_before_s": None,
+        "added_targets": 0 if plan is None else len(plan.insertions),
+        "cycle_time_s": limits and round(limits.slower, 3),
+        "cycle_time_before_s": limits and round(limits.cycle_time, 3),
         "diagnostics": [d.as_json() for d in findings],
         "already": list(options.already),
         "worlds": {"count": 0, "differing": 0},
@@ -99,6 +84,37 @@ def unmeasured_document(
 def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
     """The document of a program that is not safe to compensate."""
     return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
+
+
+def _statement(outcome: StatementOutcome) -> dict[str, Any]:
+    statement = outcome.statement
+    return {
+        "path": statement.source.path,
+        "line": statement.line,
+        "module": statement.module,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "status": outcome.status,
+        "reason": outcome.reason,
+        "edited": outcome.edited,
+        "shift_mm": outcome.shift_mm,
+        "residual_mm": outcome.residual_mm,
+    }
+
+
+def _seam(seam: Seam) -> dict[str, Any]:
+    first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
+    return {
+        "name": seam.name,
+        "path": first.source.path,
+        "line_from": first.line,
+        "line_to": last.line,
+        "length_mm": round(seam.length_mm, 1),
+        "before_mm": seam.before_mm,
+        "after_mm": seam.after_mm,
+        "added_targets": seam.added_targets,
+        "left": len(seam.left),
+    }
 
 
 def estimated_stiffness(document: Mapping[str, Any]) -> str:

@@ -25,13 +25,13 @@ class PathFigures:
         transition: where the correction jumps; joint_move: of joint moves.
     """
 
-    before: float
-    after: float
-    arc_before: float | None
-    arc: float | None
-    transient: float
-    transition: float
-    joint_move: float
+    before: float = 0.0
+    after: float = 0.0
+    arc_before: float | None = None
+    arc: float | None = None
+    transient: float = 0.0
+    transition: float = 0.0
+    joint_move: float = 0.0
 
 
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
@@ -39,21 +38,6 @@ class Seam:
     def left(self) -> list[StatementOutcome]:
         """Statements that stay uncorrected."""
         return [o for o in self.outcomes if o.status == "skipped"]
-
-    def as_json(self) -> dict[str, Any]:
-        """The seam in the ``postproc/compensate/1`` document."""
-        first, last = self.outcomes[0].statement, self.outcomes[-1].statement
-        return {
-            "name": self.name,
-            "path": first.source.path,
-            "line_from": first.line,
-            "line_to": last.line,
-            "length_mm": round(self.length_mm, 1),
-            "before_mm": self.before_mm,
-            "after_mm": self.after_mm,
-            "added_targets": self.added_targets,
-            "left": len(self.left),
-        }
 
 
 def find_seams(

@@ -158,18 +158,3 @@ class StatementOutcome:
     shift_mm: float | None = None
     residual_mm: float | None = None
     edited: Place | None = None
-
-    def as_json(self) -> dict[str, object]:
-        """A row of ``statements`` in the document."""
-        return {
-            "path": self.statement.source.path,
-            "line": self.statement.line,
-            "module": self.statement.module,
-            "routine": self.statement.routine,
-            "instruction": self.statement.instruction,
-            "status": self.status,
-            "reason": self.reason,
-            "edited": self.edited,
-            "shift_mm": self.shift_mm,
-            "residual_mm": self.residual_mm,
-        }

@@ -138,7 +138,7 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
     for i, event in enumerate(events):
         unit = unit_of(event)
         if not base[i]:
-            carrier = station.cell.arms[station.arm.lower()].unit
+            carrier = station.cell_arm.unit
             found.append(Unknown(Kind.BASE_NOWHERE, carrier or "", _why(station, carrier)))
         elif unit is not None and unit not in placed:
             found.append(Unknown(Kind.MOVED_OBJECT, event.wobj.name, unit))

@@ -14,7 +14,8 @@ from postproc.motion.path.corners import Corners, blended_poses, plan_corners
 from postproc.motion.path.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of, stretches
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import excess_of, inverse
+from postproc.robot.closed_form import inverse
+from postproc.robot.inverse import excess_of
 from postproc.robot.track import track
 
 SPACING = 0.010  # [m] between samples

@@ -62,3 +62,20 @@ class ProgramDiff:
     def counts(self) -> dict[str, int]:
         """How many differences there are of each kind: changed, added, removed."""
         return {kind: sum(d.kind == kind for d in self.differences) for kind in ("changed", "added", "removed")}
+
+
+@dataclass(frozen=True, slots=True)
+class FileDiff:
+    """One file of two folders.
+
+    Args:
+        path: below both folders, with ``/``.
+        status: ``added`` stands in the second folder alone, ``removed`` in the first; ``unreadable`` has other bytes
+            and is no program that can be read, which ``reason`` explains.
+        found: what differs, empty where no programs were compared.
+    """
+
+    path: str
+    status: Literal["equal", "changed", "added", "removed", "unreadable"]
+    reason: str | None = None
+    found: ProgramDiff = ProgramDiff(())

@@ -1,4 +1,4 @@
-"""Arrays of numbers inside a page: few bytes each, read by the page's own script."""
+"""Arrays of numbers inside a page, few bytes each, and the chain of an arm, read by the page's own scripts."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from postproc.arrays import Array
+from postproc.robot.arm import Robot
 
 STEPS = 65_000  # of a packed column between its smallest and its largest value
 
@@ -33,4 +36,16 @@ def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
         "type": kind,
         "width": array.shape[-1] if array.ndim > 1 else 1,
         "data": b64encode(array.tobytes()).decode(),
+    }
+
+
+def chain_of(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
+    """The chain T_base_flange = link[0] Rot(axis[0], q1) .. link[6], and which tool each row has, (m, 4, 4)."""
+    tools, tool = np.unique(T_flange_tcp[:, :3, 3], axis=0, return_inverse=True)
+    return {
+        "name": robot.name,
+        "link": robot.link.tolist(),
+        "axis": robot.axis.tolist(),
+        "tools": tools.tolist(),
+        "tool": exact(tool.reshape(-1)),
     }

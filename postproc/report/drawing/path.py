@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,8 +19,8 @@ from postproc.motion.mounts import Mounts
 from postproc.motion.path.curves import Curves, pose_at
 from postproc.motion.values import Index, Move
 from postproc.rapid.data.events import MotionStatement
-from postproc.report.drawing.chain import chain_of
-from postproc.report.drawing.columns import exact, packed
+from postproc.report.blocks import Values
+from postproc.report.drawing.columns import chain_of, exact, packed
 
 MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
 BLOCK = 10_000
@@ -44,7 +43,7 @@ class Places:
     after: Array
 
 
-def path_data(found: Conversion) -> dict[str, Any]:
+def path_data(found: Conversion) -> Values:
     """What the page draws of a conversion that has a plan: columns of numbers (`columns`), targets, lines of text."""
     plan, model = found.plan, found.model
     assert plan is not None and model is not None and found.before is not None and found.after is not None
@@ -165,7 +164,7 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
     return torque
 
 
-def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> dict[str, Any]:
+def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> Values:
     """Of every statement the largest deviation along its lines and arcs over all runs, before and after [mm]."""
     statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
     of = np.array([statements.get(m.event.statement.key, -1) for m in moves])

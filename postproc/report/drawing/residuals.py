@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
-from postproc.identification.compare import WORST
+from postproc.identification.compare import worst_rows
 from postproc.identification.diagnosis import suspect_size
 from postproc.identification.trends import DAMPING, Trend, joint_inverse, residual_trends
 from postproc.measure.errors import distances
@@ -147,8 +147,7 @@ class _Charts:
     @classmethod
     def of(cls, fit: Fit) -> _Charts:
         """The charts of a fit."""
-        size = distances(fit.position_error)
-        worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
+        worst = worst_rows(distances(fit.position_error))
         at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
         return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
 

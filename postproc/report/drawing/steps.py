@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -15,9 +14,9 @@ from postproc.effects.asking import displacement_of
 from postproc.estimation.fitted import Fit
 from postproc.measure.errors import distances
 from postproc.model.arm import Model
-from postproc.report.drawing.chain import chain_of
+from postproc.report.blocks import Values
 from postproc.report.drawing.charts import shares
-from postproc.report.drawing.columns import exact, packed
+from postproc.report.drawing.columns import chain_of, exact, packed
 from postproc.report.drawing.laws import forces, law_charts, laws_of
 from postproc.report.drawing.residuals import Channels, pose_name
 from postproc.robot.kinematics import forward
@@ -36,7 +35,7 @@ class Rung:
     error: float
 
 
-def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) -> dict[str, Any]:
+def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) -> Values:
     """What the page draws of every step; the rows are the same in all of them.
 
     Args:
@@ -73,7 +72,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
     }
 
 
-def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[dict[str, Any]]:
+def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
     """Forces that effects put on bodies of the arm, each with its body and (k, 6) wrench about the base origin."""
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
@@ -111,7 +110,7 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
     return error, rest.T_base_tcp[rows, :3, 3]
 
 
-def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Mapping[str, Any]]:
+def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:
     """Some measured poses as targets of a program: as programmed, and as the model would have them corrected [mm]."""
     index = rows[np.linspace(0, len(rows) - 1, min(TARGETS, len(rows))).astype(int)]
     state = fit.problem.rest.state.rows(index)

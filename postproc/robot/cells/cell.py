@@ -136,10 +136,6 @@ class Cell:
         return {j.axis: j for name in units for j in self.unit(name).joints if j.axis is not None}
 
 
-Elsewhere = Mapping[str, Array]
-NOWHERE_ELSE: Elsewhere = {}
-
-
 def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
     """(n, 6) positions [m], [rad] of ``extax`` (n, 6) as RAPID states them: mm and degrees, 9E9 for nothing.
 
@@ -155,69 +151,7 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
     return found
 
 
-def unit_frames(cell: Cell, name: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array:
-    """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
-
-    Args:
-        elsewhere: positions (6,) of the units of other tasks, which have their own axes a to f, by name in lower case.
-
-    Raises:
-        KeyError: there is no such unit.
-    """
-    frames = joint_frames(cell, name, positions, elsewhere)
-    return frames[-1][1] if frames else _unit_base(cell, name, positions, elsewhere)
-
-
-def joint_frames(
-    cell: Cell, name: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE
-) -> list[tuple[Array, Array]]:
-    """T_world_joint (n, 4, 4) right before and right after the motion of each joint of a unit, in their order.
-
-    Raises:
-        KeyError: there is no such unit.
-    """
-    found: list[tuple[Array, Array]] = []
-    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
-    T = _unit_base(cell, name, positions, elsewhere)
-    own = np.broadcast_to(elsewhere.get(name.lower(), positions), positions.shape)
-    for joint in cell.unit(name).joints:
-        before = T @ joint.T_before
-        T = before @ _moved(joint, own)
-        found.append((before, T))
-    return found
-
-
-def _unit_base(cell: Cell, name: str, positions: Array, elsewhere: Elsewhere) -> Array:
-    """T_world_base (n, 4, 4) of a unit."""
-    unit = cell.unit(name)
-    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
-    if unit.unknown:
-        return np.full((len(positions), 4, 4), np.nan)
-    T = np.tile(np.eye(4), (len(positions), 1, 1))
-    if unit.parent is not None:
-        T = unit_frames(cell, unit.parent, positions, elsewhere)
-    return T @ unit.T_parent_base
-
-
-def base_frames(cell: Cell, arm: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array:
-    """T_world_base (n, 4, 4) of an arm at axis positions (n, 6), as ``unit_frames``."""
-    found = cell.arms[arm.lower()]
-    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
-    if found.unit is None:
-        return np.tile(found.T_unit_base, (len(positions), 1, 1))
-    return unit_frames(cell, found.unit, positions, elsewhere) @ found.T_unit_base
-
-
-def gravity_at(cell: Cell, arm: str, positions: Array, elsewhere: Elsewhere = NOWHERE_ELSE) -> Array | None:
-    """(n, 3) gravity in base axes [m/s^2]: what is stated at zero, turned as the chain turns the base."""
-    stated = cell.arms[arm.lower()].gravity
-    if stated is None:
-        return None
-    zero = base_frames(cell, arm, np.zeros((1, 6)))[0, :3, :3]
-    return np.einsum("nji,jk,k->ni", base_frames(cell, arm, positions, elsewhere)[:, :3, :3], zero, stated)
-
-
-def _moved(joint: Joint, positions: Array) -> Array:
+def moved(joint: Joint, positions: Array) -> Array:
     """(n, 4, 4) what a joint does at axis positions (n, 6)."""
     n = len(positions)
     if joint.kind == "fixed" or joint.axis is None:

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, invert
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source
+from postproc.rapid.data.records import Vec3
 from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.cells.mechanical_units import GRAVITY, read_cell
 from postproc.robot.cells.station import ROBOT, Station
@@ -27,7 +28,6 @@ from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import FileTable, Place, check, parse_toml, span_of
 
 Letter = Literal["a", "b", "c", "d", "e", "f"]
-Vec3 = tuple[float, float, float]
 
 
 class ExternalAxis(FileTable):
@@ -130,7 +130,7 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
     follows another one carries nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
-    arm, found = set(station.cell.below(station.cell.arms[station.arm.lower()].unit)), list[dict[str, Any]]()
+    arm, found = set(station.cell.below(station.cell_arm.unit)), list[dict[str, Any]]()
     for name in sorted(station.units, key=lambda unit: len(station.cell.below(unit))):
         unit, frames = station.cell.unit(name), station.axis_frames(zero)
         on = next(

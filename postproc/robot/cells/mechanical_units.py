@@ -21,12 +21,12 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
-from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit, unit_frames
+from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit
+from postproc.robot.cells.station import Station
 from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name, read_calibration
 from postproc.robot.pose import rpy, transform
 
 GRAVITY = 9.81
-TRACK_AXIS = 7
 SAME_PLACE = 1e-3  # [m]: two arms do not stand nearer to each other
 SAME_WAY = np.radians(2.0)
 CARRIED = ("TRACK", "EXT_LIN")
@@ -89,7 +89,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
     kind, doubt = _mechanics(motion, type_)
     joint = _joint(motion, entry.get("use_joint", name), kind)
     if joint.axis is None and type_.upper().startswith("IRBT"):
-        joint = replace(joint, axis=LETTERS[TRACK_AXIS - 7])  # ABB's own tracks are thinned in a backup
+        joint = replace(joint, axis=LETTERS[0])  # ABB's own tracks are thinned in a backup
     direction = np.array([1.0, 0.0, 0.0]) if kind == "linear" else np.array([0.0, 0.0, 1.0])
     doubt = doubt or _doubt((joint,))
     return Unit(name, (replace(joint, direction=direction),), _parent(entry), _frame(entry), active, doubt)
@@ -158,7 +158,7 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> Ce
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
-        zero = unit_frames(cell, unit, np.zeros((1, 6)))[0]
+        zero = Station(cell, units=tuple(cell.units)).world(unit, np.zeros((1, 6)))[0]
         T = invert(zero[None])[0] @ T
     calibrated = re.fullmatch(r"r\d+_calib", entry.get("use_robot_calib", ""), re.IGNORECASE) is not None
     calibration = read_calibration(motion, entry)

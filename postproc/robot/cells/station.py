@@ -16,17 +16,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, invert
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.data.records import NO_AXIS, Ax6
-from postproc.robot.cells.cell import (
-    Cell,
-    CellArm,
-    Joint,
-    Unit,
-    axis_positions,
-    base_frames,
-    gravity_at,
-    joint_frames,
-    unit_frames,
-)
+from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit, axis_positions, moved
 
 ROBOT = "robot"
 """What an arm is called in a cell where there is no other."""
@@ -50,16 +40,6 @@ class Station:
     connected: bool = False
     standing: Mapping[str, Ax6] = field(default_factory=dict)
 
-    def elsewhere(self) -> dict[str, Array]:
-        """(6,) axis positions of the units of other tasks [m], [rad], NaN where nobody knows, by name in lower case."""
-        own = {name.lower() for name in self.units}
-        nowhere = (NO_AXIS,) * 6
-        return {
-            name: axis_positions(self.cell, (name,), np.array(self.standing.get(name, nowhere)))[0]
-            for name in self.cell.units
-            if name not in own
-        }
-
     @property
     def joints(self) -> dict[str, Joint]:
         """Joints of the task's units by the letter of their axis."""
@@ -72,9 +52,14 @@ class Station:
         return tuple(finding for name, finding in self.cell.findings if name.lower() in own)
 
     @property
+    def cell_arm(self) -> CellArm:
+        """The arm as the cell describes it."""
+        return self.cell.arms[self.arm.lower()]
+
+    @property
     def carried(self) -> bool:
         """Whether a unit carries the arm."""
-        return self.cell.arms[self.arm.lower()].unit is not None
+        return self.cell_arm.unit is not None
 
     @property
     def placed(self) -> bool:
@@ -84,13 +69,12 @@ class Station:
     @property
     def in_world(self) -> bool:
         """Whether the arm's base stands where the world does, for good."""
-        arm = self.cell.arms[self.arm.lower()]
-        return arm.unit is None and bool((arm.T_unit_base == np.eye(4)).all())
+        return not self.carried and bool((self.cell_arm.T_unit_base == np.eye(4)).all())
 
     @property
     def work(self) -> str | None:
         """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
-        arm = self.cell.below(self.cell.arms[self.arm.lower()].unit)
+        arm = self.cell.below(self.cell_arm.unit)
         own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
         ends = own - {below for name in own for below in self.cell.below(name)[1:]}
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
@@ -100,7 +84,7 @@ class Station:
 
         Axes that move both or none do not stand there.
         """
-        arm, work = (set(self.cell.below(name)) for name in (self.cell.arms[self.arm.lower()].unit, unit))
+        arm, work = (set(self.cell.below(name)) for name in (self.cell_arm.unit, unit))
         found: dict[str, int] = {}
         for name in self.units:
             side = (name.lower() in arm) - (name.lower() in work)
@@ -128,7 +112,7 @@ class Station:
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:
-            frames = joint_frames(self.cell, name, positions, self.elsewhere())
+            frames = self._world_frames(name, positions)[1:]
             for joint, (before, after) in zip(self.cell.unit(name).joints, frames, strict=True):
                 if joint.axis is not None:
                     found[joint.axis] = T_base_world @ before, T_base_world @ after
@@ -138,9 +122,45 @@ class Station:
         """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""
         return axis_positions(self.cell, self.units, extax)
 
+    def world(self, unit: str, positions: Array) -> Array:
+        """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
+
+        Raises:
+            KeyError: there is no such unit.
+        """
+        return self._world_frames(unit, positions)[-1][1]
+
+    def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
+        """T_world_frame (n, 4, 4) of the base of a unit, then of each of its joints, before and after it moves."""
+        unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
+        T = np.full((len(positions), 4, 4), np.nan)
+        if not unit.unknown:
+            T = (
+                np.tile(np.eye(4), (len(positions), 1, 1))
+                if unit.parent is None
+                else self.world(unit.parent, positions)
+            )
+            T = T @ unit.T_parent_base
+        found = [(T, T)]
+        stated = self._stated(name, positions)
+        for joint in unit.joints:
+            before = found[-1][1] @ joint.T_before
+            found.append((before, before @ moved(joint, stated)))
+        return found
+
+    def _stated(self, name: str, positions: Array) -> Array:
+        """(n, 6) positions of the axes of a unit; one of another task has its own, NaN where nobody knows them."""
+        if name.lower() in {own.lower() for own in self.units}:
+            return positions
+        at = axis_positions(self.cell, (name,), np.array(self.standing.get(name.lower(), (NO_AXIS,) * 6)))
+        return np.broadcast_to(at, positions.shape)
+
     def base(self, positions: Array) -> Array:
         """T_world_base (n, 4, 4); NaN where a position that it needs is not known."""
-        return base_frames(self.cell, self.arm, positions, self.elsewhere())
+        arm = self.cell_arm
+        if arm.unit is None:
+            return np.tile(arm.T_unit_base, (np.asarray(positions).size // 6, 1, 1))
+        return self.world(arm.unit, positions) @ arm.T_unit_base
 
     def frame(self, unit: str | None, positions: Array) -> Array:
         """T_base_frame (n, 4, 4) of the world (None) or of the end of a unit.
@@ -149,13 +169,15 @@ class Station:
             KeyError: there is no such unit.
         """
         T_base_world = invert(self.base(positions))
-        if unit is None:
-            return T_base_world
-        return T_base_world @ unit_frames(self.cell, unit, positions, self.elsewhere())
+        return T_base_world if unit is None else T_base_world @ self.world(unit, positions)
 
     def gravity(self, positions: Array) -> Array | None:
-        """(n, 3) in base axes [m/s^2]; None where nothing tells it."""
-        return gravity_at(self.cell, self.arm, positions, self.elsewhere())
+        """(n, 3) in base axes [m/s^2]: as stated at zero, turned as the chain turns the base; None if nothing is."""
+        stated = self.cell_arm.gravity
+        if stated is None:
+            return None
+        zero = self.base(np.zeros((1, 6)))[0, :3, :3]
+        return np.einsum("nji,jk,k->ni", self.base(positions)[:, :3, :3], zero, stated)
 
     def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """How the base moves, in its own axes: acceleration of its origin [m/s^2], angular velocity, and acceleration.

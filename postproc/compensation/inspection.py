@@ -16,13 +16,13 @@ from postproc.motion.path.moves import read_moves
 from postproc.motion.path.nominal_arm import NominalArm
 from postproc.motion.path.places import place_events
 from postproc.motion.path.samples import sample_path
+from postproc.motion.postures import Nearest, nearest_to, posture_notes, singular_postures
 from postproc.motion.values import Move, mounts_of
 from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
 from postproc.rapid.data.records import NO_AXES, NO_AXIS
 from postproc.rapid.execution.measured import say_measured
 from postproc.rapid.execution.walk import forgiven, walk_program
 from postproc.rapid.program.program import read_program
-from postproc.report.postures import Nearest, nearest_to, posture_notes, singular_postures
 from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS
 from postproc.robot.cells.station import Station

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,20 +34,6 @@ class Nearest:
     joint: int | None
     angle_deg: float | None
     statement: MotionStatement
-
-    def render(self) -> str:
-        """One line for people."""
-        where = f"line {self.statement.line}, {self.statement.instruction}"
-        if self.joint is None:
-            return f"nearest to a {self.to}: smallest over largest singular value {self.amount:.2f}; {where}"
-        return f"nearest to a {self.to}: {self.amount:.1f} deg, joint {self.joint} at {self.angle_deg:.1f} deg; {where}"
-
-    def as_json(self) -> dict[str, Any]:
-        """An entry of ``nearest``."""
-        amount = {"singular_value_ratio" if self.joint is None else "distance_deg": self.amount}
-        place = {"line": self.statement.line, "routine": self.statement.routine}
-        found = {"to": self.to, "distance_deg": None, "singular_value_ratio": None, "joint": self.joint}
-        return {**found, **amount, "angle_deg": self.angle_deg, **place}
 
 
 def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:

@@ -1,0 +1,149 @@
+"""What commands on models ask and read: the model and what holds of the arm beside it, tables and how they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from postproc.cli.inputs import assumed, load_model, read_source
+from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, SideFiles, positive
+from postproc.cli.output import check_outputs
+from postproc.cli.report import say, show
+from postproc.diagnostics import PostprocError
+
+if TYPE_CHECKING:
+    from postproc.effects.base import Effect
+    from postproc.measure.measurements import Measurements
+    from postproc.model.arm import Model
+    from postproc.robot.arm import Robot
+    from postproc.robot.cells.station import Station
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ArmOptions:
+    """What holds of the arm beside its model file.
+
+    Attributes:
+        cell: what carries the arm and its work, in place of what the model says: as for ``compensate``.
+    """
+
+    effects: EffectFiles = ()
+    cell: Path | None = None
+
+    @property
+    def classes(self) -> list[type[Effect]]:
+        """Effects that the user's files define."""
+        from postproc.effects.loading import load_effect_file
+
+        return [cls for file in self.effects for cls in load_effect_file(file)]
+
+    def words(self, *drafts: Path) -> list[str]:
+        """The options as they were written, for a command that follows, with further files of effects."""
+        cell = [] if self.cell is None else ["--cell", str(self.cell)]
+        return [*(word for file in (*self.effects, *drafts) for word in ("--effects", str(file))), *cell]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TableOptions:
+    """How a table of measured poses is read.
+
+    Attributes:
+        program: RAPID module that was run, for tables that name targets.
+        side_files: RAPID module that is read along with it for what it declares. May be repeated.
+        columns: TOML file that maps the columns of another layout.
+        joints: table of the commanded joint angles beside the one that the instrument wrote, joined by the names of
+            the poses or row by row.
+        rows_in_order: the rows stand in the order of measuring. Default: their order counts for nothing without time_s.
+        accept: code of a finding that stops nothing, because you know better. May be repeated.
+    """
+
+    program: str | None = None
+    side_files: SideFiles = ()
+    columns: str | None = None
+    joints: str | None = None
+    rows_in_order: Flag = False
+    accept: Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)] = ()
+
+    @property
+    def inputs(self) -> tuple[str | Path | None, ...]:
+        """Files that are read."""
+        return (self.program, self.columns, self.joints, *self.side_files)
+
+    def words(self) -> list[str]:
+        """The options as they were written, for a command that reads the same table."""
+        listed = ("side_files", "accept", "rows_in_order")
+        given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name not in listed]
+        given += [("with", file) for file in self.side_files] + [("accept", code) for code in self.accept]
+        words = [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
+        return [*words, *(["--rows-in-order"] if self.rows_in_order else [])]
+
+    def read(self, data: Sequence[str], robot: Robot, measured: bool = True, at: Station | None = None) -> Measurements:
+        """The tables as one, their findings printed.
+
+        Args:
+            data: CSV files; ``-`` is stdin. robot: the arm that was measured.
+            measured: False where the table need not say what was measured. at: the arm in its cell.
+
+        Raises:
+            PostprocError: what is wrong with one of the files.
+        """
+        from postproc.measure.read.terms import ACCEPTABLE, Reading
+        from postproc.measure.read.together import read_tables
+
+        unknown = [code for code in self.accept if code not in ACCEPTABLE]
+        if unknown:
+            help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
+            raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
+        joints, layout = (read_source(file) if file else None for file in (self.joints, self.columns))
+        terms = Reading(self.rows_in_order, frozenset(self.accept), joints, at)
+        beside = [read_source(str(path), read_only=True) for path in self.side_files]
+        run = [read_source(self.program), *beside] if self.program else None
+        table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
+        show(table.diagnostics)
+        return table.in_order if measured else table
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class MeasuredOptions(TableOptions):
+    """How measurements are read and weighed.
+
+    Attributes:
+        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
+    """
+
+    noise: Annotated[float | None, AS_WRITTEN, Parameter(validator=positive)] = None
+
+    @property
+    def sigma(self) -> float | None:
+        """The stated noise [m]."""
+        return None if self.noise is None else self.noise * 1e-3
+
+
+def opened(
+    model: Path,
+    data: Sequence[str],
+    own: ArmOptions,
+    table: TableOptions,
+    *outputs: Path | None,
+    also: str | None = None,
+) -> tuple[Model, Measurements]:
+    """The model and the tables; outputs are refused first where they are inputs.
+
+    The first line for people says which arm it is, with which effects, and what noise is taken.
+
+    Args:
+        also: a table that is read besides.
+    """
+    check_outputs((model, *data, also, *table.inputs, *own.effects, own.cell), *outputs)
+    arm = load_model(model, own.effects, own.cell)
+    weighed = isinstance(table, MeasuredOptions)
+    sigma = table.sigma if isinstance(table, MeasuredOptions) else None
+    say(f"{assumed(arm.robot.name, [e.key for e in arm.effects], sigma, weighed)}; model `{model}`")
+    return arm, table.read(data, arm.robot, weighed, arm.station)

@@ -1,0 +1,105 @@
+"""What a program moves, where, and what would be left alone and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from postproc.compensation.inspection import Inspection, Row
+from postproc.compensation.text.values import Place
+from postproc.motion.postures import Nearest
+from postproc.report.blocks import DataTable, Document, Section, Sentence
+
+EDITED: Mapping[Place | None, str] = {
+    "declaration": "; its declaration is edited",
+    "element": "; its array element is edited",
+    "aggregate": "; its numbers are edited",
+    "argument": "; an offset is written into its argument",
+    "call": "; the argument of its call is edited",
+    "derived": "; it moves with the target that it is derived from",
+    None: "",
+}
+PLACE = ("line", "routine", "instruction", "x", "y", "z [mm]")
+COLUMNS = (*PLACE, "tool, load, frame; what is edited", "note", "left alone")
+
+
+def inspection_document(name: str, found: Inspection, stated: Mapping[str, str]) -> Document:
+    """An inspection of the program that is named.
+
+    Args:
+        stated: the arm, and what names it.
+    """
+    ends = filter(None, (_start(found.start), *map(_nearest, found.nearest)))
+    rows = DataTable("statements", COLUMNS, [_row(row) for row in found.rows], beneath=7, decimals=1)
+    return Document(
+        title=f"postproc inspect {name}",
+        values={
+            "schema": "postproc/inspect/1",
+            **stated,
+            "statements": [_values(row) for row in found.rows],
+            "nearest": [_nearest_values(near) for near in found.nearest],
+            "diagnostics": [d.as_json() for d in found.diagnostics],
+        },
+        sentence="" if found.rows else "no motion statements",
+        sections=[Section("", [rows, *map(Sentence, ends)])],
+    )
+
+
+def _row(row: Row) -> tuple[object, ...]:
+    place = (None,) * 3 if row.position_mm is None else map(float, row.position_mm)
+    load = f"{row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
+    axes = "".join(f", eax_{letter} {at:g}" for letter, at in row.external_axes.items())
+    times = f", {row.runs} times" if row.runs > 1 else ""
+    statement = row.statement
+    head = (statement.line, statement.routine, statement.instruction, *place)
+    return (*head, load + axes + times + EDITED[row.edited], "; ".join(row.notes), row.reason)
+
+
+def _start(row: Row | None) -> str:
+    """The posture in which the program begins; empty where it is not known."""
+    if row is None or row.q_deg is None:
+        return ""
+    joints = ", ".join(f"{angle:.1f}" for angle in row.q_deg)
+    conf = f", confdata [{','.join(map(str, row.confdata))}]" if row.confdata is not None else ""
+    return f"start: joints {joints} deg{conf}; line {row.statement.line}, {row.statement.instruction}"
+
+
+def _nearest(near: Nearest) -> str:
+    """Where a program comes nearest to what an arm should keep away from."""
+    where = f"line {near.statement.line}, {near.statement.instruction}"
+    if near.joint is None:
+        return f"nearest to a {near.to}: smallest over largest singular value {near.amount:.2f}; {where}"
+    return f"nearest to a {near.to}: {near.amount:.1f} deg, joint {near.joint} at {near.angle_deg:.1f} deg; {where}"
+
+
+def _nearest_values(near: Nearest) -> dict[str, Any]:
+    ratio = near.joint is None
+    return {
+        "to": near.to,
+        "distance_deg": None if ratio else near.amount,
+        "singular_value_ratio": near.amount if ratio else None,
+        "joint": near.joint,
+        "angle_deg": near.angle_deg,
+        "line": near.statement.line,
+        "routine": near.statement.routine,
+    }
+
+
+def _values(row: Row) -> dict[str, object]:
+    statement = row.statement
+    return {
+        "line": statement.line,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "runs": row.runs,
+        "tool": row.tool or None,
+        "wobj": row.wobj or None,
+        "payload_kg": row.payload_mass,
+        "position_mm": row.position_mm,
+        "external_axes": dict(row.external_axes),
+        "joints_deg": row.q_deg,
+        "confdata": row.confdata,
+        "notes": row.notes,
+        "edited": row.edited,
+        "reason": row.reason,
+    }

@@ -1,0 +1,53 @@
+"""A module that corrects targets on the controller: what it does over its region, as it was written or checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from postproc.report.blocks import Document, Section, Sentence, Values
+from postproc.runtime.conditions import Conditions
+from postproc.runtime.proof.check import Check, said
+from postproc.runtime.written import RunTimeModule
+
+SCHEMA = "postproc/runtime/1"
+
+
+def written_document(name: str, robot: str, made: RunTimeModule) -> Document:
+    """A module that was written to the file that is named."""
+    corrected, chord = made.corrected, made.chord
+    values = {
+        "effects": {"corrected": corrected.keys, "left_out": [*corrected.untold, *corrected.unfit]},
+        "checks": [_values(*each) for each in made.checks],
+        "chord_500_mm": {"lines": chord.count, "max_mm": 1e3 * chord.largest_m, "rms_mm": 1e3 * chord.rms_m},
+        "diagnostics": [d.as_json() for d in made.diagnostics],
+    }
+    lines = [*(said(found, done) for done, found in made.checks), str(chord)]
+    return _document(f"write {name}", values, f"{name}: `{robot}`, {made.cost} for one target", lines)
+
+
+def check_document(name: str, robot: str, done: Conditions, found: Check) -> Document:
+    """A check of the module in the file that is named."""
+    values = {"checks": [_values(done, found)], "diagnostics": []}
+    raised = [f"an error leaves the function at {found.raised} targets"] if found.raised else []
+    return _document(f"check {name}", values, f"{name}: `{robot}`, {said(found, done)}", raised)
+
+
+def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -> Document:
+    return Document(
+        title=f"postproc runtime {title}",
+        values={"schema": SCHEMA, **values},
+        sentence=sentence,
+        sections=[Section("", [*map(Sentence, lines)])],
+    )
+
+
+def _values(done: Conditions, found: Check) -> Values:
+    return {
+        "mass_kg": done.mass,
+        "corrected": found.corrected,
+        "returned": {str(why): times for why, times in found.returned.items()},
+        "errors": found.raised,
+        "max_error_mm": 1e3 * found.largest_m,
+        "rms_error_mm": 1e3 * found.rms_m,
+        "max_correction_mm": 1e3 * found.correction_m,
+    }
