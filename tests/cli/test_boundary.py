@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -434,12 +435,12 @@ def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.Captur
 @pytest.mark.parametrize(
     "words", (["inspect", "-", *ARM], ["compensate", "-", "--check", *ARM], ["diff", "{name}", "-"])
 )
-def test_a_hyphen_reads_stdin(words: list[str], samples: Path) -> None:
+def test_a_hyphen_reads_stdin(words: list[str], call: Call, samples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = samples / "paper_case.mod"
-    command = [sys.executable, "-m", "postproc", *(word.format(name=program) for word in words)]
-    process = subprocess.run(command, input=program.read_bytes(), capture_output=True, check=False, cwd=samples.parent)
-    assert process.returncode == (1 if "--check" in words else 0), process.stderr
-    assert b"CLI" not in process.stderr
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(program.read_bytes())))
+    found = call(*(word.format(name=program) for word in words))
+    assert found.code == (1 if "--check" in words else 0), found.err
+    assert "CLI" not in found.err
 
 
 def test_a_command_that_follows_names_stdin_as_it_was_named(capsys: pytest.CaptureFixture[str]) -> None:
