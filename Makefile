@@ -31,7 +31,7 @@ test: $(VENV)/.installed-dev  ## Lint, types and all tests, side by side.
 	@$(MAKE) --no-print-directory -j2 lint pytest
 
 pytest: $(VENV)/.installed-dev
-	$(BIN)/pytest -q -n auto --dist worksteal
+	$(BIN)/pytest -q -n auto --dist worksteal --durations=20
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

@@ -6,16 +6,11 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
-FOUNDATION = {
-    *("__main__", "arrays", "diagnostics", "excerpt", "files", "grouping", "numbers"),
-    *("process", "tomlfile", "watch"),
-}
 ROOMS = (
     "rapid",
     "robot",
@@ -43,35 +38,39 @@ HEAVY = {"numpy", "scipy", "pinocchio", "toppra", "ruckig", "playwright", "pydan
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
-def imported(path: Path) -> set[str]:
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(path.read_text("utf-8"))))
+
+
+def own(path: Path) -> str:
+    return path.relative_to(PACKAGE).as_posix()
+
+
+@cache
+def imported(path: Path) -> frozenset[str]:
     """Names of the package's modules that a file imports, anywhere in it."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
             names.add(node.module or "")
             names |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return {name for name in names if name.split(".")[0] == "postproc"}
+    return frozenset(name for name in names if name.split(".")[0] == "postproc")
 
 
-def room(name: str) -> str:
-    parts = name.split(".")
-    return parts[1] if len(parts) > 1 else ""
-
-
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
-def test_imports_point_downward(path: Path) -> None:
-    own = path.relative_to(PACKAGE).with_suffix("").parts[0]
-    if own == "__init__":
-        return  # the API: it names what it gives, and loads it where it is called
-    for name in imported(path):
-        used = room(name)
-        if used in FOUNDATION or used not in ROOMS or own == "__main__":
-            continue
-        assert own in ROOMS, f"{own} is the foundation and imports {name}"
-        assert ROOMS.index(used) <= ROOMS.index(own), f"{own} imports {name}, which stands above it"
+def test_imports_point_downward() -> None:
+    """The foundation imports no room. `__init__`, the API, names what it gives and loads it where it is called."""
+    upward = []
+    for path in MODULES:
+        room = own(path).removesuffix(".py").split("/")[0]
+        if room not in ("__init__", "__main__"):
+            floor = ROOMS.index(room) if room in ROOMS else -1
+            used = {name: name.split(".")[1] for name in imported(path) if "." in name}
+            upward += [(own(path), name) for name, u in used.items() if u in ROOMS and ROOMS.index(u) > floor]
+    assert upward == []
 
 
 # Folders and files inside a room, in the order in which they may use each other; what a room does not name is free.
@@ -92,17 +91,17 @@ FLOORS = {
 }
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
-def test_folders_of_a_room_import_downward(path: Path) -> None:
-    room_name, *inside = path.relative_to(PACKAGE).with_suffix("").parts
-    floors = FLOORS.get(room_name, ())
-    if not inside or inside[0] not in floors:
-        return
-    for name in imported(path):
-        parts = name.split(".")
-        if parts[1:2] == [room_name] and len(parts) > 2 and parts[2] in floors:
-            used, own = floors.index(parts[2]), floors.index(inside[0])
-            assert used <= own, f"{room_name}/{inside[0]} imports {name}, which stands above it"
+def test_folders_of_a_room_import_downward() -> None:
+    upward = []
+    for path in MODULES:
+        room, *inside = own(path).removesuffix(".py").split("/")
+        floors = FLOORS.get(room, ())
+        if inside and inside[0] in floors:
+            for name in imported(path):
+                parts = name.split(".")
+                if parts[1:2] == [room] and len(parts) > 2 and parts[2] in floors[floors.index(inside[0]) + 1 :]:
+                    upward.append((own(path), name))
+    assert upward == []
 
 
 def test_every_folder_is_a_known_room() -> None:
@@ -115,22 +114,23 @@ def test_package_inits_hold_nothing() -> None:
         assert all(isinstance(node, ast.Expr) for node in body), f"{path} does more than say what it is"
 
 
-def test_the_command_line_starts_without_heavy_libraries() -> None:
-    code = "import sys; from postproc.cli.app import build; build(); print(*{m.split('.')[0] for m in sys.modules})"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert not HEAVY & set(loaded.stdout.split())
+STARTS = """
+import sys
+from postproc.cli.app import build
+from postproc.cli.run import run
+build()
+print("LOADED", *{m.split(".")[0] for m in sys.modules})
+for command in ([], *([name] for name in "compensate inspect diff fit diagnose add plan".split())):
+    run(build(), [*command, "--help"])
+    print("LOADED", *{m.split(".")[0] for m in sys.modules})
+"""
 
 
-@pytest.mark.parametrize("command", ["--help", "compensate", "inspect", "diff", "fit", "diagnose", "add", "plan"])
-def test_help_needs_no_heavy_library(command: str) -> None:
-    arguments = ["--help"] if command == "--help" else [command, "--help"]
-    code = (
-        "import sys; from postproc.cli.app import build; from postproc.cli.run import run; "
-        f"run(build(), {arguments}); print('LOADED', *{{m.split('.')[0] for m in sys.modules}})"
-    )
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
-    assert "Exit codes: 0 done" in shown
-    assert not HEAVY & set(shown.partition("LOADED")[2].split())
+def test_the_command_line_starts_and_helps_without_heavy_libraries() -> None:
+    shown = subprocess.run([sys.executable, "-c", STARTS], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    loaded = [line.split() for line in shown.splitlines() if line.startswith("LOADED")]
+    assert len(loaded) == 9 and shown.count("Exit codes: 0 done") == 8
+    assert [HEAVY & set(modules) for modules in loaded] == [set()] * 9
 
 
 NO_FINDINGS = {
@@ -139,23 +139,23 @@ NO_FINDINGS = {
 }
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
-def test_nothing_is_decided_by_the_code_or_the_words_of_a_finding(path: Path) -> None:
+def test_nothing_is_decided_by_the_code_or_the_words_of_a_finding() -> None:
     """`Matter` says what a finding is about."""
-    if path.relative_to(PACKAGE).as_posix() in NO_FINDINGS:
-        return
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Compare):
-            sides = [s.attr for s in (node.left, *node.comparators) if isinstance(s, ast.Attribute)]
-            assert not {"code", "message"} & set(sides), f"{path}:{node.lineno} decides by a finding's code or words"
+    decides = []
+    for path in MODULES:
+        for node in nodes(path):
+            if isinstance(node, ast.Compare) and own(path) not in NO_FINDINGS:
+                sides = {s.attr for s in (node.left, *node.comparators) if isinstance(s, ast.Attribute)}
+                decides += [(own(path), node.lineno)] if sides & {"code", "message"} else []
+    assert decides == []
 
 
 def test_no_two_classes_have_one_name() -> None:
     places: dict[str, list[str]] = {}
     for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in nodes(path):
             if isinstance(node, ast.ClassDef):
-                places.setdefault(node.name, []).append(path.relative_to(PACKAGE).as_posix())
+                places.setdefault(node.name, []).append(own(path))
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
@@ -179,20 +179,18 @@ def test_pages_name_files_that_exist() -> None:
     assert {(page, name) for page, name in named if not any(f"/{path}".endswith(f"/{name}") for path in every)} == set()
 
 
-@pytest.mark.parametrize(
-    "folder",
-    sorted(p.parent for p in PACKAGE.rglob("*/__init__.py")),
-    ids=lambda p: p.relative_to(PACKAGE).as_posix(),
-)
-def test_a_room_says_what_its_files_are_for(folder: Path) -> None:
+def test_a_room_says_what_its_files_are_for() -> None:
     """A newcomer finds a file in the docstring of its room: all of them stand there, and nothing that is none."""
-    named = set(re.findall(r"`([a-z_0-9]+)`", (folder / "__init__.py").read_text("utf-8")))
-    inside = [*folder.glob("*.py"), *(p.parent for p in folder.glob("*/__init__.py"))]
-    assert named == {p.stem for p in inside} - {"__init__"}
+    differ = {}
+    for path in PACKAGE.rglob("*/__init__.py"):
+        named = set(re.findall(r"`([a-z_0-9]+)`", path.read_text("utf-8")))
+        inside = [*path.parent.glob("*.py"), *(p.parent for p in path.parent.glob("*/__init__.py"))]
+        differ[own(path)] = named ^ ({p.stem for p in inside} - {"__init__"})
+    assert {room: names for room, names in differ.items() if names} == {}
 
 
 def test_modules_stay_small() -> None:
-    sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
+    sizes = {own(p): len(p.read_text("utf-8").splitlines()) for p in MODULES}
     assert {name: size for name, size in sizes.items() if size > 400} == {}
     assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 160} == {}
 
@@ -207,8 +205,8 @@ def test_no_files_import_in_circles() -> None:
     assert sorted(uses) == []
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_only_effects_know_the_library(path: Path) -> None:
+def test_only_effects_know_the_library() -> None:
     """The rest asks effects by what they declare of themselves, so that one more effect is one more file."""
-    inside = path.relative_to(PACKAGE).parts[0] == "effects"
-    assert inside or not any(name.startswith("postproc.effects.library") for name in imported(path))
+    library = "postproc.effects.library"
+    others = [path for path in MODULES if not own(path).startswith("effects/")]
+    assert [own(path) for path in others if any(name.startswith(library) for name in imported(path))] == []

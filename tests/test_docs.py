@@ -7,6 +7,7 @@ import importlib.util
 import re
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -40,19 +41,21 @@ def runs(page: Path) -> bool:
     return any(not block.not_run for block in script("blocks").read_blocks(page))
 
 
-@pytest.mark.parametrize("page", PROSE, **IDS)
-def test_paragraphs_have_at_most_five_lines(page: Path) -> None:
+def test_paragraphs_have_at_most_five_lines() -> None:
     """Items of lists, too; a line that is longer than the screen counts as several."""
-    lines = page.read_text("utf-8").splitlines()
     long = []
-    for token in MarkdownIt("commonmark").enable("table").parse("\n".join(lines)):
-        if token.type == "inline" and token.map is not None and token.level <= 5:
-            inside = lines[slice(*token.map)]
-            if not inside[0].lstrip().startswith("|") and sum(-(-len(line) // WIDTH) for line in inside) > MOST_LINES:
-                long.append((token.map[0] + 1, inside[0]))
+    for page in PROSE:
+        lines = page.read_text("utf-8").splitlines()
+        for token in MarkdownIt("commonmark").enable("table").parse("\n".join(lines)):
+            if token.type == "inline" and token.map is not None and token.level <= 5:
+                inside = lines[slice(*token.map)]
+                size = sum(-(-len(line) // WIDTH) for line in inside)
+                if not inside[0].lstrip().startswith("|") and size > MOST_LINES:
+                    long.append((page.name, token.map[0] + 1, inside[0]))
     assert long == []
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """What headings of a page are called in links."""
     if page.parent.name == "_generated":
@@ -65,20 +68,18 @@ def anchors(page: Path) -> set[str]:
     }
 
 
-@pytest.mark.parametrize("page", PAGES, **IDS)
-def test_links_lead_somewhere(page: Path) -> None:
-    text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.M | re.S)
+def test_links_lead_somewhere() -> None:
     generated = {f"{name}.md" for name in script("generate").PAGES}
-    for target in re.findall(r"\]\(([^)\s]+)\)", text):
-        if re.match(r"[a-z]+:", target):
-            continue
-        name, _, anchor = target.partition("#")
-        file = (page.parent / name).resolve() if name else page
-        if file.parent == DOCS / "_generated" and file.suffix == ".md":
-            assert file.name in generated, target
-        elif DOCS / "_generated" not in file.parents:  # what the build draws, Sphinx itself misses
-            assert file.exists(), target
-        assert not anchor or anchor in anchors(file), target
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.M | re.S)
+        for target in re.findall(r"\]\((?![a-z]+:)([^)\s]+)\)", text):
+            name, _, anchor = target.partition("#")
+            file = (page.parent / name).resolve() if name else page
+            if file.parent == DOCS / "_generated" and file.suffix == ".md":
+                assert file.name in generated, (page, target)
+            elif DOCS / "_generated" not in file.parents:  # what the build draws, Sphinx itself misses
+                assert file.exists(), (page, target)
+            assert not anchor or anchor in anchors(file), (page, target)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if runs(page)], **IDS)

@@ -74,7 +74,7 @@ def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(tmp_path: Path) -> No
     assert 0 < len(list((tmp_path / "out").rglob("*.mod"))) < 12, "it died in the middle"
     again = batch(source, tmp_path / "out", "--workers", "1")
     assert again.returncode == 0 and "done before" in again.stderr, again.stderr
-    assert batch(source, tmp_path / "whole", "--workers", "1").returncode == 0
+    convert(source, tmp_path / "whole")
     assert tree(tmp_path / "out") == tree(tmp_path / "whole")
 
 
@@ -96,7 +96,7 @@ def small_disk(place: Path, size: str) -> Iterator[None]:
 @pytest.mark.skipif(sys.platform != "linux", reason="tmpfs is a file system of Linux")
 def test_a_disk_that_fills_is_told_and_nothing_is_lost(tmp_path: Path) -> None:
     source, disk = programs(tmp_path / "in", 8), tmp_path / "disk"
-    assert batch(source, tmp_path / "whole", "--workers", "1").returncode == 0
+    convert(source, tmp_path / "whole")
     whole = tree(tmp_path / "whole")
     with small_disk(disk, "24k"):
         full = batch(source, disk / "out", "--workers", "1")

@@ -1,4 +1,4 @@
-"""Thirty sets of the scorecard with a floor, and what counts them."""
+"""Sets of the scorecard that must be answered rightly, and what counts them."""
 
 from __future__ import annotations
 
@@ -20,16 +20,18 @@ LAW = Truth((), True, frozenset({"q2"}), frozenset({"joint_error_map"}))
 
 
 @pytest.mark.parametrize(
-    ("kind", "count", "floor"),
-    [("library", 12, 10), ("outside", 5, 5), ("clean", 4, 4), ("pairs", 3, 2), ("few", 3, 3), ("arms", 2, 2), ("encoder", 1, 1)],
+    ("kind", "index"),
+    [
+        *(("library", i) for i in (2, 5, 8)),  # a map of a joint, a load that weighs otherwise, a joint that drifts as it warms
+        *(("outside", i) for i in (1, 2)),  # a kink of an angle, friction
+        *(("clean", i) for i in (2, 3)),  # few poses, another arm
+        *(("pairs", 1), ("few", 2), ("arms", 1), ("encoder", 0)),
+    ],
 )  # fmt: skip
-def test_so_many_of_thirty_sets_are_answered_as_they_should_be(kind: str, count: int, floor: int) -> None:
-    """Of the others one is named with a second effect, and two have an effect that is too small to be seen."""
-    words = {}
-    for i in range(count):
-        one = drawn(kind, i, KINDS[kind][1](i), seed_of(kind, i))
-        words[one.name] = run(one, true_error=0.0)["word"]
-    assert sum(word in ("right", "inseparable") for word in words.values()) >= floor, words
+def test_sets_are_answered_as_they_should_be(kind: str, index: int) -> None:
+    """One of each kind, and effects that ``tests/identification`` does not hide."""
+    found = run(drawn(kind, index, KINDS[kind][1](index), seed_of(kind, index)), true_error=0.0)
+    assert found["word"] == "right", found
 
 
 @pytest.mark.parametrize(("kind", "index"), [("cell", 0), ("cell", 4), ("cell", 11), ("clean cell", 6)])

@@ -6,6 +6,7 @@ package but the program text.
 
 from __future__ import annotations
 
+from ast import literal_eval
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -131,8 +132,8 @@ def check(original: str, output: str, world: World, arm: A.Arm, force: np.ndarra
     Args:
         world: as it really is; force: on the TCP, base axes [N].
     """
-    _, old, _ = R.motions(original)
-    _, new, lost = R.motions(output)
+    old, _ = R.motions(original)
+    new, lost = R.motions(output)
     match = align(old, new, arm)
     if match is None or lost:
         return Found(np.inf, np.inf, 0, (f"moves are missing: {len(old)}, {len(new)}, {lost}",))
@@ -227,8 +228,8 @@ def program(
     text = HEAD.format(
         place=_numbers(TORCH[:3, 3] * 1000, 3), turn=_numbers(R.matrix_quaternion(TORCH[:3, :3]), 9), data=wobj
     )
-    o, u = (R.read(f"MODULE M\nPERS pose p:={x};\nENDMODULE\n").data["p"] for x in (oframe, frame))
-    at = R.pose(o) if unit else R.pose(u) @ R.pose(o)
+    o, u = (R.pose(literal_eval(x)) for x in (oframe, frame))
+    at = o if unit else u @ o
     q: np.ndarray | None = None
     for goal in goals:
         q = _joints(arm, world, goal, unit, at, q)

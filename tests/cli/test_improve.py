@@ -27,7 +27,7 @@ NOISE_MM = 0.03
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``fit.csv`` and ``validate_true.csv`` of an arm with backlash."""
     folder = tmp_path_factory.mktemp("cell")
-    make_set(folder, seed=5, plan=Plan([hidden.backlash]), noise_mm=NOISE_MM, poses=120, sized=False)
+    make_set(folder, seed=5, plan=Plan([hidden.backlash]), noise_mm=NOISE_MM, poses=120)
     return folder
 
 
@@ -371,7 +371,7 @@ def test_a_gauge_along_one_axis_tells_what_it_can(call: Call, cell: Path, tmp_pa
 
 
 def test_an_arm_that_hangs_is_fitted_as_it_hangs(call: Call, tmp_path: Path) -> None:
-    make_set(tmp_path, seed=8, plan=Plan(hung=True), noise_mm=NOISE_MM, poses=80, sized=False)
+    make_set(tmp_path, seed=8, plan=Plan(hung=True), noise_mm=NOISE_MM, poses=80)
     data, model = tmp_path / "fit.csv", tmp_path / "hung.toml"
     standing = call("fit", data, "--robot", "irb4600_60_205", "-o", model)
     assert "is negative" in standing.out and "where the arm hangs, `postproc fit --mounting 180,0,0`" in standing.out

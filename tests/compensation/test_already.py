@@ -76,7 +76,7 @@ PLANT = controller("geometry", "gravity", "tool", "force")
 
 def ways(text: str, brain: Controller) -> tuple[list[R.Motion], list[np.ndarray]]:
     """Positions (n, 3) of the real TCP along every move, the first of which goes to joint angles."""
-    _, moves, _ = R.motions(text)
+    moves, _ = R.motions(text)
     assert moves[0].q is not None
     q, before, found = moves[0].q, brain.there(moves[0].q[None], moves[0])[0], [np.zeros((0, 3))]
     for m in moves[1:]:
@@ -90,7 +90,7 @@ def ways(text: str, brain: Controller) -> tuple[list[R.Motion], list[np.ndarray]
 
 def deviation(text: str, brain: Controller) -> float:
     """Largest distance [mm] from the lines of the original between its targets."""
-    _, old, _ = R.motions(PROGRAM)
+    old, _ = R.motions(PROGRAM)
     new, went = ways(text, brain)
     match = align(old, new, ARM)
     assert match is not None

@@ -226,12 +226,10 @@ def test_the_corrected_motion_is_the_programmed_one_with_the_correction_added(sh
 def test_a_program_too_long_to_be_followed_ends_where_it_ended_before(arc: str) -> None:
     """What is added to it takes no steps, whether targets or the function that they call."""
     data = [*TEXT.splitlines()[8:10], f"CONST robtarget pV:={target(1300, -300)};"]
-    idle = "a:=a+1;\n" * 400
-    loop = f"FOR i FROM 1 TO 300 DO\n{idle}work;\nENDFOR"
+    idle = "\n".join(f"l{k}:" for k in range(2000))
+    loop = f"FOR i FROM 1 TO 60 DO\n{idle}\nwork;\nENDFOR"
     work = f"  PROC work()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n    {arc}\n  ENDPROC\n"
-    text = module(
-        "VAR num a;\n" + "\n".join(line.strip() for line in data), "a:=0;\nMoveJ p1,v200,fine,tT;\n" + loop, work
-    )
+    text = module("\n".join(line.strip() for line in data), f"MoveJ p1,v200,fine,tT;\n{loop}", work)
     found = convert(text, tolerance_m=5e-6)
     assert "RAP033" in codes(found) and "CMP004" not in codes(found)
     assert len(found.outcomes) == 4 and "\n    MoveL" in written(found)

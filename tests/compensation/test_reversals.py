@@ -24,7 +24,7 @@ SEAM = module(DATA, "MoveJ p1,v200,fine,tT;\nArcLStart p1,v50,sm,wd,fine,tT;\nAr
 
 def off_line(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Places [m] and distances [mm] from the line of an arm that stops short on the side from which it came."""
-    legs = P.play(A.irb4600(), R.motions(text)[1], step=0.0001)
+    legs = P.play(A.irb4600(), R.motions(text)[0], step=0.0001)
     q = np.concatenate([leg.q for leg in legs])
     side = np.zeros(6)
     dq = []
@@ -35,7 +35,7 @@ def off_line(text: str) -> tuple[np.ndarray, np.ndarray]:
     p = (A.irb4600().forward(q + np.array(dq), np.eye(4)).flange @ tool)[:, :3, 3]
     z = legs[-1].command[-1, 2, 3]
     seam = (p[:, 1] > -0.295) & (p[:, 1] < 0.319)
-    goal = R.motions(SEAM)[1][-1].goal[:3, 3]
+    goal = R.motions(SEAM)[0][-1].goal[:3, 3]
     assert abs(z - goal[2]) < 1e-3
     return p[seam, 1], 1e3 * np.hypot(p[seam, 0] - goal[0], p[seam, 2] - goal[2])
 

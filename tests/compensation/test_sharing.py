@@ -405,8 +405,10 @@ def test_runs_from_several_places_share_no_added_targets() -> None:
 SEAMS = [((50, -900, 500), (90, 200, 500)), ((150, -800, 520), (150, 150, 500)), ((20, -500, 500), (80, 100, 510))]
 
 
-@pytest.mark.parametrize("body", ["FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", "loop;"])
-@pytest.mark.parametrize("between", ["", "nSeam:=nSeam+1; log nSeam;"])
+@pytest.mark.parametrize(
+    ("body", "between"),
+    [("FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", ""), ("loop;", "nSeam:=nSeam+1; log nSeam;")],
+)
 def test_seams_of_unlike_lengths_share_targets(body: str, between: str) -> None:
     """What a line lacks grows with the square of its length, whatever runs between that leaves the names as they are."""
     starts, ends = (",".join(target(*seam[k]) for seam in SEAMS) for k in (0, 1))

@@ -64,7 +64,7 @@ def test_an_arm_that_is_loaded_on_the_arc_alone_follows_the_seam(switched: Conve
     seam = [s for s in report.segments if s.welding]
     assert len(seam) == 2
     assert max(s.after for s in seam) <= 0.01
-    assert max(s.goal_after for s in report.segments if s.name.startswith("ArcL")) <= 0.002
+    assert max(s.goal_after for s in report.segments if s.name.startswith("arcl")) <= 0.002
     free = independent(TEXT.replace("{zone}", "z10"), switched, force=(0, 0, 0))
     assert free.segments[1].goal_after <= 0.002 and free.segments[-1].goal_after <= 0.002
     assert max(s.after for s in free.segments if s.welding) > 0.3

@@ -251,10 +251,11 @@ def test_a_joint_that_yields_against_its_load_is_named():
     assert "DAT026" not in [d["code"] for d in fit_values(usual)["diagnostics"]]
 
 
-def test_a_compliance_that_stops_at_its_lower_bound_is_named():
-    def lifted(g, arm):
-        return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -3e-5 * tau[:, 1]))
+def lifted(g, arm):
+    return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -3e-5 * tau[:, 1]))
 
+
+def test_a_compliance_that_stops_at_its_lower_bound_is_named():
     fit = base_fit(cell(lifted, seed=963)[0])
     assert ("joint_compliance", 1) in fit.at_bound
     assert [d.code for d in cautions(fit)] == ["DAT026"]
@@ -270,9 +271,6 @@ class Lifted(Effect, reads=("load",)):
 
 
 def test_what_was_held_beside_a_parameter_goes_on_where_that_stops_at_its_bound():
-    def lifted(g, arm):
-        return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -3e-5 * tau[:, 1]))
-
     before = base_fit(cell(lifted, seed=963)[0])
     fit = fit_model(before.model, before.data, [Lifted.null()])
     assert ("joint_compliance", 1) in fit.at_bound and Lifted.key in {key for key, _ in fit.parameters}

@@ -53,20 +53,15 @@ def test_the_reflector_looks_at_the_instrument():
 
 
 def test_diagnose_and_plan_tell_apart_by_one_criterion():
-    pairs = 0
-    for hidden, seed in (((kinds.payload_error,), 965), ((kinds.gravity_compensator, kinds.servo_lag), 966)):
-        data, _ = cell(*hidden, seed=seed, poses=60)
-        base = base_fit(data)
-        found = diagnose(base.model, data)
-        for one, other in [(m.key, other) for m in found.missing for other in m.not_separable[:1]]:
-            if effect_library()[other].missing(base.problem.sensitivity.state):
-                continue
-            for pair in permutations((one, other)):
-                plan = plan_poses(base.model, data, 5, pair)
-                assert "tells them apart already" not in plan_sentence(plan)
-                assert not plan.told_apart
-            pairs += 1
-    assert pairs > 0
+    data, _ = cell(kinds.payload_error, seed=965, poses=60)
+    base = base_fit(data)
+    (missing,) = diagnose(base.model, data).missing
+    other = missing.not_separable[0]
+    assert not effect_library()[other].missing(base.problem.sensitivity.state)
+    for pair in permutations((missing.key, other)):
+        plan = plan_poses(base.model, data, 5, pair)
+        assert "tells them apart already" not in plan_sentence(plan)
+        assert not plan.told_apart
 
 
 def test_a_map_is_called_a_smooth_correction():

@@ -43,7 +43,7 @@ def true_compliance(*kinds, seed: int, noise: float = 0.03, poses: int = 120, ro
 def _cell(kinds, seed, noise, poses, robot, outliers):
     arm = load_robot(robot)
     with TemporaryDirectory() as folder:
-        answer = make_set(Path(folder), seed, Plan(list(kinds), robot, outliers), noise, poses, sized=False)
+        answer = make_set(Path(folder), seed, Plan(list(kinds), robot, outliers), noise, poses)
         read = [
             read_measurements(Source(name, (Path(folder) / name).read_bytes()), arm)
             for name in ("fit.csv", "validate_true.csv")

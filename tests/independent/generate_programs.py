@@ -1,4 +1,4 @@
-"""Random but realistic weld programs: ``python -m tests.independent.generate_programs OUTDIR --seed S --count N``.
+"""Random but realistic weld programs.
 
 Every target is reachable on the nominal arm, every line and arc keeps one branch inside the joint limits and away from
 the wrist singularity, and confdata comes from this folder's own inverse kinematics.
@@ -6,9 +6,7 @@ the wrist singularity, and confdata comes from this folder's own inverse kinemat
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -71,18 +69,6 @@ class Ranges:
     zones: tuple[str, ...] = ("z1", "z1", "z5", "z5", "z10", "z0", "fine")
     wrist: float = 10.0
     reach: tuple[float, float] = (0.85, 1.75)
-
-
-WILD = Ranges(
-    pieces=(1, 3, 8, 20, 50),
-    turning=(0.0, 2.0, 15.0, 45.0),
-    radius=(0.008, 0.4),
-    bend=(10, 200),
-    mass=(0.5, 50),
-    zones=("z0", "z1", "z5", "z20", "z50", "z100", "fine"),
-    wrist=2.5,
-    reach=(0.65, 2.1),
-)
 
 
 @dataclass
@@ -211,7 +197,7 @@ def inside(arm: A.Arm, q: np.ndarray, wrist: float = 10.0) -> bool:
 def travel(p: Program, start: Target, goal: Target, tool: Tool, via: np.ndarray | None = None) -> None:
     """Fills in the goal's joints and confdata by following the line or arc from start."""
     kind = "L" if via is None else "C"
-    m = R.Motion("", kind, 0, 0, goal.base, via, None, (), tool.frame, 0, np.zeros(3), 0, False, False, ())
+    m = R.Motion("", kind, 0, goal.base, via, None, (), tool.frame, 0, np.zeros(3), 0, False, False, ())
     _, command = P.shape(start.base, m, 0.01)
     q = I.follow(p.arm, command @ np.linalg.inv(tool.frame), start.q)
     if (
@@ -467,28 +453,3 @@ def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = No
     body.append(absj)
     lines += [i + "PROC main()", *[i * 2 + b for b in body], i + "ENDPROC", *routines, "ENDMODULE"]
     return e.join(lines) + (e if g.random() < 0.6 else "")
-
-
-def main(argv: list[str] | None = None) -> int:
-    o = argparse.ArgumentParser()
-    o.add_argument("outdir", type=Path)
-    o.add_argument("--seed", type=int, default=1)
-    o.add_argument("--count", type=int, default=20)
-    o.add_argument("--geometry", default="irb4600_60_205")
-    o.add_argument("--hard", action="store_true", help="written as people do")
-    o.add_argument(
-        "--wild", action="store_true", help="many short pieces, wide arcs, heavy tools, near the singularity"
-    )
-    a = o.parse_args(argv)
-    from tests.independent import untidy
-
-    a.outdir.mkdir(parents=True, exist_ok=True)
-    for seed in range(a.seed, a.seed + a.count):
-        text = generate(seed, a.geometry, ranges=WILD if a.wild else Ranges())
-        text = untidy.complicate(text, seed) if a.hard else text
-        (a.outdir / f"weld{seed:05d}.mod").write_bytes(text.encode("latin-1"))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

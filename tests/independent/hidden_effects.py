@@ -1,15 +1,13 @@
-"""Measured cells with a hidden effect, from the independent arm: ``python -m tests.independent.hidden_effects OUTDIR``.
+"""Measured cells with a hidden effect, from the independent arm.
 
 Each set is a folder with ``fit.csv`` (noisy, some poses measured three times) and ``validate_true.csv`` (other poses,
-true TCP, same instrument frame); ``answers.json`` says what is hidden. The base errors of every cell: joint offsets of
+true TCP, same instrument frame). The base errors of every cell: joint offsets of
 0.03 deg, joint compliances 0.7 to 1.4 times the stated ones, a TCP off by 0.5 mm, an instrument frame (2 mm, 1 mrad).
 """
 
 from __future__ import annotations
 
-import argparse
 import csv
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,7 +17,7 @@ import numpy as np
 from tests.independent import arm as A
 from tests.independent import library_effects as K
 from tests.independent import unknown_effects as U
-from tests.independent.cells import DEG, Hidden, States, base_residual, base_slope, draw_cell, draw_states, measure
+from tests.independent.cells import DEG, Hidden, States, draw_cell, draw_states, measure
 
 Kind = Callable[[np.random.Generator, A.Arm], Hidden]
 
@@ -103,13 +101,8 @@ def make_set(
     plan: Plan | None = None,
     noise_mm: float | None = None,
     poses: int | None = None,
-    sized: bool = True,
 ) -> dict[str, object]:
-    """Writes one set and returns its answer.
-
-    Args:
-        sized: the answer says how large the hidden effect is, which takes ten times as long as all the rest.
-    """
+    """Writes one set and returns its answer."""
     g = np.random.default_rng(seed)
     drawn = draw_plan(g)
     plan = plan or drawn
@@ -136,11 +129,6 @@ def make_set(
     t = draw_states(g, 150, arm, moving, session)
     write_table(folder / "validate_true.csv", t, measure(cell, t), [f"P{i + 1:03d}" for i in range(150)], 5)
     outside = [h for h in hidden if h.answer == "unknown"]
-    size = {}
-    if sized:
-        left = base_residual(true - measure(replace(cell, hidden=()), s), base_slope(cell, s))
-        structure = 1e3 * float(np.sqrt((left**2).mean()))
-        size = {"structure_mm": round(structure, 4), "structure_over_noise": round(structure / noise, 2)}
     return {
         "set": folder.name,
         "seed": seed,
@@ -155,44 +143,4 @@ def make_set(
         "noise_mm": noise,
         "compliance_rad_per_Nm": cell.compliance.tolist(),
         "poses": n,
-        **size,
     }
-
-
-def main(argv: list[str] | None = None) -> int:
-    o = argparse.ArgumentParser()
-    o.add_argument("outdir", type=Path)
-    o.add_argument("--seed", type=int, default=1)
-    o.add_argument("--count", type=int, default=30)
-    o.add_argument("--each", action="store_true", help="one set for every kind in turn, instead of random draws")
-    o.add_argument("--kind", help="this kind alone, or two joined by +")
-    o.add_argument("--clean", action="store_true", help="nothing hidden")
-    o.add_argument("--noise", type=float)
-    o.add_argument("--poses", type=int)
-    a = o.parse_args(argv)
-    answers = []
-    plans: list[Plan | None] = [None] * a.count
-    if a.clean:
-        plans = [Plan()] * a.count
-    if a.kind:
-        by_name = {k.__name__: k for k in LIBRARY + OUTSIDE}
-        plans = [Plan([by_name[name] for name in a.kind.split("+")])] * a.count
-    if a.each:
-        one = [Plan([k]) for k in LIBRARY + OUTSIDE] + [Plan(list(p)) for p in PAIRS] + [Plan(), Plan(outliers=2)]
-        plans = [one[i % len(one)] for i in range(max(a.count, 1))]
-    for i, plan in enumerate(plans):
-        answer = make_set(a.outdir / f"set{a.seed + i:05d}", a.seed + i, plan, a.noise, a.poses)
-        answers.append(answer)
-        print(
-            answer["set"],
-            answer["kinds"],
-            f"{answer['structure_over_noise']} x noise",
-            f"n {answer['poses']}",
-            answer["notes"],
-        )
-    (a.outdir / "answers.json").write_text(json.dumps(answers, indent=1))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

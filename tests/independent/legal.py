@@ -9,7 +9,8 @@ import numpy as np
 
 from tests.independent import arm as A
 from tests.independent import paths as P
-from tests.independent import rapid as R
+from tests.independent import rapid_text as R
+from tests.independent.rapid import Motion
 
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+\.?\d*(?:[eE][+-]?\d+)?")
 
@@ -101,7 +102,7 @@ def _without_functions(extra: list[R.Statement], original: str) -> tuple[list[R.
     return rest, wrong
 
 
-def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm: A.Arm) -> list[str]:
+def check_added(old: list[Motion], new: list[Motion], match: list[int], arm: A.Arm) -> list[str]:
     """Added moves go with the move they split: same process data, tool and speed, never a stop, legal circles."""
     found = []
     previous = -1
@@ -148,7 +149,7 @@ def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm:
     return found
 
 
-def _circle_legal(before: R.Motion, m: R.Motion, arm: A.Arm) -> list[str]:
+def _circle_legal(before: Motion, m: Motion, arm: A.Arm) -> list[str]:
     start = before.goal[:3, 3]
     if before.q is not None:
         start = P.on_work(arm.forward(before.q[None], np.eye(4)).flange, before)[0, :3, 3]

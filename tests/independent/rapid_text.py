@@ -17,10 +17,6 @@ BLOCK = re.compile(
 )
 
 
-class Unreadable(Exception):
-    pass
-
-
 @dataclass(frozen=True)
 class Statement:
     """One statement or block word: source span, code without comments, line number (from 1)."""
@@ -73,3 +69,25 @@ def statements(text: str) -> list[Statement]:
                 break
         out.append(Statement(i, end, code[i:end].strip(), line + 1, False))
         i = end
+
+
+def split_arguments(code: str) -> tuple[list[str], dict[str, str]]:
+    """Positional argument texts, and optional ones by lower-case name."""
+    depth, pieces, mark = 0, [], 0
+    marks: list[str] = [","]
+    for bit in re.finditer(r'"(?:[^"\r\n]|"")*"|[\[\](){},\\]', code):
+        c = bit[0]
+        depth += (c in "[({") - (c in "])}")
+        if depth == 0 and c in ",\\":
+            pieces.append(code[mark : bit.start()].strip())
+            marks.append(c)
+            mark = bit.end()
+    pieces.append(code[mark:].strip())
+    positional, optional = [], {}
+    for kind, piece in zip(marks, pieces, strict=True):
+        if kind == "\\":
+            name, _, value = piece.partition(":=")
+            optional[name.strip().lower()] = value.strip()
+        elif piece:
+            positional.append(piece)
+    return positional, optional

@@ -12,7 +12,6 @@ import pytest
 
 from tests.independent import arm as A
 from tests.independent import hidden_effects as H
-from tests.independent import score
 from tests.independent.cells import Cell, States, base_residual, base_slope, draw_cell, draw_states, measure
 
 KINDS = H.LIBRARY + H.OUTSIDE
@@ -51,28 +50,3 @@ def test_a_set_is_reproducible_and_noisy_as_stated(tmp_path: Path) -> None:
     assert len(spread) == 12
     assert np.sqrt(np.mean(spread)) == pytest.approx(0.05, rel=0.3)
     json.dumps(a)
-
-
-def test_judgement_of_answers() -> None:
-    base = {"error": None, "said": "missing", "suspects": [], "inseparable": [[]], "channels": [], "verdict": "missing"}
-    one = {**base, "accept": [["arm_load", "payload_error"]], "effects": ["arm_load"]}
-    assert score.judge({**one, "named": ["arm_load"]}) == "right"
-    assert score.judge({**one, "named": ["payload_error"]}) == "right"
-    assert score.judge({**one, "named": ["arm_load", "backlash"], "inseparable": [[], []]}) == "right+extra"
-    assert score.judge({**one, "named": ["dress_pack"], "inseparable": [["arm_load"]]}) == "inseparable"
-    assert score.judge({**one, "named": ["backlash"]}) == "wrong"
-    assert score.judge({**one, "named": []}) == "missed"
-    clean = {**base, "accept": [], "effects": [], "verdict": "complete"}
-    assert score.judge({**clean, "said": "complete", "named": []}) == "right"
-    assert score.judge({**clean, "named": ["backlash"]}) == "false alarm"
-    odd = {
-        **base,
-        "accept": [["unknown"]],
-        "effects": [],
-        "verdict": "unknown",
-        "channels": ["q2"],
-        "said": "unknown",
-        "named": [],
-    }
-    assert score.judge({**odd, "suspects": ["load2", "q2"]}) == "right"
-    assert score.judge({**odd, "suspects": ["time"]}) == "wrong channel"

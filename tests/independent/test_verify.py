@@ -114,7 +114,7 @@ def test_circle_through_three_points() -> None:
 def test_corner_stays_within_the_zone(seam: tuple[list[np.ndarray], tuple[int, ...]]) -> None:
     (a, b), conf = seam
     text = program([a, (a + b) / 2 + [40, 0, 0], b], conf, zone="z10")
-    legs = paths.play(A.irb4600(), rapid.motions(text)[1])
+    legs = paths.play(A.irb4600(), rapid.motions(text)[0])
     cut = paths.cut_corners(legs)
     goal = legs[2].motion.goal[:3, 3]
     off = np.linalg.norm(np.concatenate([cut[2], cut[3]])[:, :3, 3] - goal, axis=1).min()
@@ -125,7 +125,7 @@ def test_corner_stays_within_the_zone(seam: tuple[list[np.ndarray], tuple[int, .
 @pytest.mark.parametrize("seed", range(4))
 def test_generated_programs_are_playable(seed: int) -> None:
     text = generate_programs.generate(seed)
-    _, moves, skipped = rapid.motions(text)
+    moves, skipped = rapid.motions(text)
     assert skipped == []
     assert len(moves) >= 5
     legs = paths.play(A.irb4600(), moves, 0.01)

@@ -13,7 +13,7 @@ from tests.independent.generate_programs import inside
 def complicate(text: str, seed: int, geometry: str = "irb4600_60_205") -> str:
     """``_complicated`` with a displacement, or without where the displaced program could not run as it says."""
     other = _complicated(text, seed, displaced=True)
-    legs = P.play(A.ARMS[geometry](), R.motions(other)[1], 0.02)
+    legs = P.play(A.ARMS[geometry](), R.motions(other)[0], 0.02)
     if any(leg.problem or leg.conf_wrong for leg in legs) or not all(inside(A.ARMS[geometry](), leg.q) for leg in legs):
         return _complicated(text, seed, displaced=False)
     return other

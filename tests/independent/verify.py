@@ -1,12 +1,8 @@
-"""Drives an independent elastic arm with a converted program: ``python -m tests.independent.verify ORIGINAL OUTPUT``."""
+"""Drives an independent elastic arm with a converted program."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -118,8 +114,8 @@ def check(
     """
     moment = np.zeros(3) if moment is None else moment
     displace = displace or A.joint_springs(A.TABLE_2)
-    _, old, skipped = R.motions(original)
-    _, new, skipped_new = R.motions(output)
+    old, skipped = R.motions(original)
+    new, skipped_new = R.motions(output)
     report = Report(skipped=[f"{n}: {why}" for n, why in skipped], violations=check_text(original, output))
     report.violations += [f"output line {n}: {why}" for n, why in skipped_new if len(skipped_new) > len(skipped)]
     match = align(old, new, arm)
@@ -192,47 +188,3 @@ def _sum_up(r: Report) -> None:
     if r.seam_metres:
         r.added_per_metre = sum(s.added for s in seams) / r.seam_metres
         r.worst_seam_per_metre = max(s.added / s.length for s in seams if s.length > 1e-6)
-
-
-def read_text(path: Path) -> str:
-    return path.read_bytes().decode("latin-1")
-
-
-def main(argv: list[str] | None = None) -> int:
-    p = argparse.ArgumentParser()
-    p.add_argument("original", type=Path)
-    p.add_argument("output", type=Path)
-    p.add_argument("--force", default="200,-200,-200")
-    p.add_argument("--moment", default="0,0,0")
-    p.add_argument("--force-on", choices=["all", "arc"], default="all")
-    p.add_argument("--geometry", default="irb4600_60_205", choices=sorted(A.ARMS))
-    p.add_argument("--tolerance", type=float, default=0.01)
-    p.add_argument("--json", action="store_true")
-    o = p.parse_args(argv)
-    force, moment = (np.array([float(v) for v in t.split(",")]) for t in (o.force, o.moment))
-    r = check(
-        read_text(o.original), read_text(o.output), A.ARMS[o.geometry](), force, moment, on_arc=o.force_on == "arc"
-    )
-    good = r.after <= o.tolerance and r.goal_after <= o.tolerance and not r.violations and r.added_per_metre <= 15
-    if o.json:
-        print(json.dumps(asdict(r)))
-        return 0 if good else 1
-    for s in r.segments:
-        print(
-            f"{s.line:5d} {s.name:10s} {s.length * 1e3:8.1f} mm +{s.added:<3d} before {s.before:6.3f} after {s.after:7.4f} at "
-            f"{s.worst_at * 1e3:7.1f}  goal {s.goal_before:6.3f} -> {s.goal_after:7.4f}  cut {s.cut_after:7.4f} "
-            f"{s.note}"
-        )
-    for v in r.violations:
-        print("VIOLATION", v)
-    for v in r.skipped:
-        print("not read:", v)
-    print(
-        f"path {r.before:.3f} -> {r.after:.4f} mm, goals {r.goal_after:.4f} mm, cut corners {r.cut_after:.4f} mm; {r.added} added, "
-        f"{r.added_per_metre:.1f} per metre on {r.seam_metres:.2f} m of straight seam (worst seam {r.worst_seam_per_metre:.1f})"
-    )
-    return 0 if good else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

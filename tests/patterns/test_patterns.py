@@ -26,7 +26,6 @@ from tests.independent import unknown_effects as kinds
     [
         (kinds.refraction, {"x", "y"}, "instrument"),
         (kinds.floor_sway, {"time"}, "instrument"),
-        (kinds.elbow_wave, {"q2", "q3"}, "joint 2"),
         (kinds.encoder, {"azimuth"}, "instrument, azimuth"),
     ],
 )

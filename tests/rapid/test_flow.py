@@ -8,7 +8,7 @@ from postproc.diagnostics import Source
 from postproc.rapid.flow.arrivals import Arrivals, only
 from postproc.rapid.flow.states import ANYWHERE
 from postproc.rapid.program.program import Program, read_program
-from tests.cost import seconds
+from tests.cost import grows_by
 
 TARGET = "[[%d,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 DATA = "\n".join(
@@ -163,11 +163,6 @@ def test_whether_anything_is_open(body: str, expected: bool) -> None:
     assert Arrivals(read).open is expected
 
 
-def cost(text: str) -> float:
-    read = program(text)
-    return seconds(lambda: Arrivals(read), times=3)
-
-
 @pytest.mark.parametrize(
     "of",
     [
@@ -181,7 +176,5 @@ def cost(text: str) -> float:
     ids=["line", "branches", "elseif", "jumps", "calls", "assignments"],
 )
 def test_the_cost_goes_with_the_length(of) -> None:  # type: ignore[no-untyped-def]
-    """Four times the text takes no more than ten times as long."""
-    cost(of(50))
-    short, long = cost(of(500)), cost(of(2000))
-    assert long < 10 * short + 0.02
+    short, longer = (program(of(n)) for n in (500, 2000))
+    assert grows_by(lambda: Arrivals(short), lambda: Arrivals(longer), most=10, floor=0.002)

@@ -9,9 +9,11 @@ from collections.abc import Callable
 import pytest
 
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.program import read_program
-from tests.cost import grows_by
+from postproc.rapid.program.references import declaration_uses
+from postproc.rapid.program.write_effects import WriteEffects
+from tests.cost import grows_by, seconds
 
 TIMES = 4
 MOST = 8.0  # times the work for TIMES times the text: its square would be 16
@@ -96,6 +98,39 @@ def test_a_cost_that_grows_with_the_square_is_seen() -> None:
     assert not grows_by(lambda: compare(400), lambda: compare(TIMES * 400), MOST, FLOOR)
 
 
+PLACES = {
+    "comment": "! {}\nMoveL p1,v100,fine,t1;",
+    "string": 'TPWrite "{}"; MoveL p1,v100,fine,t1;',
+    "call": "{}; MoveL p1,v100,fine,t1;",
+    "argument": MOVE,
+    "assigned": "a:={}; MoveL p1,v100,fine,t1;",
+    "condition": "IF {} THEN MoveL p1,v100,fine,t1; ENDIF",
+    "by name": 'SetDataVal "{}",a; CallByVar "{}",1; MoveL p1,v100,fine,t1;',
+    "late": '%"{}"+a%; MoveL p1,v100,fine,t1;',
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("piece", ["a", "a(", "(", "a."])
+def test_one_long_word_costs_what_it_is_long(place: str, piece: str) -> None:
+    """The cost at 20 kB is little, or below 15 times that at 2 kB."""
+
+    def run(size: int) -> None:
+        program = read_program(
+            Source("word.mod", module(PLACES[place].replace("{}", piece * (size // len(piece)))).encode())
+        )
+        list(walk(program))
+        declaration_uses(program, WriteEffects(program))
+
+    assert seconds(lambda: run(20_000)) < 0.15 or grows_by(lambda: run(2_000), lambda: run(20_000), 15, FLOOR)
+
+
+def test_a_word_of_a_megabyte_in_a_comment_is_read_in_seconds() -> None:
+    begin = time.process_time()
+    follow(module(f"! {'a' * 1_000_000}\n{MOVE.format(1)}"))
+    assert time.process_time() - begin < 3.0
+
+
 @pytest.mark.parametrize("depth", [6, 40])
 @pytest.mark.parametrize(
     ("opening", "closing"),
@@ -141,15 +176,15 @@ def test_a_text_as_long_as_a_string_is_known() -> None:
 
 @pytest.mark.parametrize("body", [MOVE.format("a"), "work a;", "IF a>3 THEN\n" + MOVE.format("a/2") + "\nENDIF"])
 def test_what_is_not_known_holds_nothing_of_where_it_was_found(body: str) -> None:
-    """Thousands of executions whose target is not known: a kilobyte or two each."""
+    """Hundreds of executions whose target is not known: a kilobyte or two each."""
     work = "PROC work(num n)\n" + MOVE.format("n+a") + "\nENDPROC"
-    text = module(f"FOR i FROM 1 TO 2000 DO\na:=GInput(gi1);\n{body}\nENDFOR", "", work)
+    text = module(f"FOR i FROM 1 TO 800 DO\na:=GInput(gi1);\n{body}\nENDFOR", "", work)
     program = read_program(Source("unknown.mod", text.encode()))
     tracemalloc.start()
     events = walk_program(program).events
     held, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert len(events) > 1000
+    assert len(events) > 700
     assert held < peak < 4000 * len(events)
 
 

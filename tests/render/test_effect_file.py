@@ -69,6 +69,7 @@ LAWS: list[tuple[tuple[str, ...], Callable[[Channels], np.ndarray]]] = [
     (("q5", "q6", "q4", "q3", "q2"), lambda c: (c["T"][:, 6, 2, 1] < 0.3).astype(float)),
     (("payload", "q5", "q6", "q4"), lambda c: c["payload"] * c["T"][:, 6, 2, 0]),
     (("q2", "q3"), lambda c: (c["q2"] + c["q3"] > 0.2).astype(float)),
+    (("q2", "q3"), lambda c: np.sin(3 * (c["q2"] + c["q3"]) + 0.5)),
     (("q4", "q5"), lambda c: np.maximum(c["q4"] - c["q5"] - 1, 0)),
     (("q2", "q3", "q4"), lambda c: np.maximum(c["q2"] + c["q3"] + c["q4"], 0)),
     (("dir2", "load2"), lambda c: c["dir2"] * np.abs(c["load2"])),
@@ -200,8 +201,6 @@ def litres(temperature: np.ndarray) -> np.ndarray:
     ("kind", "seed"),
     [
         (unknown.angle_step, 401),
-        (unknown.hot_only, 402),
-        (unknown.encoder, 403),
         (nest, 404),
         (soft_tool, 405),
         (lifting_foot, 406),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -12,23 +11,11 @@ from postproc.diagnostics import PostprocError
 from postproc.runtime.module import runtime_module
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
-from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
+from tests.runtime.arms import CENTER, FORCE, TOOL, load, pose, springs
 from tests.runtime.controller import Controller
 from tests.worlds.arm_functions import ERR_OUTSIDE_REACH, ERR_ROBLIMIT
-from tests.worlds.parser import parse
 
 Q = np.radians([20.0, 30, -20, 40, 60, 10])
-RESERVED = frozenset(
-    re.findall(
-        r"\w+",
-        """
-    alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc endrecord
-    endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin not noview or pers
-    proc raise readonly record retry return step sysmodule task test then to trap true trynext undo var viewonly while
-    with xor
-    """,
-    )
-)
 
 
 @pytest.fixture(scope="module")
@@ -160,27 +147,6 @@ def test_whatever_comes_no_error_leaves_and_nothing_moves_far(task: Controller, 
         changed = str(answer) != str(task.get("pIn"))
         assert not changed or np.linalg.norm(np.array(answer[0]) - np.array(target[0])) <= 5.01
         assert changed == (task.get("ppReason") == 0)
-
-
-@pytest.mark.parametrize("real", [springs, soft_bodies, mapped], ids=lambda f: f.__name__)
-def test_names_and_statements_are_what_a_controller_takes(real: Any) -> None:
-    text = real().written().text.decode()
-    (module,) = parse(text)
-    names = [d.name for d in module.data] + [r.name for r in module.routines]
-    assert len(names) == len(set(names))
-    assert all(name.startswith("pp") for name in names)
-    for r in module.routines:
-        inside = [p.name for p in r.parameters] + [d.name for d in r.data]
-        assert len(inside) == len(set(inside))
-        names += inside
-    assert all(len(name) <= 32 and name not in RESERVED for name in names)
-    public = {r.name for r in module.routines if not r.local}
-    assert public == {"ppcorrected", "ppcorrectedcirc"}
-    called = {s.parts["name"] for r in module.routines for s in r.flat if s.kind == "call"}
-    assert called <= {"ppreturned", "errwrite"}
-    code = "\n".join(line.split("!")[0] for line in text.splitlines())
-    assert not re.search(r"\b(Move|Arc|Set|Reset|WaitDI|GOTO|WHILE)", code)
-    assert max(map(len, text.splitlines())) < 200
 
 
 def test_the_name_of_a_module_is_one_of_rapid() -> None:

@@ -139,8 +139,13 @@ FROM_THE_ARM = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", FROM_THE_ARM)
-@pytest.mark.parametrize("mode", ["where-needed", "all"])
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [
+        *((name, "where-needed") for name in FROM_THE_ARM),
+        *((n, "all") for n in ("another name", "a parameter", "a search")),
+    ],
+)
 def test_where_the_arm_stood_is_never_corrected(name: str, mode: str) -> None:
     """However the position is handed on: it holds the error of the arm, and once more corrected would double it."""
     body, data, more = FROM_THE_ARM[name]
