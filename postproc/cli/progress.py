@@ -57,7 +57,7 @@ class Reporter:
 
     def _say(self, text: str) -> None:
         if self.watch is not None:
-            print(CLEAR, end="", file=sys.stderr)
+            aside(CLEAR, end="")
         say(text)
 
     def time_line(self) -> str:
