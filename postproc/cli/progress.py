@@ -116,7 +116,7 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
             line = work.line(time.monotonic())
             if terminal:  # what wraps could not be taken back
                 line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
-                aside(f"{CLEAR}{line}", end="")
+                aside(f"\r{line}\x1b[K", end="")
             else:
                 aside(line)
             pause *= 1 if terminal else 2
