@@ -104,13 +104,14 @@ def check_worlds(
     inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in returning}
     traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
     taught = frozenset(d.key for d in program.declarations)
+    foreign = {r.key for r in written.all_routines()} - {r.key for r in program.all_routines()}
     pairing = Pairing(own, numbers, bounds, traps)
     words = sorted({m[1].decode("latin-1") for s in program.sources for m in _TEXT.finditer(s.data)})[:MOST_WORDS]
     findings: dict[StatementKey, Diagnostic] = {}
     differing = 0
     for seed in SEEDS:
         before = follow(program, entry, World(seed, taught, words), numbers, effects[0])
-        after = follow(written, entry, World(seed, taught, words), own, effects[1])
+        after = follow(written, entry, World(seed, taught, words), own, effects[1], foreign)
         found = list(_differences(before, after, pairing))
         differing += bool(found)
         for motion, text in found:

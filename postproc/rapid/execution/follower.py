@@ -6,7 +6,7 @@ decided here by the world.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 
 from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
@@ -59,6 +59,7 @@ def follow(
     world: World,
     ordinals: Mapping[StatementKey, int],
     changes: WriteEffects | None = None,
+    foreign: Set[str] = frozenset(),
 ) -> list[WorldMotion]:
     """The motions that a program makes in a world, from its entry on, then from each procedure on that the pendant or
     code in none of the files may start.
@@ -67,8 +68,9 @@ def follow(
         ordinals: numbers of the statements that the original program has, too; the others cost no steps, and no trap
             runs behind them.
         changes: of the program, where they are known already.
+        foreign: keys of the routines that the original does not have, in which statements cost no steps.
     """
-    follower = _Follower(program, world, ordinals, changes)
+    follower = _Follower(program, world, ordinals, changes, foreign)
     chosen = program.routine("main" if entry is None else entry)
     started = [r for r in program.all_routines() if _runs_alone(r)]
     if chosen is not None:
@@ -91,9 +93,15 @@ def _runs_alone(routine: Routine) -> bool:
 
 class _Follower(Flow):
     def __init__(
-        self, program: Program, world: World, ordinals: Mapping[StatementKey, int], changes: WriteEffects | None
+        self,
+        program: Program,
+        world: World,
+        ordinals: Mapping[StatementKey, int],
+        changes: WriteEffects | None,
+        foreign: Set[str],
     ) -> None:
         super().__init__(program, changes, oracle=world)
+        self.foreign = foreign
         self.world = world
         self.ordinals = ordinals
         self.constants = WorldDeclared(program, world, self.changes.may_be_written)
@@ -122,7 +130,7 @@ class _Follower(Flow):
     # -- statements ----------------------------------------------------------------------------------------------------
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
-        self.count += not self.moves(statement, memory)
+        self.count += memory.frame.routine.key not in self.foreign and not self.moves(statement, memory)
         if self.count > MOST_STATEMENTS or statement.kind == "leave":
             raise _Stop
         return super().statement(statement, memory)

@@ -84,14 +84,22 @@ class World(Oracle):
         """Data of a type with other numbers: places a few millimetres away, whole numbers near by."""
         if isinstance(data, Unknown):
             data = zero(kind, records)
-        if kind == "orient":
-            return data if any(data) else (1.0, 0.0, 0.0, 0.0)
-        if kind in ("confdata", "extjoint"):
-            return data
         if isinstance(data, tuple):
+            kinds = [part for _, part in records.get(kind, ())]
+            if any(isinstance(x, Unknown) for x in data):  # a quaternion is known as a whole, or not at all
+                parts = zip(data, kinds, strict=True)
+                data = (
+                    ()
+                    if kind == "orient"
+                    else tuple(zero(k, records) if isinstance(x, Unknown) else x for x, k in parts)
+                )
+            if kind == "orient":
+                return data if any(data) else (1.0, 0.0, 0.0, 0.0)
+            if kind in ("confdata", "extjoint"):
+                return data
             if kind == "pos":
                 return tuple(x + drawn.uniform(-TOUCHED_UP_MM, TOUCHED_UP_MM) for x in data)
-            kinds = [part for _, part in records.get(kind, ())]  # what a record is does not change: robhold, finep
+            # what a record is does not change: robhold, finep
             return tuple(
                 x if isinstance(x, bool) else self.varied(x, part, records, drawn)
                 for x, part in zip(data, kinds, strict=True)
