@@ -31,9 +31,9 @@ from postproc.rapid.unknown import Causes, Invalid, Kind, Unknown
 from postproc.rapid.unknown import Data as Data
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, unsafe_hash=True)  # frozen it would take seven times as long to make
 class Value:
-    """Data with its type; ``type`` is empty where it is not known, ``rank`` counts array dimensions.
+    """Data with its type, never changed; ``type`` is empty where it is not known, ``rank`` counts array dimensions.
 
     ``assumed`` says why it is not certain, if it is not: it is then the last value seen in the text.
 

@@ -32,9 +32,6 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
     ``\Opt?name`` passes a parameter on only if the caller got it.
     """
     frame = CallFrame(routine, caller=memory.frame, conditional=memory.conditional, supposed=memory.frame.supposed)
-    for parameter in routine.parameters:
-        if not parameter.optional:
-            frame.bindings[parameter.name] = Unknown(Kind.PARAMETER, parameter.name)
     for parameter, span in paired(routine.parameters, pieces):
         if parameter.optional and not passed_on(span, memory):
             continue
@@ -43,6 +40,9 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
             frame.bindings[parameter.name] = _binding(
                 span, parameter, routine.parameter_key(parameter.name), memory, tree
             )
+    for parameter in routine.parameters:
+        if not parameter.optional and parameter.name not in frame.bindings:
+            frame.bindings[parameter.name] = Unknown(Kind.PARAMETER, parameter.name)
     return frame
 
 

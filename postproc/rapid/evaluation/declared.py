@@ -25,6 +25,7 @@ class DeclaredValues:
     def __init__(self, program: Program) -> None:
         self.values: dict[str, Value | Unknown] = {}
         self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
+        self.zeros: dict[str, Data] = {}  # by type
         self.records = known_records(program.modules)
 
     def value(self, declaration: Declaration, home: Home) -> Value:
@@ -67,7 +68,10 @@ class DeclaredValues:
         return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
 
     def _zeros(self, declaration: Declaration, home: Home) -> Data:
-        data = zero(declaration.type, self.records)
+        kind = declaration.type
+        if kind not in self.zeros:
+            self.zeros[kind] = zero(kind, self.records)
+        data = self.zeros[kind]
         total = 1
         for span in reversed(declaration.dims):
             tree = read_whole_expression(declaration.source.data, *span, f"the size of `{declaration.name}`")

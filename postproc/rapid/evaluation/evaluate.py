@@ -86,27 +86,27 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
 
 
 def _evaluate(expression: Expression, scope: Scope) -> Value:
-    match expression:
-        case Number(_, value):
-            return Value(value, "num")
+    match expression:  # the most frequent first
+        case Name():
+            return _read(scope.lookup(expression), scope)
+        case Component():
+            return component(_evaluate(expression.base, scope), expression.name, scope.records)
+        case Binary():
+            return _binary(expression.operator, expression.left, expression.right, scope)
+        case Number():
+            return Value(expression.value, "num")
+        case Call():
+            return _call(expression, scope)
+        case Aggregate():
+            return Value(tuple([_evaluate(item, scope).data for item in expression.items]))
+        case Index(_, base, indices):
+            return _read(_indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope), scope)
+        case Unary(_, operator, operand):
+            return _unary(operator, _evaluate(operand, scope))
         case StringNode(_, text):
             return Value(as_string(text), "string")
         case Truth(_, truth):
             return Value(truth, "bool")
-        case Name():
-            return _read(scope.lookup(expression), scope)
-        case Aggregate(_, items):
-            return Value(tuple(_evaluate(item, scope).data for item in items))
-        case Index(_, base, indices):
-            return _read(_indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope), scope)
-        case Component(_, base, name):
-            return component(_evaluate(base, scope), name, scope.records)
-        case Unary(_, operator, operand):
-            return _unary(operator, _evaluate(operand, scope))
-        case Binary(_, operator, left, right):
-            return _binary(operator, left, right, scope)
-        case Call():
-            return _call(expression, scope)
         case Star():
             raise Unknown(Kind.STAR)
 

@@ -58,7 +58,7 @@ class Execution(ABC):
         self.constants = DeclaredValues(program)
         self.diagnostics: list[Diagnostic] = []
         self.teaching = Teaching(program.taught)
-        self.maker = EventMaker(program, self.diagnostics)
+        self.maker = EventMaker(program, self.diagnostics, named=added is None)
         self.recorder = Recorder(self.maker)
         self.ways = self.recorder.ways
         self.entered: set[str] = set()  # routines

@@ -63,8 +63,9 @@ class Flow(Loops):
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         """Run one statement; False where it leaves the body that it stands in."""
-        self.steps += (memory.frame.routine.source.path, statement.span[0]) not in self.added.motions
-        if self.changes.by_unknown or self.changes.by_own:
+        path, span = memory.frame.routine.source.path, statement.span
+        self.steps += (path, span[0]) not in self.added.motions
+        if (path, span) in self.changes.by_unknown or (path, span) in self.changes.by_own:
             self.forget_written(statement, memory)
         if self.program.taught:
             self.check_taught(statement, memory)

@@ -43,7 +43,8 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
     lent only what is called is walked.
 
     Args:
-        added: what of the program was written into another, which ends where that ends.
+        added: what of the program was written into another, which ends where that ends; its events then say where the
+            arm goes, not what the text calls that.
 
     Raises:
         PostprocError: there is no routine ``entry``.

@@ -25,11 +25,16 @@ NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
-    """Makes events."""
+    """Makes events.
 
-    def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+    Args:
+        named: what the program calls the numbers and places of an event is asked, too: for what is written into it.
+    """
+
+    def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool = True) -> None:
         self.program = program
-        self.targets = Targets()
+        self.named = named
+        self.targets = Targets(named)
         self.missing = Missing(program, diagnostics)
         self.settings = SettingsReader(program, self.missing)
         self.last = Moment(_SET(AT_START))
@@ -75,8 +80,8 @@ class EventMaker:
             memory.conditional > 0,
             "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) if reasons else None,
             tuple(found),
-            numbers=named_numbers(statement, origin, memory) if apart else (),
-            start=self.start(before, statement, memory) if before is not None else None,
+            numbers=named_numbers(statement, origin, memory) if apart and self.named else (),
+            start=self.start(before, statement, memory),
             assumed=tuple(cause.reason for cause in causes) if causes else (),
             unknowns=tuple(reasons),
         )
@@ -88,8 +93,10 @@ class EventMaker:
             self.last = Moment(now)
         return self.last
 
-    def start(self, before: MotionEvent, here: MotionStatement, memory: Memory) -> str | None:
+    def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
         """What the program calls the target of the event before; None where that has no name or means another here."""
+        if before is None or not self.named:
+            return None
         last, origin = before.statement, before.target_origin
         to = last.argument("to") if origin.kind in NAMED else None
         if to is None or "\n" in to.text:

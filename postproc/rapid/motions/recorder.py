@@ -67,9 +67,8 @@ class Recorder:
         make = self.maker.event if new else self.repeats.event
         ends = memory.ends
         event = make(statement, memory, self._before(ends))
-        if memory.ends is not ends:  # a function in its target has moved the arm
-            before = self._before(memory.ends)
-            event = replace(event, start=None if before is None else self.maker.start(before, statement, memory))
+        if memory.ends != ends:  # a function in its target has moved the arm
+            event = replace(event, start=self.maker.start(self._before(memory.ends), statement, memory))
         if not new and self.only_new and event.reason is not None:
             self.elsewhere.add(statement.key)
             memory.ends = LOST

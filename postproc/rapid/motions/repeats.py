@@ -39,7 +39,7 @@ class Repeats:
         """The event of a further execution."""
         kept = self.kept.get(statement.key)
         if kept is not None and kept.holds(memory):
-            start = self.maker.start(before, statement, memory) if before is not None else None
+            start = self.maker.start(before, statement, memory)
             return kept.event if kept.event.start == start else replace(kept.event, start=start)
         event = self.maker.event(statement, memory, before)
         if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:

@@ -23,9 +23,14 @@ RUNTIME = Origin("runtime")
 
 
 class Targets:
-    """Reads targets; what declarations give is read once."""
+    """Reads targets; what declarations give is read once.
 
-    def __init__(self) -> None:
+    Args:
+        rooted: what displaces another target is told from what does more.
+    """
+
+    def __init__(self, rooted: bool = True) -> None:
+        self.rooted = rooted
         self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
 
     def robtarget(self, source: Source, span: Span, memory: Memory) -> tuple[RobTarget | Unknown, Origin]:
@@ -40,7 +45,7 @@ class Targets:
         if isinstance(tree, Star):
             return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
-        before = memory.aside() if isinstance(tree, Call) else memory
+        before = memory.aside() if isinstance(tree, Call) and self.rooted else memory
         try:
             plain = declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings
             if declaration is not None and plain and memory.is_initial(declaration):
@@ -48,7 +53,7 @@ class Targets:
                 if found is not None:
                     return found
             target, origin = self._of_value(evaluate(tree, memory), memory)
-            if isinstance(tree, Call):
+            if isinstance(tree, Call) and self.rooted:
                 origin = replace(origin, root=self._root(tree, target, before))
             return target, origin
         except Unknown as error:
