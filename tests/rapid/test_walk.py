@@ -503,6 +503,15 @@ def test_program_displacement() -> None:
     assert (found[3].reason or "").startswith("the program displacement is not known: ")
 
 
+def test_state_that_is_set_by_what_a_function_returns() -> None:
+    data = (
+        P + "FUNC pose fPlace(num x) VAR pose there; there.trans:=[x,0,0]; there.rot:=[1,0,0,0]; RETURN there; ENDFUNC"
+    )
+    data += " FUNC num fShare() RETURN 40; ENDFUNC"
+    found = events("PDispSet fPlace(7); VelSet fShare(),800; MoveL p,v5,z0,tool0;", data)
+    assert (found[0].displacement.trans, found[0].velocity_override) == ((7, 0, 0), 40)
+
+
 def test_rotated_displacement_carries_the_programmed_onto_the_executed_point() -> None:
     executed = target(5, 0, 1, "[0,0.8,0.6,0]")
     event = events(f"PDispOn \\Rot \\ExeP:={executed}, q, tool0; MoveL p,v5,z0,tool0;", P)[0]

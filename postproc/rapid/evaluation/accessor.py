@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.values import Data
+from postproc.rapid.data.values import Data, Value
 from postproc.rapid.evaluation.assign import forget, set_data, store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
@@ -48,11 +48,17 @@ class Accessor:
 
     def value_or_not(self, span: Span, memory: Memory) -> Data:
         """Value of the expression at a span: known, ``Assumed`` or ``Unknown``."""
+        value = self.evaluated(span, memory)
+        if isinstance(value, Unknown):
+            return value
+        return Assumed(value.data, value.assumed) if value.assumed else value.data
+
+    def evaluated(self, span: Span, memory: Memory) -> Value | Unknown:
+        """Value of the expression at a span with its type, or why there is none."""
         try:
-            value = evaluate(self.tree(span, memory), memory)
+            return evaluate(self.tree(span, memory), memory)
         except Unknown as error:
             return error.kept()
-        return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def assign(self, target: Span, data: Data, memory: Memory) -> None:
         """Write data to what the text at a span names; where that is not known, all that it may be is forgotten."""

@@ -39,47 +39,52 @@ def run_state_instruction(
     Args:
         value, text: of an argument.
     """
-    switches = {option[1:] for option, _, _ in pieces if option}
-    plain = [span for option, span, _ in pieces if not option]
-    changed = memory.changed
     memory.noted.clear()
     try:
-        match word:
-            case "gripload":
-                load = to_load(value(plain[0]))
-                changed["@gripload"] = LoadData() if 0.0 <= load.mass <= NO_MASS else load
-            case "pdispset":
-                changed["@pdisp"] = to_pose(value(plain[0]))
-            case "pdispoff":
-                changed["@pdisp"] = Pose()
-            case "pdispon":
-                changed["@pdisp"] = _displacement(pieces, plain, "rot" in switches, value)
-            case "eoffsset":
-                changed["@eoffs"] = tuple(float(axis) for axis in value(plain[0]))
-            case "eoffson":
-                raise Unknown(Kind.EXTERNAL_OFFSET)
-            case "eoffsoff":
-                changed["@eoffs"] = NO_OFFSET
-            case "actunit" | "deactunit":
-                before, _ = without_causes(changed["@units"])
-                if isinstance(before, Unknown):
-                    raise before
-                changed["@units"] = (*before, (text(plain[0]).strip().lower(), word == "actunit"))
-            case "confl" | "confj":
-                changed["@conf_l" if word == "confl" else "@conf_j"] = "off" not in switches
-            case "softact" | "softdeact":
-                changed["@soft"] = word == "softact"
-            case "singarea":
-                changed["@singarea"] = next(iter(switches), "off")
-            case "velset":
-                changed["@velset"] = (float(value(plain[0])), float(value(plain[1])))
-            case "accset":
-                changed["@accset"] = float(value(plain[0]))
+        data = _state_after(word, pieces, memory, value, text)
     except Unknown as error:
-        changed[STATE[word]] = error.kept()
+        data = error.kept()
     except (IndexError, TypeError, ValueError):
-        changed[STATE[word]] = Unknown(Kind.UNREADABLE_ARGUMENTS, word)
-    changed[STATE[word]] = assumed_for(changed[STATE[word]], joined_causes(tuple(memory.noted)))
+        data = Unknown(Kind.UNREADABLE_ARGUMENTS, word)
+    memory.changed[STATE[word]] = assumed_for(data, joined_causes(tuple(memory.noted)))
+
+
+def _state_after(
+    word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data], text: Callable[[Span], str]
+) -> Data:
+    """What the state of an instruction is behind it."""
+    switches = {option[1:] for option, _, _ in pieces if option}
+    plain = [span for option, span, _ in pieces if not option]
+    match word:
+        case "gripload":
+            load = to_load(value(plain[0]))
+            return LoadData() if 0.0 <= load.mass <= NO_MASS else load
+        case "pdispset":
+            return to_pose(value(plain[0]))
+        case "pdispoff":
+            return Pose()
+        case "pdispon":
+            return _displacement(pieces, plain, "rot" in switches, value)
+        case "eoffsset":
+            return tuple(float(axis) for axis in value(plain[0]))
+        case "eoffson":
+            raise Unknown(Kind.EXTERNAL_OFFSET)
+        case "eoffsoff":
+            return NO_OFFSET
+        case "actunit" | "deactunit":
+            before, _ = without_causes(memory.changed["@units"])
+            if isinstance(before, Unknown):
+                raise before
+            return (*before, (text(plain[0]).strip().lower(), word == "actunit"))
+        case "confl" | "confj":
+            return "off" not in switches
+        case "softact" | "softdeact":
+            return word == "softact"
+        case "singarea":
+            return next(iter(switches), "off")
+        case "velset":
+            return (float(value(plain[0])), float(value(plain[1])))
+    return float(value(plain[0]))  # AccSet
 
 
 def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, Matter, Source
-from postproc.rapid.data.events import StatementKey
+from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
@@ -16,6 +16,7 @@ from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.evaluation.teaching import Teaching
+from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
@@ -50,9 +51,14 @@ class Execution(ABC):
     """What is common to all statements; the ``recorder`` keeps every motion."""
 
     def __init__(
-        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+        self,
+        program: Program,
+        changes: WriteEffects | None = None,
+        added: AddedMotions | None = None,
+        oracle: Oracle | None = None,
     ) -> None:
         self.program = program
+        self.oracle = oracle or Oracle()
         self.added = added or AddedMotions()
         self.changes = changes or WriteEffects(program)
         self.constants = DeclaredValues(program)
@@ -89,11 +95,8 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
-            self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
-            more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
-            self.steps += more
-            if "found" in motion.roles and (found := motion.argument("found")) is not None:
-                self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+            self.move(motion, memory)
+            self.moved(motion, memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
         late = late_call(statement, source.data, self.program, memory.frame.routine.module)
@@ -122,6 +125,17 @@ class Execution(ABC):
             forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{word}`")
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             self.from_elsewhere(statement, len(pieces), memory)
+
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Record a motion."""
+        self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
+        more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
+        self.steps += more
+
+    def moved(self, motion: MotionStatement, memory: Memory) -> None:
+        """What a search has found is not known."""
+        if "found" in motion.roles and (found := motion.argument("found")) is not None:
+            self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
         """An instruction of the controller's that may write what it is given, or a routine in none of the files."""

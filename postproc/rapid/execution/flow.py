@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from postproc.diagnostics import Diagnostic, Matter, Source, Span
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
-from postproc.rapid.evaluation.evaluate import evaluate, names_in
+from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Exit, Memory, Reference
 from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
+from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program
@@ -27,11 +28,16 @@ class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
     def __init__(
-        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+        self,
+        program: Program,
+        changes: WriteEffects | None = None,
+        added: AddedMotions | None = None,
+        oracle: Oracle | None = None,
     ) -> None:
-        super().__init__(program, changes, added)
+        super().__init__(program, changes, added, oracle)
         self.choices = SplitBranches()
         self.told: set[Place] = set()
+        self.jump: str | None = None  # label that the one way goes on at
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         """Run a routine's body; what it returns."""
@@ -39,6 +45,7 @@ class Flow(Loops):
         for declaration in routine.declarations:
             memory.initialise(declaration)
         reached = self.body(routine.body, memory)
+        self.jump = None
         exits = memory.frame.exits
         if not exits:
             return None
@@ -50,6 +57,8 @@ class Flow(Loops):
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
         """Run statements and change ``memory``; False where RETURN, EXIT or a jump leaves before their end."""
+        if self.oracle.decides:
+            return self.one_way(tuple(statements), memory)
         if self.depth > MAX_DEPTH:
             forget(memory, self.changes.everything, Kind.CHANGED_TOO_DEEPLY)
             self.steps += 100
@@ -60,6 +69,20 @@ class Flow(Loops):
         reached = all(self.statement(statement, memory) for statement in steps)
         self.depth -= 1
         return reached
+
+    def one_way(self, steps: Sequence[Statement], memory: Memory) -> bool:
+        """As ``body`` where every jump is taken as it stands."""
+        at, labels = 0, dict[str, int]()
+        while at < len(steps):
+            if self.statement(steps[at], memory):
+                at += 1
+                continue
+            if self.jump is not None and not labels:
+                labels = {s.word: i for i, s in reversed([*enumerate(steps)]) if s.kind == "label"}
+            if self.jump is None or self.jump not in labels:
+                return False
+            at, self.jump = labels[self.jump], None
+        return True
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         """Run one statement; False where it leaves the body that it stands in."""
@@ -81,8 +104,11 @@ class Flow(Loops):
                 return self.for_loop(statement, memory)
             case "while":
                 return self.while_loop(statement, memory)
-            case "label":
+            case "label" if not self.oracle.decides:
                 self.label(statement, memory)
+            case "goto" if self.oracle.decides:
+                self.jump = statement.word
+                return False
             case "goto":
                 # The jump may skip what follows; at its label the ways meet again.
                 memory.conditional += 1
@@ -250,12 +276,15 @@ class Flow(Loops):
         if statement.kind == "if":
             return self.truth(conditions[0], memory)
         verdict: bool | None = False
+        subject = self.deciding(statement.parts[0], memory)
         for condition in conditions:
-            subject, case = (self.data.value_or_not(span, memory) for span in (statement.parts[0], condition))
+            case = self.deciding(condition, memory)
+            taken: bool | None = as_type(subject, "num") == as_type(case, "num")
             if isinstance(subject, Unknown | Assumed) or isinstance(case, Unknown | Assumed):
-                verdict = None
-            elif as_type(subject, "num") == as_type(case, "num"):
+                taken = self.asked(condition, memory)
+            if taken:
                 return True
+            verdict = None if taken is None else verdict
         return verdict
 
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
@@ -273,9 +302,4 @@ class Flow(Loops):
 
     def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
         """What RETURN gives, the expression at a span."""
-        if span[0] == span[1]:
-            return None
-        try:
-            return evaluate(self.data.tree(span, memory), memory)
-        except Unknown as error:
-            return error.kept()
+        return self.data.evaluated(span, memory) if span[0] < span[1] else None

@@ -6,26 +6,24 @@ decided here by the world.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from postproc.diagnostics import Span
 from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, Pose, RobTarget, ToolData, WobjData
-from postproc.rapid.data.values import Value, as_type, to_jointtarget, to_robtarget, to_tool, to_wobj
+from postproc.rapid.data.values import to_jointtarget, to_robtarget, to_tool, to_wobj
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
 from postproc.rapid.evaluation.literals import read_literal_target
-from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.memory import Binding, Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
-from postproc.rapid.flow.constants import counted
 from postproc.rapid.program.instructions import KNOWN, MOVING
 from postproc.rapid.program.late_binding import LateCall
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.rapid.unknown import Kind, Unknown, without_causes
+from postproc.rapid.unknown import Unknown, without_causes
 
 MOST_MOTIONS = 3_000  # of one world that are looked at
 MOST_STATEMENTS = 30_000
@@ -96,12 +94,11 @@ class _Follower(Flow):
     def __init__(
         self, program: Program, world: World, ordinals: Mapping[StatementKey, int], changes: WriteEffects | None
     ) -> None:
-        super().__init__(program, changes)
+        super().__init__(program, changes, oracle=world)
         self.world = world
         self.ordinals = ordinals
         self.constants = WorldDeclared(program, world, self.changes.may_be_written)
         self.motions: list[WorldMotion] = []
-        self.jump: str | None = None
         self.traps = [r for r in program.all_routines() if r.kind == "TRAP"]
         self.interrupted = False
         self.adrift = False  # the arm has been moved from where the last motion left it
@@ -125,84 +122,25 @@ class _Follower(Flow):
 
     # -- statements ----------------------------------------------------------------------------------------------------
 
-    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        for declaration in routine.declarations:
-            memory.initialise(declaration)
-        self.body(routine.body, memory)
-        self.jump = None
-        exits = memory.frame.exits
-        return exits[-1].value if exits else None
-
-    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        steps, at, labels = tuple(statements), 0, dict[str, int]()
-        while at < len(steps):
-            if self.statement(steps[at], memory):
-                at += 1
-                continue
-            if self.jump is not None and not labels:
-                labels = {s.word: i for i, s in reversed([*enumerate(steps)]) if s.kind == "label"}
-            if self.jump is None or self.jump not in labels:
-                return False
-            at, self.jump = labels[self.jump], None
-        return True
-
     def statement(self, statement: Statement, memory: Memory) -> bool:
-        source = memory.frame.routine.source
-        motion = self.program.motion(source, statement) if statement.kind == "call" else None
-        if motion is None:
-            self.count += 1
-        if self.count > MOST_STATEMENTS:
+        self.count += not self.moves(statement, memory)
+        if self.count > MOST_STATEMENTS or statement.kind == "leave":
             raise _Stop
-        match statement.kind:
-            case "goto":
-                self.jump = statement.word
-                return False
-            case "label":
-                return True
-            case "leave":
-                raise _Stop
-            case "call" if motion is not None:
-                self.move(motion, memory)
-                return True
         return super().statement(statement, memory)
+
+    def moves(self, statement: Statement, memory: Memory) -> bool:
+        """Whether a statement is a motion."""
+        return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """Functions of the program run where they are called; what others are given by name is drawn again."""
-        self.forget_unseen(statement, memory)
+        if not self.moves(statement, memory):
+            self.forget_unseen(statement, memory)
 
-    def branches(self, statement: Statement, memory: Memory) -> bool:
-        for branch in statement.branches:
-            if not branch.conditions or self.chosen(statement, branch.conditions, memory):
-                return self.body(branch.body, memory)
-        return True
-
-    def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool:
-        if statement.kind == "if":
-            return self.truth(conditions[0], memory)
-        subject = without_causes(self.data.value_or_not(statement.parts[0], memory))[0]
-        for condition in conditions:
-            case = without_causes(self.data.value_or_not(condition, memory))[0]
-            if isinstance(subject, Unknown) or isinstance(case, Unknown):
-                if self.asked(condition, memory):
-                    return True
-            elif as_type(subject, "num") == as_type(case, "num"):
-                return True
-        return False
-
-    def truth(self, condition: Span, memory: Memory) -> bool:
-        data = without_causes(self.data.value_or_not(condition, memory))[0]
-        return data if isinstance(data, bool) else self.asked(condition, memory)
-
-    def asked(self, condition: Span, memory: Memory) -> bool:
-        """A condition that nothing decides, as the world has it: the same for the same words."""
-        routine = memory.frame.routine
-        words = routine.source.data[slice(*condition)].decode("latin-1")
-        return self.world.next(f"{routine.key} {words}").random() < 0.5
-
-    def turns(self, loop: Statement, memory: Memory) -> list[float]:
-        bounds = [without_causes(self.data.value_or_not(span, memory))[0] for span in loop.parts]
-        turns = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else [1.0, 2.0]
-        return turns or []
+    def unknown_turns(
+        self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
+    ) -> None:
+        """A loop of very many turns is passed over."""
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         while not loop.parts or self.truth(loop.parts[0], memory):
@@ -216,7 +154,7 @@ class _Follower(Flow):
     # -- motions -------------------------------------------------------------------------------------------------------
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion; then the procedure that it starts may run, and traps."""
+        """Record a motion."""
         if motion.key in self.ordinals:
             # Added statements do not count: the written program goes as far as the original.
             self.count, self.own = self.count + 1, self.own + 1
@@ -234,9 +172,11 @@ class _Follower(Flow):
             self.adrift = False
             begins = self.world.beside(target) if isinstance(target, RobTarget) else None
         self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
-        found, procedure = arguments.get("found"), arguments.get("procedure")
-        if found is not None:
-            self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+
+    def moved(self, motion: MotionStatement, memory: Memory) -> None:
+        """The procedure that a motion starts may run, and traps."""
+        super().moved(motion, memory)
+        procedure = motion.argument("procedure")
         if procedure is not None:
             name = without_causes(self.data.value_or_not(procedure.span, memory))[0]
             self.run(str(name).rpartition(":")[2], memory)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.values import Value
+from postproc.rapid.data.values import Data, Value
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
@@ -32,10 +32,21 @@ class Loops(Execution):
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
         """Value of a condition; None where it is not known."""
-        data = self.data.value_or_not(condition, memory)
-        if memory.frame.routine.key in self.added.routines:
-            data = without_causes(data)[0]  # a place is worked out of places that are assumed
-        return data if isinstance(data, bool) else None
+        data = self.deciding(condition, memory)
+        return data if isinstance(data, bool) else self.asked(condition, memory)
+
+    def deciding(self, span: Span, memory: Memory) -> Data:
+        """Value of an expression that decides on the way."""
+        data = self.data.value_or_not(span, memory)
+        if self.oracle.decides or memory.frame.routine.key in self.added.routines:
+            return without_causes(data)[0]  # a place is worked out of places that are assumed
+        return data
+
+    def asked(self, condition: Span, memory: Memory) -> bool | None:
+        """A condition that no data decides."""
+        routine = memory.frame.routine
+        words = routine.source.data[slice(*condition)].decode("latin-1")
+        return self.oracle.condition(f"{routine.key} {words}")
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run a FOR loop; whether its end is reached."""
@@ -60,8 +71,8 @@ class Loops(Execution):
 
     def turns(self, loop: Statement, memory: Memory) -> list[float] | None:
         """Values of the index of a FOR loop; None where they are not known."""
-        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
-        return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
+        bounds = [self.deciding(span, memory) for span in loop.parts]
+        return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else self.oracle.turns()
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run WHILE; whether its end is reached."""

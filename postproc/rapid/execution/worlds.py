@@ -22,6 +22,7 @@ from postproc.rapid.data.values import Data, Fields, Value, single, zero
 from postproc.rapid.evaluation.declared import DeclaredValues, Home
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Call, Name
@@ -38,7 +39,7 @@ PLACES = {
 }  # fmt: skip
 
 
-class World:
+class World(Oracle):
     """Values of what is open, drawn by what they are values of.
 
     Args:
@@ -48,6 +49,7 @@ class World:
     """
 
     def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
+        super().__init__(decides=True)
         self.seed = seed
         self.taught = taught
         self.words = words
@@ -63,6 +65,14 @@ class World:
         """Source of the next value of a thing."""
         count = self.counts[thing] = self.counts.get(thing, 0) + 1
         return self.generator(f"{thing} {count}")
+
+    def condition(self, words: str) -> bool:
+        """A condition as this world has it: drawn by its words."""
+        return self.next(words).random() < 0.5
+
+    def turns(self) -> list[float]:
+        """Two turns."""
+        return [1.0, 2.0]
 
     def beside(self, target: RobTarget) -> RobTarget:
         """A place some way beside a target, where something else has brought the arm."""

@@ -5,7 +5,7 @@ What has no value is an error of RAPID: the ERROR handler of the routine takes i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.rapid.data.arm import ControllerArm
@@ -16,6 +16,7 @@ from postproc.rapid.evaluation.evaluate import evaluate, pick
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
+from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.program.program import read_program
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.trees import Name
@@ -49,7 +50,7 @@ class Calculation(Flow):
         found = [d for d in program.diagnostics if d.severity == "error"]
         if found:
             raise PostprocError(found)
-        super().__init__(program)
+        super().__init__(program, oracle=Oracle(decides=True))
         self.data = self.values = _Values()
         routine = next(program.all_routines())
         self.outside = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
@@ -79,26 +80,19 @@ class Calculation(Flow):
         """
         routine = self.program.routine(name)
         assert routine is not None
-        self.taken = self.steps = self.depth = 0
+        self.taken = self.steps = 0
         self.call_routine(routine, (), self.outside)
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        for declaration in routine.declarations:
-            memory.initialise(declaration)
-        depth = self.depth
         try:
-            self.body(routine.body, memory)
+            return super().enter(routine, memory)
         except RapidError:
             if not routine.handlers:
                 raise
-            self.depth = depth
-            self.body(routine.handlers[0], memory)
+        self.body(routine.handlers[0], memory)
         exits = memory.frame.exits
         return exits[-1].value if exits else None
-
-    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        return all(self.statement(statement, memory) for statement in statements)
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         self.taken += 1
@@ -114,15 +108,6 @@ class Calculation(Flow):
             raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")
         super().call(statement, memory)
 
-    def branches(self, statement: Statement, memory: Memory) -> bool:
-        for branch in statement.branches:
-            if not branch.conditions or self.truth(branch.conditions[0], memory):
-                return self.body(branch.body, memory)
-        return True
-
-    def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
-        return self.values.known(span, memory) if span[0] < span[1] else None
-
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """Nothing: functions run where they are called."""
 
@@ -134,10 +119,7 @@ class _Values(Accessor):
         super().__init__()
         self.place: Span = (0, 0)
 
-    def value_or_not(self, span: Span, memory: Memory) -> Data:
-        return self.known(span, memory).data
-
-    def known(self, span: Span, memory: Memory) -> Value:
+    def evaluated(self, span: Span, memory: Memory) -> Value:
         """The value of an expression.
 
         Raises:

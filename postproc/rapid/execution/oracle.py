@@ -1,0 +1,22 @@
+"""Answers to what the text of a program leaves open."""
+
+from __future__ import annotations
+
+
+class Oracle:
+    """This one has no answers: both ways are followed, and loops for all turns at once.
+
+    Args:
+        decides: there is an answer to everything: one way is followed, jump by jump.
+    """
+
+    def __init__(self, decides: bool = False) -> None:
+        self.decides = decides
+
+    def condition(self, words: str) -> bool | None:
+        """Whether a condition holds that nothing decides."""
+        return None
+
+    def turns(self) -> list[float] | None:
+        """Values of the index of a FOR loop whose bounds are not known."""
+        return None
