@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from postproc.rapid.data.records import Vec3
-from postproc.rapid.program.elsewhere import Elsewhere
+from postproc.rapid.program.program import Elsewhere
 
 
 @dataclass(frozen=True, slots=True)

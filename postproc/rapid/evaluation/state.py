@@ -31,17 +31,15 @@ def start_without(keys: Iterable[str]) -> Mapping[str, Data]:
     return {**AT_START, **unknown}
 
 
-def run_state_instruction(
-    word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data], text: Callable[[Span], str]
-) -> None:
+def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
     """Carry out one instruction of ``STATE``; what it sets may turn out to be assumed, or not to be known.
 
     Args:
-        value, text: of an argument.
+        value: of an argument.
     """
     memory.noted.clear()
     try:
-        data = _state_after(word, pieces, memory, value, text)
+        data = _state_after(word, pieces, memory, value)
     except Unknown as error:
         data = error.kept()
     except (IndexError, TypeError, ValueError):
@@ -49,9 +47,7 @@ def run_state_instruction(
     memory.changed[STATE[word]] = assumed_for(data, joined_causes(tuple(memory.noted)))
 
 
-def _state_after(
-    word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data], text: Callable[[Span], str]
-) -> Data:
+def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> Data:
     """What the state of an instruction is behind it."""
     switches = {option[1:] for option, _, _ in pieces if option}
     plain = [span for option, span, _ in pieces if not option]
@@ -75,7 +71,8 @@ def _state_after(
             before, _ = without_causes(memory.changed["@units"])
             if isinstance(before, Unknown):
                 raise before
-            return (*before, (text(plain[0]).strip().lower(), word == "actunit"))
+            unit = memory.frame.routine.source.data[slice(*plain[0])].decode("latin-1").strip().lower()
+            return (*before, (unit, word == "actunit"))
         case "confl" | "confj":
             return "off" not in switches
         case "softact" | "softdeact":

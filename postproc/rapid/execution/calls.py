@@ -64,9 +64,8 @@ class Execution(ABC):
         self.constants = DeclaredValues(program)
         self.diagnostics: list[Diagnostic] = []
         self.teaching = Teaching(program.taught)
-        self.maker = EventMaker(program, self.diagnostics, named=added is None)
+        self.maker = EventMaker(program, self.diagnostics, named=added is None and not self.oracle.decides)
         self.recorder = Recorder(self.maker)
-        self.ways = self.recorder.ways
         self.entered: set[str] = set()  # routines
         self.followed: set[tuple[str, int]] = set()  # calls
         self.elsewhere: set[str] = set()  # names of routines in none of the files
@@ -114,10 +113,7 @@ class Execution(ABC):
             self.followed.add(place)
             self.call_routine(routine, pieces, memory, again)
         elif word in STATE:
-            run_state_instruction(
-                word, pieces, memory, lambda span: self.data.value(span, memory),
-                lambda span: source.data[span[0] : span[1]].decode("latin-1"),
-            )  # fmt: skip
+            run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
             self.data.count(word, pieces, memory)

@@ -51,7 +51,7 @@ class Flow(Loops):
             return None
         ways = [*([Exit(memory.changed, memory.ends)] if reached else ()), *exits]
         memory.changed = joined([way.changed for way in ways if way.goes_on] or [memory.changed], self.program)
-        memory.ends = self.ways.either(*(way.ends for way in ways))
+        memory.ends = self.recorder.either(*(way.ends for way in ways))
         values = [way.value for way in exits if way.value is not None]
         return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
@@ -241,7 +241,7 @@ class Flow(Loops):
         conditional = [way.conditional - 1 for way in ways if way is not memory]
         memory.changed, memory.ends, memory.conditional = (
             joined([way.changed for way in ways], self.program),
-            self.ways.either(*(way.ends for way in ways)),
+            self.recorder.either(*(way.ends for way in ways)),
             max([memory.conditional, *conditional]),
         )
 

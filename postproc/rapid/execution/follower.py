@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, Pose, RobTarget, ToolData, WobjData
-from postproc.rapid.data.values import to_jointtarget, to_robtarget, to_tool, to_wobj
+from postproc.rapid.data.values import to_tool, to_wobj
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
-from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Binding, Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
@@ -161,9 +160,8 @@ class _Follower(Flow):
             if self.own > MOST_MOTIONS:
                 raise _Stop
         arguments = {argument.role: argument for argument in motion.arguments}
-        to, circle, signature = arguments.get("to"), arguments.get("via"), motion.signature
-        target = self.joints(to, memory) if signature.jointed else self.place(to, memory)
-        via = self.place(circle, memory)
+        target = self.place(motion, "to", memory, motion.signature.jointed)
+        via = self.place(motion, "via", memory)
         tool, wobj = self.frames(arguments.get("tool"), arguments.get("\\wobj"), memory)
         displacement = without_causes(memory.changed.get("@pdisp", Pose()))[0]
         displacement = displacement if isinstance(displacement, Pose) else Pose()
@@ -171,6 +169,7 @@ class _Follower(Flow):
         if self.adrift and motion.interpolation != "none":
             self.adrift = False
             begins = self.world.beside(target) if isinstance(target, RobTarget) else None
+        assert not isinstance(via, JointTarget)
         self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
 
     def moved(self, motion: MotionStatement, memory: Memory) -> None:
@@ -183,22 +182,15 @@ class _Follower(Flow):
         if motion.key in self.ordinals and not self.interrupted:
             self.interrupt(self.ordinals[motion.key], memory)
 
-    def place(self, argument: Argument | None, memory: Memory) -> RobTarget | None:
-        """A robtarget argument; None where it is none."""
-        if argument is None:
+    def place(
+        self, motion: MotionStatement, role: str, memory: Memory, jointed: bool = False
+    ) -> RobTarget | JointTarget | None:
+        """The target of an argument; None where it is none."""
+        if role not in motion.roles:
             return None
-        try:
-            literal = read_literal_target(memory.frame.routine.source, *argument.span)
-            return literal[0] if literal is not None else to_robtarget(self.data.value(argument.span, memory))
-        except Unknown:
-            return None
-
-    def joints(self, argument: Argument | None, memory: Memory) -> JointTarget | None:
-        """A jointtarget argument; None where it is none."""
-        try:
-            return None if argument is None else to_jointtarget(self.data.value(argument.span, memory))
-        except Unknown:
-            return None
+        read = self.maker.targets.jointtarget if jointed else self.maker.targets.robtarget
+        target, _ = read(motion.source, motion.span_of(role), memory)
+        return None if isinstance(target, Unknown) else target
 
     def frames(
         self, tool: Argument | None, wobj: Argument | None, memory: Memory

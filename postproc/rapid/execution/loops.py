@@ -136,7 +136,7 @@ class Loops(Execution):
             self.body(body, next_turn)
         memory.conditional -= not certain
         forget(memory, keys, Kind.CHANGED_IN_LOOP)
-        memory.ends = self.ways.either(memory.ends, begin)
+        memory.ends = self.recorder.either(memory.ends, begin)
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
         """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""

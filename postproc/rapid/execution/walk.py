@@ -66,7 +66,7 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
     flow = _followed(program, started, added)
-    count, found = len(flow.ways.events), tuple(flow.diagnostics)
+    count, found = len(flow.recorder.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
     unknown = start_without(flow.changes.everything)
     for routine in uncalled:
@@ -74,8 +74,8 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
             _start(flow, routine, unknown)
     _follow_rest(flow, unknown)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
-        others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
+        targets = {event.statement.key: event.target for event in flow.recorder.events[:count]}
+        others = {e.statement.key for e in flow.recorder.events[count:] if targets.get(e.statement.key) != e.target}
         flow.recorder.elsewhere |= others
         events, flips = assume_wrist(_marked(flow)[:count])
         return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
@@ -95,7 +95,7 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
             flow.choices = SplitBranches(forced, met)
             for routine in started:
                 flow.check_end(_start(flow, routine, AT_START))
-        more = flow.choices.lacking(flow.ways.events) if ways else {}
+        more = flow.choices.lacking(flow.recorder.events) if ways else {}
         if not more:
             flow.choices = SplitBranches()
             return flow
@@ -125,7 +125,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
-    events, recorder = flow.ways.events, flow.recorder
+    events, recorder = flow.recorder.events, flow.recorder
     marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
         key = event.statement.key
@@ -139,7 +139,7 @@ def _marked(flow: Flow) -> list[MotionEvent]:
 
 def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     """Numbers of statements that are others on ways that are not followed: no displacement may go with them."""
-    events, found = flow.ways.events, dict[StatementKey, set[str]]()
+    events, found = flow.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if flow.recorder.others else {}
     for key, target, numbers in flow.recorder.others:
         now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]

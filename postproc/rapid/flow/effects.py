@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.flow.states import NOTHING, Writes
 from postproc.rapid.program.instructions import KNOWN, MOVING
-from postproc.rapid.program.late_binding import late_call, may_be
+from postproc.rapid.program.late_binding import late_call
 from postproc.rapid.program.program import Program, statements_in
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.program.write_effects import STATE, UNSEEN, WriteEffects, argument_name
@@ -57,7 +57,6 @@ class StatementEffects:
 
     def __init__(self, program: Program, changes: WriteEffects) -> None:
         self.program, self.changes = program, changes
-        self._procedures = [r for r in program.all_routines() if r.kind == "PROC"]
 
     def steps(self, statement: Statement, routine: Routine) -> Iterator[Step]:
         """What a statement does, in the order in which it does it."""
@@ -101,10 +100,7 @@ class StatementEffects:
         late = late_call(statement, routine.source.data, self.program, routine.module)
         keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
         if late is not None:
-            if None in late.template:
-                found = [r.key for r in self._procedures if may_be(late.template, r.name)]
-            else:
-                found = [r.key for r in self._procedures if r.name.lower() == "".join(map(str, late.template))]
+            found = [r.key for r in self.changes.procedures(late.template)]
             yield CallStep(tuple(found), not found or None in late.template, keys)
             return
         called = self.program.routine(statement.word, routine.module)

@@ -1,4 +1,4 @@
-"""Motions recorded as events while a program is walked, and what has been recorded already."""
+"""Motions recorded as events while a program is walked, by every way by which the arm may come to them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
 from postproc.rapid.motions.elements import Choice, elements
 from postproc.rapid.motions.events_of import EventMaker
-from postproc.rapid.motions.predecessors import Predecessors, reached
 from postproc.rapid.motions.regressors import Numbers, named_numbers
-from postproc.rapid.motions.repeats import Repeats
 from postproc.rapid.unknown import Kind
+
+MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
+MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
 
 
 class Recorder:
-    """Records motions.
+    """Records motions; where the arm stands on a way is told by ``Memory.ends``.
 
     Args:
-        ways: the events, and after which of them the arm may stand.
+        events: in the order in which they run; where several ways meet, one after the other.
+        last: the last event that moves the arm.
         visited: statements that have an event; first: indices of their first events; went: of the first event of a
             statement to each other target.
         elsewhere: statements that run again with another target.
@@ -32,8 +34,8 @@ class Recorder:
 
     def __init__(self, maker: EventMaker) -> None:
         self.maker = maker
-        self.repeats = Repeats(maker)
-        self.ways = Predecessors()
+        self.events: list[MotionEvent] = []
+        self.last = NOWHERE
         self.visited: set[StatementKey] = set()
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
@@ -58,15 +60,14 @@ class Recorder:
         if not new and self.only_new:
             before_it = self.first.get(statement.key) if supposed else self._earlier(statement, memory)
             if supposed or before_it is not None:
-                known = None if supposed or before_it is None else self.ways.events[before_it]
+                known = None if supposed or before_it is None else self.events[before_it]
                 if known is not None and known.numbers:
                     numbers = named_numbers(statement, known.target_origin, memory)
                     self.others.add((statement.key, known.target, numbers))
                 memory.ends = LOST
                 return 0
-        make = self.maker.event if new else self.repeats.event
         ends = memory.ends
-        event = make(statement, memory, self._before(ends))
+        event = self.maker.event(statement, memory, self._before(ends))
         if memory.ends != ends:  # a function in its target has moved the arm
             event = replace(event, start=self.maker.start(self._before(memory.ends), statement, memory))
         if not new and self.only_new and event.reason is not None:
@@ -81,13 +82,13 @@ class Recorder:
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
         """The event after which the arm stands, where that is the last one."""
-        return self.ways.events[self.ways.last] if self.ways.events and ends == {self.ways.last} else None
+        return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
         """Add an event; how many it takes beyond the first."""
         statement = event.statement
-        events, before = self.ways.events, len(self.ways.events)
-        memory.ends = self.ways.go(event, memory.ends)
+        events, before = self.events, len(self.events)
+        memory.ends = self.go(event, memory.ends)
         index = before
         while events[index].resumes_from is not None:
             index += 1
@@ -100,8 +101,8 @@ class Recorder:
 
         Where the motion before went by the same numbers, each case goes on from its own place.
         """
-        begin, before = memory.ends, len(self.ways.events)
-        last = {} if begin <= LOST else self.cases.get(self.ways.events[self.ways.last].statement.key, {})
+        begin, before = memory.ends, len(self.events)
+        last = {} if begin <= LOST else self.cases.get(self.events[self.last].statement.key, {})
         ends: dict[Choice, int] = {}
         for choice, case in cases:
             own = {last[choice]} if choice in last and begin == {*last.values()} else begin
@@ -114,19 +115,76 @@ class Recorder:
             place = reached(event)
             if place not in self.reached and not memory.returning:
                 self._add(event, case)
-                self.reached[place] = self.ways.last
+                self.reached[place] = self.last
             ends[choice] = self.reached.get(place, NOWHERE)
         self.cases[statement.key] = ends
         memory.ends = frozenset(ends.values()) or LOST
-        return max(0, len(self.ways.events) - before - 1)
+        return max(0, len(self.events) - before - 1)
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """The first event in which the statement went where it goes now; its first one where no target tells."""
         first = self.first[statement.key]
-        known = self.ways.events[first].target
+        known = self.events[first].target
         if "to" not in statement.roles or not isinstance(known, RobTarget):
             return first
         target = self.maker.targets.robtarget(statement.source, statement.span_of("to"), memory)[0]
         if target == known:
             return first
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None
+
+    def either(self, *ends: frozenset[int]) -> frozenset[int]:
+        """Ends of some ways together; of very many those alone that a motion after them tells from all: two at each of
+        the last places (see ``go``), and ``NOWHERE``.
+        """
+        found = ends[0].union(*ends[1:])
+        if len(found) <= MOST_KEPT:
+            return found
+        places: dict[tuple[object, ...], list[int]] = {}
+        kept = [*found & {NOWHERE}]
+        for end in sorted(found, reverse=True):
+            if end == NOWHERE or len(places) == MOST_WAYS:
+                break
+            here = places.setdefault(reached(self.events[end]), [])
+            kept += [end] if len(here) < 2 else []
+            here.append(end)
+        return frozenset(kept)
+
+    def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
+        """Add a motion once for every way that leads to it; where the arm stands then.
+
+        On a way other than from the event before, the arm first stands ``resumes_from`` where that way has brought it.
+        """
+        if _still(event):
+            self.events.append(event)
+            return ends
+        if self.last == NOWHERE or ends != {self.last}:
+            self._go_by_all_ways(event, ends)
+        else:  # as nearly all do: on from the motion before
+            self.events.append(event)
+        self.last = len(self.events) - 1
+        return frozenset({self.last})
+
+    def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
+        # Predecessors from one place are one: of a loop's turns that end alike the last counts.
+        known = sorted(ends - {NOWHERE})
+        if len(known) > 1:
+            known = sorted({reached(self.events[end]): end for end in known}.values())[-MOST_WAYS:]
+            known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
+        if len(ends) > 1 or not known:
+            event = replace(event, detached=True, first=not known)
+        for number, end in enumerate(known or [self.last]):
+            if known and (end != self.last or number > 0):
+                self.events.append(replace(self.events[end], resumes_from=end))
+            self.events.append(replace(event, way=number) if number else event)
+
+
+def reached(event: MotionEvent) -> tuple[object, ...]:
+    """Where an event brings the arm, with what, and by which statement."""
+    if event.reason is not None or event.target is None:
+        return (id(event),)
+    return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)
+
+
+def _still(event: MotionEvent) -> bool:
+    """The arm stays where it is."""
+    return event.statement.interpolation == "none" and event.reason is None

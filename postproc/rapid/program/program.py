@@ -9,7 +9,6 @@ from postproc.diagnostics import Diagnostic, Matter, Source
 from postproc.rapid.data.arm import ControllerArm
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.program.arguments import MotionReader
-from postproc.rapid.program.elsewhere import Elsewhere
 from postproc.rapid.program.scopes import (
     all_declarations,
     check_taught,
@@ -22,6 +21,18 @@ from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module, Routine, Statement
 
 ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that hold a module
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """PERS data that other tasks of the controller declare too: lower-case names, and lower-case types.
+
+    Args:
+        shared: all of it. written: what another task may write at any time, or declares with another value.
+    """
+
+    shared: frozenset[tuple[str, str]] = frozenset()
+    written: frozenset[tuple[str, str]] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.program.elsewhere import Elsewhere
-from postproc.rapid.program.program import Program, is_shared, named, read_program
+from postproc.rapid.program.program import Elsewhere, Program, is_shared, named, read_program
 from postproc.rapid.program.references import names_at
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse

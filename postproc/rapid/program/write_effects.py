@@ -281,7 +281,7 @@ class WriteEffects:
         calls: set[CalledWith],
     ) -> None:
         """What procedures may write one of which is called by its name in a text."""
-        found = self._procedures(template)
+        found = self.procedures(template)
         for called in found:
             self._hand_over(called, pieces, routine, changed, calls)
         if not found or None in template:
@@ -289,7 +289,7 @@ class WriteEffects:
             self.unseen.add(LATE)
             self._hand_over(None, pieces, routine, changed, calls, writer=LATE)
 
-    def _procedures(self, template: Template) -> Sequence[Routine]:
+    def procedures(self, template: Template) -> Sequence[Routine]:
         """Procedures whose name a text may be; of a text without gaps they are not searched for."""
         if len(template) == 1 and template[0] is not None:
             return self._by_name.get(template[0], [])
