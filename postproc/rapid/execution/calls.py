@@ -95,7 +95,6 @@ class Execution(ABC):
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
             self.move(motion, memory)
-            self.moved(motion, memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
         late = late_call(statement, source.data, self.program, memory.frame.routine.module)
@@ -123,13 +122,14 @@ class Execution(ABC):
             self.from_elsewhere(statement, len(pieces), memory)
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion."""
+        """Record a motion; what a search finds is not known."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
+        self.search(motion, memory)
 
-    def moved(self, motion: MotionStatement, memory: Memory) -> None:
-        """What a search has found is not known."""
+    def search(self, motion: MotionStatement, memory: Memory) -> None:
+        """What a search finds is not known."""
         if "found" in motion.roles and (found := motion.argument("found")) is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 

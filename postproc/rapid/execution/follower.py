@@ -153,7 +153,7 @@ class _Follower(Flow):
     # -- motions -------------------------------------------------------------------------------------------------------
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion."""
+        """Record a motion; then the procedure that it starts may run, and traps."""
         if motion.key in self.ordinals:
             # Added statements do not count: the written program goes as far as the original.
             self.count, self.own = self.count + 1, self.own + 1
@@ -171,11 +171,8 @@ class _Follower(Flow):
             begins = self.world.beside(target) if isinstance(target, RobTarget) else None
         assert not isinstance(via, JointTarget)
         self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
-
-    def moved(self, motion: MotionStatement, memory: Memory) -> None:
-        """The procedure that a motion starts may run, and traps."""
-        super().moved(motion, memory)
-        procedure = motion.argument("procedure")
+        self.search(motion, memory)
+        procedure = arguments.get("procedure")
         if procedure is not None:
             name = without_causes(self.data.value_or_not(procedure.span, memory))[0]
             self.run(str(name).rpartition(":")[2], memory)

@@ -360,7 +360,7 @@ def named_writers(writers: Iterable[str]) -> str:
 
 def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:
     """Keys of the program's own declarations of data that tasks share, by name and type."""
-    return frozenset({d.key for d in program.declarations if is_shared(d) and named(d) in names})
+    return frozenset({d.key for d in program.declarations if named(d) in names and is_shared(d)} if names else ())
 
 
 def _is_exposed(declaration: Declaration) -> bool:
