@@ -153,7 +153,7 @@ def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memor
     set_data(declaration, Unknown(kind, f"`{declaration.name}`", cause, key=key), memory)
 
 
-def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
+def assume(memory: Memory, keys: Iterable[str], cause: str) -> None:
     """Data and state of these keys may have been written unseen: their values are only assumed from here on.
 
     Data that nothing has set so far is assumed anyway (see ``Memory.value``).

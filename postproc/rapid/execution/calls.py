@@ -17,6 +17,7 @@ from postproc.rapid.evaluation.memory import CallFrame, Memory, Reference
 from postproc.rapid.evaluation.state import run_state_instruction
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.execution.oracle import Oracle
+from postproc.rapid.execution.path_splitting import Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
@@ -72,6 +73,9 @@ class Execution(ABC):
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
         self.reported: set[tuple[str, str]] = set()
         self.jumps: dict[str, Mapping[str, int]] = {}
+        self.jump: str | None = None  # label that the one way goes on at
+        self.choices = SplitBranches()
+        self.told: set[Place] = set()  # branches
         self.spare = 10 * (len(program.statements) - len(self.added.motions))  # long programs may take more steps
         self.steps = -self.spare
         self.depth = 0

@@ -9,14 +9,11 @@ from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Exit, Memory, Reference
-from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
-from postproc.rapid.execution.oracle import Oracle
-from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
+from postproc.rapid.execution.path_splitting import Ends, Place
 from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import WriteEffects, argument_name
+from postproc.rapid.program.write_effects import argument_name
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
@@ -26,18 +23,6 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 
 class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
-
-    def __init__(
-        self,
-        program: Program,
-        changes: WriteEffects | None = None,
-        added: AddedMotions | None = None,
-        oracle: Oracle | None = None,
-    ) -> None:
-        super().__init__(program, changes, added, oracle)
-        self.choices = SplitBranches()
-        self.told: set[Place] = set()
-        self.jump: str | None = None  # label that the one way goes on at
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         """Run a routine's body; what it returns."""

@@ -31,7 +31,7 @@ class EventMaker:
         named: what the program calls the numbers and places of an event is asked, too: for what is written into it.
     """
 
-    def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool = True) -> None:
+    def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool) -> None:
         self.program = program
         self.named = named
         self.targets = Targets(named)
@@ -39,7 +39,7 @@ class EventMaker:
         self.settings = SettingsReader(program, self.missing)
         self.last = Moment(_SET(AT_START))
 
-    def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None = None) -> MotionEvent:
+    def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None) -> MotionEvent:
         """The event of one execution; ``before``: the one where the arm comes from, where that is one."""
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []

@@ -127,7 +127,7 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
     return [*found, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
 
 
-def undeclared(what: str, name: str, source: Source, span: Span, meant: str = "") -> Diagnostic:
+def undeclared(what: str, name: str, source: Source, span: Span, meant: str) -> Diagnostic:
     """A name whose value stands in none of the files.
 
     Args:

@@ -29,7 +29,7 @@ class Targets:
         rooted: what displaces another target is told from what does more.
     """
 
-    def __init__(self, rooted: bool = True) -> None:
+    def __init__(self, rooted: bool) -> None:
         self.rooted = rooted
         self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
 

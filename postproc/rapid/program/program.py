@@ -78,7 +78,7 @@ class Program:
         low = name.lower()
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
-    def hides(self, name: str, module: str, routine: str = "") -> bool:
+    def hides(self, name: str, module: str, routine: str) -> bool:
         """Whether a name means something of the program's own inside a routine, or in a module: no built-in."""
         inside = self.routine(routine, module) if routine else None
         own = () if inside is None else names_of(inside)
