@@ -130,11 +130,13 @@ class Execution(ABC):
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
-        self.search(motion, memory)
+        if "found" in motion.roles:
+            self.search(motion, memory)
 
     def search(self, motion: MotionStatement, memory: Memory) -> None:
         """What a search finds is not known."""
-        if "found" in motion.roles and (found := motion.argument("found")) is not None:
+        found = motion.argument("found")
+        if found is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property
 
@@ -110,7 +111,10 @@ class WriteEffects:
         self.unseen: set[str] = set()  # names of routines in none of the files
         self.lasting: set[str] = set()  # data that an instruction goes on writing
         self.sync: set[str] = set()  # routines that a motion starts: nobody knows when they run
-        self._writing = {source.path: writing_functions(source, program) for source in program.sources}
+        self._writing: dict[str, tuple[re.Pattern[bytes], Sequence[int]]] = {}  # and where these are called
+        for source in program.sources:
+            if (writing := writing_functions(source, program)) is not None:
+                self._writing[source.path] = writing, [found.start() for found in writing.finditer(source.data)]
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
         found: dict[str, set[str]] = {key: set() for key in routines}
@@ -193,9 +197,10 @@ class WriteEffects:
         return changed
 
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
-        writing = self._writing[routine.source.path]
-        if writing is not None:
-            self._of_functions(writing, statement, routine, changed, calls)
+        if routine.source.path in self._writing:
+            writing, places = self._writing[routine.source.path]
+            if bisect_left(places, statement.span[0]) < bisect_left(places, statement.span[1]):
+                self._of_functions(writing, statement, routine, changed, calls)
         if statement.kind == "assign":
             self._add(statement.word, routine, changed, component_path(routine.source.data, statement.parts[0]))
         elif statement.kind == "call":
