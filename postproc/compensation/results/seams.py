@@ -107,7 +107,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
 
     for event in events:
         statement, interpolation = event.statement, event.statement.interpolation
-        if event.first or event.detached or event.conditional or event.unreachable or event.resumes_from is not None:
+        if event.detached or event.conditional or event.unreachable or event.resumes_from is not None:
             start, known = None, False
         if event.resumes_from is not None or interpolation == "none":
             continue

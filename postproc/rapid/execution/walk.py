@@ -23,6 +23,7 @@ from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -88,9 +89,9 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
     """The routines run one after the other; once for every choice of what motions need (see ``SplitBranches``)."""
     branches: dict[Place, tuple[int, ...]] = {}
-    ways, met = combinations(branches), dict[Place, Choice]()
+    ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
     while True:
-        flow = Flow(program, added=added)
+        flow = Flow(program, changes, added)
         for forced in ways or [{}]:
             flow.choices = SplitBranches(forced, met)
             for routine in started:
