@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.flow.states import NOTHING, Writes
-from postproc.rapid.program.instructions import KNOWN, MOVING
-from postproc.rapid.program.late_binding import late_call
+from postproc.rapid.program.instructions import MOVING
 from postproc.rapid.program.program import Program, statements_in
-from postproc.rapid.program.signatures import SIGNATURES
-from postproc.rapid.program.write_effects import STATE, UNSEEN, WriteEffects, argument_name
+from postproc.rapid.program.write_effects import UNSEEN, WriteEffects, argument_name
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import word_set
 
@@ -97,17 +95,11 @@ class StatementEffects:
             yield Write(keys)
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        late = late_call(statement, routine.source.data, self.program, routine.module)
+        called, elsewhere = self.changes.called(statement, routine)
         keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
-        if late is not None:
-            found = [r.key for r in self.changes.procedures(late.template)]
-            yield CallStep(tuple(found), not found or None in late.template, keys)
-            return
-        called = self.program.routine(statement.word, routine.module)
-        word = statement.word
-        if called is not None:
-            yield CallStep((called.key,), False, keys)
-        elif word in LEAVING or (word not in KNOWN and word not in SIGNATURES and word not in STATE):
+        if called:
+            yield CallStep(tuple(sorted(called)), elsewhere, keys)
+        elif elsewhere or statement.word in LEAVING:
             yield LOSE
         elif keys:
             yield Write(keys)

@@ -196,6 +196,13 @@ class WriteEffects:
             self._through_call(self.of_routine[called], passed, routine, changed)
         return changed
 
+    def called(self, statement: Statement, routine: Routine) -> tuple[set[str], bool]:
+        """Keys of the routines of which a call runs one, and whether that may be one in none of the files."""
+        changed: set[str] = set()
+        calls: set[CalledWith] = set()
+        self._of_call(statement, routine, changed, calls)
+        return {key for key, _ in calls}, UNSEEN in changed
+
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         if routine.source.path in self._writing:
             writing, places = self._writing[routine.source.path]
@@ -286,7 +293,7 @@ class WriteEffects:
         calls: set[CalledWith],
     ) -> None:
         """What procedures may write one of which is called by its name in a text."""
-        found = self.procedures(template)
+        found = self._procedures(template)
         for called in found:
             self._hand_over(called, pieces, routine, changed, calls)
         if not found or None in template:
@@ -294,7 +301,7 @@ class WriteEffects:
             self.unseen.add(LATE)
             self._hand_over(None, pieces, routine, changed, calls, writer=LATE)
 
-    def procedures(self, template: Template) -> Sequence[Routine]:
+    def _procedures(self, template: Template) -> Sequence[Routine]:
         """Procedures whose name a text may be; of a text without gaps they are not searched for."""
         if len(template) == 1 and template[0] is not None:
             return self._by_name.get(template[0], [])
