@@ -22,7 +22,7 @@ from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.function_effects import BY_REFERENCE, COUNTING
 from postproc.rapid.program.instructions import KNOWN, MOVING, READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
@@ -118,7 +118,7 @@ class Execution(ABC):
         elif word in STATE:
             run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
-        elif word in ("incr", "decr", "add", "clear"):
+        elif word in COUNTING:
             self.data.count(word, pieces, memory)
         elif word in READ_ONLY:
             forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{word}`")
