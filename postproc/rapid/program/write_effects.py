@@ -10,10 +10,15 @@ from functools import cached_property
 from postproc.diagnostics import Source, Span
 from postproc.grouping import grouped
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
+from postproc.rapid.program.function_effects import (
+    BY_REFERENCE,
+    acting_functions,
+    called_in,
+    measured_places,
+    writing_functions,
+)
 from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
 from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
-from postproc.rapid.program.measured_places import measured_places
 from postproc.rapid.program.program import Program, is_shared, named, statements_in, statements_of
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Routine, RoutineParameter, Statement
