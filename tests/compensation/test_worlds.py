@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -14,10 +15,12 @@ from postproc.compensation.worlds import SEEDS, check_worlds, depends_on_run_tim
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from postproc.rapid.data.values import RECORDS
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.execution.worlds import World
 from postproc.rapid.program.program import Program
+from postproc.rapid.unknown import Kind, Unknown
 from tests.rapid.build import module, program, target
 
 DATA = f"""CONST robtarget p:={target(500, 0, 400)}; CONST robtarget q:={target(600, 50, 400)};
@@ -117,6 +120,18 @@ def test_an_endless_program_with_added_targets_is_followed_as_far_as_without() -
     assert differing(before, after, added={1: 1}) == []
 
 
+def test_statements_of_an_added_function_do_not_end_the_program_earlier() -> None:
+    """Between two motions the program counts: statements end what is followed of it, not motions."""
+    before = f"WHILE TRUE DO MoveL p,v5,z0,tool0; {'k:=k+1; ' * 60} MoveL q,v5,z0,tool0; ENDWHILE"
+    after = before.replace("MoveL q", "MoveL Half(p,q),v5,z0,tool0; MoveL q")
+    half = f"""FUNC robtarget Half(robtarget s,robtarget g)
+  VAR robtarget m; {"m:=s; " * 8} m.trans.x:=0.5*(s.trans.x+g.trans.x); m.trans.y:=0.5*(s.trans.y+g.trans.y);
+  m.trans.z:=0.5*(s.trans.z+g.trans.z);
+  RETURN m;
+ENDFUNC"""
+    assert differing(before, after, added={1: 1}, changed=f"{DATA}\n{half}") == []
+
+
 @pytest.mark.parametrize(("way", "sound"), [(0.5, True), (0.0, False)])
 def test_a_circle_point_may_be_corrected_as_its_way_is(way: float, sound: bool) -> None:
     """Its way may need more than its goal does."""
@@ -187,6 +202,15 @@ def test_data_that_is_read_once_more_stays_what_it_is() -> None:
     """An added target reads what the original does not, between two calls that may have written it."""
     last = "n:=Seen(); MoveL pOut,v5,z0,tool0;"
     assert differing(f"n:=Seen(); {last}", f"n:=Seen(); r:=pOut; {last}") == []
+
+
+def test_data_of_which_a_part_is_not_known_has_a_value() -> None:
+    open_ = Unknown(Kind.MAY_BE_WRITTEN)
+    conf, axes = (0.0, 0.0, open_, 0.0), (9e9,) * 5 + (open_,)
+    parts = (open_, 2.0, 3.0), (1.0, open_, 0.0, 0.0), conf, axes
+    place, rot, conf, axes = World(1, frozenset()).varied(parts, "robtarget", RECORDS, random.Random(1))  # type: ignore[misc]
+    assert np.abs(np.subtract(place, (0, 2, 3))).max() <= 10
+    assert (rot, conf, axes) == ((1.0, 0.0, 0.0, 0.0), (0.0,) * 4, (9e9,) * 5 + (0.0,))
 
 
 def test_a_program_without_end_is_left() -> None:
