@@ -131,28 +131,31 @@ class Unknown(Exception):
         self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     def kept(self) -> Self:
-        """Itself as a value: without the traceback, which grows with every raise and holds all that was at hand."""
+        """The exception itself, to be stored as a value: its traceback and context are dropped, which would hold much
+        memory.
+        """
         self.__traceback__ = self.__context__ = self.__cause__ = None
         return self
 
     def anew(self) -> Unknown:
-        """Another value that is not known for the same reason."""
+        """A copy with the same reason that counts as another unknown value (identity tells unknown values apart)."""
         other = type(self).__new__(type(self), *self.args)
         other.__dict__.update(self.__dict__)
         return other
 
     @property
     def reason(self) -> str:
-        """Its words for people."""
+        """The phrase for people that the kind of the reason makes of subject and cause."""
         cause = self.cause.reason if isinstance(self.cause, Unknown) else self.cause
         return self.kind.value.format(subject=self.subject, cause=cause)
 
     @property
     def root(self) -> Unknown:
-        """The reason behind all others."""
+        """The last reason in the chain of causes; itself if its cause is no other reason."""
         return self.cause.root if isinstance(self.cause, Unknown) else self
 
     def __str__(self) -> str:
+        """The reason as a phrase for people."""
         return self.reason
 
 
@@ -192,13 +195,15 @@ class Assumed:
 
 
 def joined_causes(*causes: Causes) -> Causes:
-    """Causes of a value that is made of several, each once."""
+    """Join the causes of several values: each kind, subject and cause once, at most ``MOST_CAUSES`` in all."""
     found = {(cause.kind, cause.subject, str(cause.cause)): cause for part in causes for cause in part}
     return tuple(found.values())[:MOST_CAUSES]
 
 
 def assumed_for(data: Data, causes: Causes) -> Data:
-    """Data (known, assumed or not known) that is no more certain than its causes allow."""
+    """The data marked as assumed for these causes, added to those it has; unchanged if there are none or it is
+    unknown.
+    """
     if not causes or (isinstance(data, Unknown) and not isinstance(data, PartlyUnknown)):
         return data
     if isinstance(data, PartlyUnknown):
@@ -208,12 +213,14 @@ def assumed_for(data: Data, causes: Causes) -> Data:
 
 
 def without_causes(data: Data) -> tuple[Data, Causes]:
-    """The value, assumed or not, and why it is not certain."""
+    """Split data into the bare value (which may be Unknown) and the causes why it is only assumed; () if it is
+    certain.
+    """
     return (data.data, data.causes) if isinstance(data, Assumed) else (data, ())
 
 
 def unknown_part(data: Data) -> Unknown | None:
-    """Why data, or a part of it, is not known."""
+    """The first Unknown found in data, itself or inside nested tuples; None if all of it is known."""
     if isinstance(data, tuple):
         kinds = set(map(type, data))  # an array may be long
         if not kinds.isdisjoint((Unknown, PartlyUnknown, Invalid)):

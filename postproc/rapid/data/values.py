@@ -54,7 +54,7 @@ _SINGLE = Struct("f")
 
 
 def single(number: float) -> float:
-    """A ``num`` as the controller holds it, in single precision.
+    """The number rounded to single precision, as a ``num`` is stored.
 
     Raises:
         OverflowError: it is too large.
@@ -64,12 +64,12 @@ def single(number: float) -> float:
 
 
 def as_type(data: Data, kind: str) -> Data:
-    """Data as a variable of a type holds it: ``num`` in single, ``dnum`` in double precision."""
+    """Round a number to single precision if ``kind`` is ``num``; every other value is returned unchanged."""
     return single(data) if kind == "num" and isinstance(data, float) else data
 
 
 def rounded(data: Data) -> Data:
-    """Data all of whose numbers are ``num``, as the controller holds it."""
+    """Round every number of a value, nested tuples included, to single precision, as a ``num`` is stored."""
     return tuple(map(rounded, data)) if isinstance(data, tuple) else single(data)
 
 
@@ -81,6 +81,7 @@ Fields = tuple[tuple[str, str], ...]
 
 
 def _fields(text: str) -> Fields:
+    """Fields (name, type) of a record from text such as ``"num x y z; bool on"``: type, then the names that have it."""
     return tuple(
         (name, kind) for kind, _, names in (p.partition(" ") for p in text.split("; ")) for name in names.split()
     )
@@ -106,7 +107,7 @@ RECORDS: Mapping[str, Fields] = {
 
 
 def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
-    """Fields of the records that every controller has, and of the program's own, by lower-case name."""
+    """Fields (name, type) of each record type by lower-case type name: those of every controller and of these modules."""
     return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 
@@ -115,10 +116,13 @@ MOST_LEVELS = 10  # of records inside one another
 
 
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:
-    """Value of data declared without one.
+    """Value of data declared without one: 0, FALSE, the empty string, or a record of these.
+
+    Args:
+        kind: type name; records: fields of the record types by name.
 
     Raises:
-        Unknown: it is a record of very many parts, or of itself.
+        Unknown: the record has more than ``MOST_PARTS`` parts or contains itself.
     """
     if kind in records:
         if _parts_of(kind, records, MOST_LEVELS) > MOST_PARTS:
@@ -140,12 +144,14 @@ def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
 
 
 def _number(data: Data) -> float:
+    """Data as a finite float; raises Unknown if it is a truth value, text, record or not finite."""
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not math.isfinite(data):
         raise Unknown(Kind.NUMBER_EXPECTED)
     return float(data)
 
 
 def _numbers(data: Data, count: int) -> tuple[float, ...]:
+    """Data as a tuple of exactly ``count`` finite numbers; raises Unknown (Invalid for another count) if it is none."""
     if not isinstance(data, tuple) or len(data) != count:
         raise Invalid(Kind.NUMBERS_EXPECTED, str(count))
     if set(map(type, data)) == {float} and math.isfinite(sum(data)):
@@ -154,12 +160,17 @@ def _numbers(data: Data, count: int) -> tuple[float, ...]:
 
 
 def _vector(data: Data) -> Vec3:
+    """Data as three finite numbers (x, y, z); raises Unknown if it is anything else."""
     x, y, z = _numbers(data, 3)
     return (x, y, z)
 
 
 def to_quat(data: Data) -> Quat:
-    """Unit quaternion of an ``orient``."""
+    """Unit quaternion, scalar first, of an ``orient``; lengths within ``MOST_OFF_UNIT`` of 1 are scaled to 1.
+
+    Raises:
+        Unknown: all numbers are 0 (the position was never taught); Invalid if the length is farther from 1.
+    """
     a, b, c, d = _numbers(data, 4)
     length = math.hypot(a, b, c, d)
     if abs(length - 1.0) > MOST_OFF_UNIT:
@@ -170,12 +181,14 @@ def to_quat(data: Data) -> Quat:
 
 
 def _ax6(data: Data) -> Ax6:
+    """Six axis values [deg or mm]; whatever exceeds 0.99 * 9E9 becomes exactly ``NO_AXIS``, an unused axis."""
     # In single precision 9E9 is a little less.
     a, b, c, d, e, f = (NO_AXIS if value > 0.99 * NO_AXIS else value for value in _numbers(data, 6))
     return (a, b, c, d, e, f)
 
 
 def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
+    """The data itself if it is a record of ``count`` parts; else raises Invalid, which names the type ``kind``."""
     if not isinstance(data, tuple) or len(data) != count:
         raise Invalid(Kind.NOT_A, kind)
     return data
@@ -194,10 +207,10 @@ def to_robtarget(data: Data) -> RobTarget:
 
 
 def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
-    """Configuration data as integers.
+    """Configuration numbers cf1, cf4, cf6 and cfx rounded to integers.
 
     Raises:
-        Unknown: an axis that has turned a thousand times.
+        Unknown: one of them is larger than ``MOST_QUARTERS`` quarter turns.
     """
     a, b, c, d = map(round, numbers)
     if max(map(abs, (a, b, c, d))) > MOST_QUARTERS:

@@ -21,15 +21,19 @@ Tree = Callable[[Span, Memory], Expression]
 
 
 def unbound_frame(routine: Routine) -> CallFrame:
-    """A call whose arguments nobody knows."""
+    """A call of a routine all of whose parameters are Unknown."""
     unknown = {p.name: Unknown(Kind.PARAMETER, p.name) for p in routine.parameters}
     return CallFrame(routine, dict(unknown))
 
 
 def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> CallFrame:
-    r"""A call with the arguments ``pieces`` of the present routine's file.
+    r"""A call with the parameters bound to arguments, which are evaluated in the caller's ``memory``.
 
     ``\Opt?name`` passes a parameter on only if the caller got it.
+
+    Args:
+        pieces: arguments of the call (option, span of expression, span of whole) in the file of the calling routine.
+        tree: reads the expression at a span.
     """
     frame = CallFrame(routine, caller=memory.frame, conditional=memory.conditional, supposed=memory.frame.supposed)
     for parameter, span in paired(routine.parameters, pieces):
@@ -54,6 +58,11 @@ def passed_on(span: Span, memory: Memory) -> bool:
 
 
 def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, tree: Tree) -> Binding:
+    """What one parameter is bound to: a reference to the caller's data, a value, or Unknown if there is none.
+
+    Args:
+        span: of the argument in the caller's file; key: ``module.routine.%name`` of the parameter.
+    """
     try:
         expression = tree(span, memory)
         reference = _reference(expression, memory) if parameter.mode in BY_REFERENCE else None

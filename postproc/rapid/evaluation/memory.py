@@ -29,7 +29,7 @@ from postproc.rapid.unknown import (
 
 
 def set_first(unknowns: Iterable[Unknown]) -> str | None:
-    """What helps against data that nothing sets on the way to here, if that is the first of the reasons."""
+    """Advice for people, if the first reason is data that nothing sets before it is read; else None."""
     unknown = next(iter(unknowns), None)
     if unknown is None or unknown.root.kind is not Kind.UNSET:
         return None
@@ -90,7 +90,7 @@ class CallFrame:
     supposed: bool = False
 
     def running(self) -> list[CallFrame]:
-        """The calls that have not ended, the last first."""
+        """This call and the calls that led to it, from the innermost to the outermost."""
         frames, frame = list[CallFrame](), self
         while True:
             frames.append(frame)
@@ -99,7 +99,7 @@ class CallFrame:
             frame = frame.caller
 
     def varying(self) -> set[str]:
-        """Names that may mean something else in another call or another turn of a loop."""
+        """Lower-case names of parameters and loop indices, which may differ in another call or turn of a loop."""
         names = {*self.bindings}
         for parameter in self.routine.parameters:
             names.add(parameter.name)
@@ -137,40 +137,50 @@ class Memory:
 
     @property
     def records(self) -> Mapping[str, Fields]:
-        """See ``Scope``."""
+        """Fields (name, type) of each record type, by lower-case type name."""
         return self.constants.records
 
     def aside(self) -> Memory:
-        """The same to try something out: what functions write and move then does not count."""
+        """A copy to try something out in: writes to it do not reach the original, and motions in it are not recorded."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings), exits=[])
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 
     def branch(self) -> Memory:
-        """Another way from here, on a condition that is not known."""
+        """A copy for another way from here, which depends on one more condition that is not known."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings))
         return replace(self, frame=frame, changed=dict(self.changed), conditional=self.conditional + 1)
 
     def doubt(self) -> None:
-        """The arm may stand elsewhere, too."""
+        """Note that the arm may stand somewhere else than the recorded motions say: adds ``NOWHERE`` to ``ends``."""
         self.ends |= LOST
 
     def leave(self, value: Value | Unknown | None = None, goes_on: bool = True) -> None:
-        """The routine ends on this way."""
+        """Record that the routine ends here on this way, with its data now and the value that it returns.
+
+        Args:
+            goes_on: the caller continues; False behind EXIT, an error or an endless loop.
+        """
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Note that something may have written data, or (`UNSEEN`) all that code in none of the files can reach."""
+        """Count that something may have written the data of this key; ``UNSEEN`` is all that code outside the files
+        can write.
+        """
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:
-        """How often something may have written data."""
+        """How often something may have written the data of this key unseen so far."""
         reached = UNSEEN in self.unseen and key in self.changes.exposed
         return self.unseen.get(key, 0) + (self.unseen[UNSEEN] if reached else 0)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 
     def lookup(self, name: Name) -> Value:
-        """See ``Scope``: parameters and loop indices first, then declared data, then what every controller has."""
+        """The value of a name: parameters and loop indices first, then declared data, then what every controller has.
+
+        Raises:
+            Unknown: it has none.
+        """
         bound = self.frame.bindings.get(name.name)
         if isinstance(bound, Unknown):
             raise bound.kept()
@@ -192,7 +202,11 @@ class Memory:
         raise Unknown(Kind.NOT_DECLARED, name.text, "", name.text, name.span)
 
     def program_displacement(self) -> Value:
-        """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""
+        """The value of ``C_PROGDISP``: the displacement that PDispSet, PDispOn and EOffsSet have set.
+
+        Raises:
+            Unknown: it is not known.
+        """
         pose, causes = without_causes(self.changed.get("@pdisp", Pose()))
         offset, more = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
         for state in (pose, offset):
@@ -204,7 +218,11 @@ class Memory:
         return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """See ``Scope``: read alone where nothing has written the array."""
+        """The value of an element of an array, indices from 1; read alone from the text if nothing writes the array.
+
+        Raises:
+            Unknown: it has none.
+        """
         bound = self.frame.bindings.get(name.name)
         declaration = self.find(name.name) if bound is None else None
         if isinstance(bound, Reference) and all(isinstance(step, int) for step in bound.path):
@@ -228,18 +246,25 @@ class Memory:
         return Value(data, declaration.type, rank, declaration.key, indices)
 
     def call(self, call: Call) -> Value | None:
-        """See ``Scope``."""
+        """The result of a function that the program defines, which is run; None if it defines none of that name."""
         return self.function(call, self)
 
     def present(self, name: str) -> bool:
-        """See ``Scope``."""
+        """Whether the present call passes this optional parameter (lower-case name)."""
         return name in self.frame.present
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """What CalcRobT or CalcJointT gives under the displacements that are in force."""
+        """The result of CalcRobT or CalcJointT under the displacement, axis offset and units that are in force.
+
+        Raises:
+            Unknown: there is no arm, or that state is not known.
+        """
         causes: list[Unknown] = []
 
         def state(key: str) -> Data:
+            """Present value of state by its ``@`` key; notes why it is not certain, and raises Unknown if it is not
+            known.
+            """
             data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
             if isinstance(data, Unknown):
                 raise data.kept()
@@ -252,7 +277,9 @@ class Memory:
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
-        """The declaration that a name means in the present routine."""
+        """The declaration that a name means in the present routine: its own data, the module's, then the task's; None
+        if none.
+        """
         own, module, task = self.frame.routine.scopes
         names, low = self.program.names, name.lower()
         return names.get(own + low) or names.get(module + low) or names.get(task + low)
@@ -294,7 +321,9 @@ class Memory:
         return Value(data, declaration.type, len(declaration.dims), assumed=causes)
 
     def _writer(self, declaration: Declaration) -> Unknown:
-        """Why data that nothing has set so far is not certain."""
+        """The reason why data that nothing has set so far is not certain: the program writes it later, or something
+        unseen may.
+        """
         name, key = f"`{declaration.name}`", declaration.key
         writers = self.changes.writers.get(key, set())
         if "" in writers:
@@ -310,7 +339,9 @@ class Memory:
         return self.constants.value(declaration, self._home)
 
     def initialise(self, declaration: Declaration) -> None:
-        """Give a routine's own variable its initial value, as every call does."""
+        """Set a routine's own variable to its initial value, as every call does; one that nothing writes needs no
+        entry.
+        """
         if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
             return
         try:
@@ -329,11 +360,13 @@ class Memory:
 
 
 def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:
-    """Name of the data that an expression is or is a part of, the way to that part, and why that is not certain; None
-    for what is no data.
+    """Name (lower case), path and causes of doubt about the path of the data that an expression names, whole or in
+    part.
+
+    None if the expression is anything else than a name with indices and components.
 
     Raises:
-        Unknown: which part it is.
+        Unknown: an index is not known.
     """
     path: Path = ()
     causes: Causes = ()
