@@ -107,7 +107,7 @@ RECORDS: Mapping[str, Fields] = {
 
 
 def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
-    """Fields (name, type) of each record type by lower-case type name: those of every controller and of these modules."""
+    """Fields (name, type) of record types by lower-case type name: those of every controller and of these modules."""
     return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 

@@ -29,7 +29,7 @@ class _Row:
 
 
 def words(text: str) -> tuple[str, ...]:
-    """Tokens of RAPID text without blanks and comments: in lower case except strings, numbers rounded to nine digits."""
+    """Tokens of RAPID text without blanks and comments: in lower case except strings; numbers with nine digits."""
     data = text.encode("latin-1", "replace")
     return tuple(
         _number(piece) if kind == "number" else (piece if kind == "string" else piece.lower()).decode("latin-1")

@@ -86,7 +86,7 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
 
 
 def _evaluate(expression: Expression, scope: Scope) -> Value:
-    """The value of an expression; causes of doubt of the data read are appended to ``scope.reads``, not to the value."""
+    """The value of an expression; causes of doubt of the data read go to ``scope.reads``, not into the value."""
     match expression:  # the most frequent first
         case Name():
             return _read(scope.lookup(expression), scope)
@@ -178,7 +178,7 @@ def pick(value: Value, indices: tuple[int, ...]) -> Value:
 
 
 def _unary(operator: str, value: Value) -> Value:
-    """The value of ``not``, a sign or parentheses (``operator``: ``not``, ``+``, ``-`` or ``()``) applied to a value."""
+    """The value of ``not``, a sign or parentheses (``operator``: ``not``, ``+``, ``-``, ``()``) applied to a value."""
     if operator == "()":
         return value
     if operator == "not":

@@ -141,7 +141,7 @@ class Memory:
         return self.constants.records
 
     def aside(self) -> Memory:
-        """A copy to try something out in: writes to it do not reach the original, and motions in it are not recorded."""
+        """A copy to try something out in: writes to it do not reach the original, motions in it are not recorded."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings), exits=[])
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 

@@ -14,9 +14,11 @@ class Oracle:
         self.decides = decides
 
     def condition(self, words: str) -> bool | None:
-        """Whether a condition holds that nothing decides."""
+        """Whether a condition holds that no data decides, given its routine and text; None: not known, both ways
+        are followed.
+        """
         return None
 
     def turns(self) -> list[float] | None:
-        """Values of the index of a FOR loop whose bounds are not known."""
+        """Values of the index of a FOR loop whose bounds are not known; None: not known, too."""
         return None

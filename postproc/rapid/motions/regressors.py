@@ -68,6 +68,9 @@ def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
 
 
 def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
+    """Parameters, loop indices and num variables that the statement names or that are bound in its routine, as
+    terms.
+    """
     for word in sorted(identifiers(statement.source.data[slice(*statement.span)]) | memory.frame.bindings.keys()):
         bound = memory.frame.bindings.get(word)
         declaration = memory.find(word) if bound is None else None
@@ -78,6 +81,11 @@ def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
 
 
 def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
+    """Numbers that place a target expression, as terms (RAPID text, tree): amounts of Offs and RelTool, coordinates.
+
+    Args:
+        data: text in which the tree's spans count.
+    """
     text = data[slice(*tree.span)].decode("latin-1")
     match tree:
         case Call(_, "offs" | "reltool", (base, *amounts), options):
@@ -93,6 +101,8 @@ def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
 
 
 def _harmless(tree: Expression, text: str, memory: Memory) -> bool:
-    """Whether an expression may be written a second time: on one line, and no routine of the program runs twice."""
+    """Whether an expression may be evaluated a second time: it stands on one line and calls no routine of the
+    program.
+    """
     routines = (memory.program.routine(name, memory.frame.routine.module) for name in names_in(tree))
     return "\n" not in text and "!" not in text and not any(routines)
