@@ -58,9 +58,12 @@ class MotionReader:
         self.ends: dict[tuple[int, ...], tuple[int, ...]] = {}  # one tuple for all that are equal
 
     def read(self, span: Span, word: str, module: str, routine: str) -> MotionStatement:
-        """The motion statement at ``span`` of an instruction of ``SIGNATURES``.
+        """The motion statement at ``span``, whose instruction is in ``SIGNATURES``.
 
         Positional arguments beyond the signature get the role ``extra``.
+
+        Args:
+            word: the instruction in lower case; module, routine: names of where it stands.
         """
         signature = SIGNATURES[word]
         data, start = self.source.data, span[0]
@@ -85,7 +88,11 @@ class MotionReader:
 
 
 def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
-    """Arguments with their places as ``StatementShape`` counts them, from targets that end at ``ends``."""
+    """The arguments with spans relative to the end of the target before each (or to ``start``, that of the statement).
+
+    Args:
+        ends: where the targets end, counted from ``start``.
+    """
     found = []
     for i, (name, span, whole) in enumerate(pieces):
         before, behind = (start + (0, *ends)[min(k, len(ends))] for k in (i, i + 1))
@@ -96,7 +103,11 @@ def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[P
 def _shape(
     signature: Signature, home: tuple[str, str], names: frozenset[str], counted: Sequence[Piece]
 ) -> StatementShape:
-    """What statements share that have these arguments, in a module and a routine of these names."""
+    """The common shape of statements with these arguments, with the role of each argument by the signature.
+
+    Args:
+        home: names of module and routine; names: words beside the targets; counted: arguments with relative spans.
+    """
     count = len([1 for name, _, _ in counted if not name])
     given = signature.older if signature.older and count == len(signature.older) else signature.roles
     rest = iter(given)
