@@ -121,6 +121,12 @@ class Unknown(Exception):
         *,
         key: str = "",
     ) -> None:
+        """Make a reason ``kind`` about ``subject``.
+
+        Args:
+            cause: another reason, or words for the place that the kind's text has for it.
+            missing: name that is declared nowhere; span: where it is used; key: of the data or state.
+        """
         super().__init__(kind, subject, cause, missing, span)
         self.kind = kind
         self.subject = subject
@@ -171,6 +177,9 @@ class PartlyUnknown(Unknown):
     """
 
     def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
+        """Take the reason from ``unknown`` and the known parts from ``data``, which has an Unknown in place of each
+        other.
+        """
         super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, key=unknown.key)
         self.data = data
         self.assumed = assumed
@@ -188,7 +197,7 @@ class Assumed:
     causes: Causes
 
     def __eq__(self, other: object) -> bool:
-        """Whether the value is the same and uncertain, too, for whatever causes."""
+        """Whether the other is assumed, too, and has the same data; the causes do not count."""
         return isinstance(other, Assumed) and self.data == other.data
 
     __hash__ = None  # type: ignore[assignment]

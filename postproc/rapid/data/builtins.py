@@ -134,7 +134,7 @@ def number_text(value: float, decimals: float) -> str:
 
 
 def magnitude(v: Vec3) -> float:
-    """VectMagn: length of a vector."""
+    """VectMagn: the Euclidean length of a vector, in its unit."""
     return math.sqrt(dot(v, v))
 
 

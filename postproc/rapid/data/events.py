@@ -69,12 +69,14 @@ class Origin:
 
     @property
     def base(self) -> Origin:
-        """The origin of the numbers: of what is displaced, or its own."""
+        """Where the literal numbers come from: the origin of the target that Offs or the like displaces, else this
+        one.
+        """
         return self if self.root is None else self.root.origin
 
     @property
     def stands_in_statement(self) -> bool:
-        """Whether the numbers are an aggregate in the motion statement itself."""
+        """Whether the target's numbers are written as an aggregate in the motion statement itself."""
         return self.base.kind == "inline" and self.base.handed is None
 
 
@@ -225,7 +227,7 @@ class MotionStatement:
 
     @property
     def line(self) -> int:
-        """Number of its first line, from 1."""
+        """Line number, from 1, on which the statement begins."""
         return self.source.row(self.span[0])
 
 

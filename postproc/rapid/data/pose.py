@@ -37,12 +37,12 @@ def normalise(q: Quat) -> Quat:
 
 
 def add(a: Vec3, b: Vec3) -> Vec3:
-    """``a + b``."""
+    """Sum ``a + b`` of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def subtract(a: Vec3, b: Vec3) -> Vec3:
-    """``a - b``."""
+    """Difference ``a - b`` of two vectors."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
@@ -79,7 +79,7 @@ def about(axis: int, degrees: float) -> Quat:
 
 
 def orient_zyx(z: float, y: float, x: float) -> Quat:
-    """``Rz Ry Rx`` from degrees: about z, then about the new y, then about the new x."""
+    """Quaternion ``Rz Ry Rx`` of angles in degrees: turned about z, then about the new y, then about the new x."""
     return quat_mult(quat_mult(about(2, z), about(1, y)), about(0, x))
 
 

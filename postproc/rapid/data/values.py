@@ -132,7 +132,11 @@ def zero(kind: str, records: Mapping[str, Fields]) -> Data:
 
 
 def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
-    """How many numbers, texts and truth values a type holds; more than ``MOST_PARTS`` stand for any larger number."""
+    """How many numbers, texts and truth values a type holds; some number above ``MOST_PARTS`` if there are more.
+
+    Args:
+        levels: how many records inside one another are counted; deeper ones count as too many.
+    """
     if kind not in records or levels == 0:
         return 1 if kind not in records else MOST_PARTS + 1
     count = 1
@@ -195,13 +199,13 @@ def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
 
 
 def to_pose(data: Data) -> Pose:
-    """A ``pose`` [mm]; raises Unknown where data is none."""
+    """Convert data of type ``pose`` [mm]; raises Unknown if it is none."""
     trans, rot = _parts(data, 2, "pose")
     return Pose(_vector(trans), to_quat(rot))
 
 
 def to_robtarget(data: Data) -> RobTarget:
-    """A ``robtarget`` [mm, deg]; raises Unknown where data is none."""
+    """Convert data of type ``robtarget`` [mm, deg]; raises Unknown if it is none."""
     trans, rot, conf, extax = _parts(data, 4, "robtarget")
     return RobTarget(_vector(trans), to_quat(rot), to_conf(_numbers(conf, 4)), _ax6(extax))
 
@@ -219,26 +223,26 @@ def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
 
 
 def to_jointtarget(data: Data) -> JointTarget:
-    """A ``jointtarget`` [deg, mm]; raises Unknown where data is none."""
+    """Convert data of type ``jointtarget`` [deg, mm]; raises Unknown if it is none."""
     robax, extax = _parts(data, 2, "jointtarget")
     return JointTarget(_ax6(robax), _ax6(extax))
 
 
 def to_load(data: Data) -> LoadData:
-    """A ``loaddata`` [kg, mm, kg m^2]; raises Unknown where data is none."""
+    """Convert data of type ``loaddata`` [kg, mm, kg m^2]; raises Unknown if it is none."""
     mass, cog, aom, ix, iy, iz = _parts(data, 6, "loaddata")
     aom = aom if any(_numbers(aom, 4)) else (1.0, 0.0, 0.0, 0.0)  # an unset aom means the tool's own axes
     return LoadData(_number(mass), _vector(cog), to_quat(aom), (_number(ix), _number(iy), _number(iz)))
 
 
 def to_tool(name: str, data: Data) -> ToolData:
-    """A ``tooldata`` and its name; raises Unknown where data is none."""
+    """Convert data of type ``tooldata`` to a tool of this name; raises Unknown if it is none."""
     robhold, frame, load = _parts(data, 3, "tooldata")
     return ToolData(name, bool(robhold), _frame(frame), to_load(load))
 
 
 def to_wobj(name: str, data: Data) -> WobjData:
-    """A ``wobjdata`` and its name; raises Unknown where data is none."""
+    """Convert data of type ``wobjdata`` to a work object of this name; raises Unknown if it is none."""
     robhold, ufprog, ufmec, uframe, oframe = _parts(data, 5, "wobjdata")
     return WobjData(name, bool(robhold), bool(ufprog), str(ufmec), _frame(uframe), _frame(oframe))
 
@@ -256,18 +260,18 @@ def _frame(data: Data) -> Pose:
 
 
 def to_speed(data: Data) -> SpeedData:
-    """A ``speeddata`` [mm/s, deg/s]; raises Unknown where data is none."""
+    """Convert data of type ``speeddata`` [mm/s, deg/s]; raises Unknown if it is none."""
     v_tcp, v_ori, v_leax, v_reax = _numbers(data, 4)
     return SpeedData(v_tcp, v_ori, v_leax, v_reax)
 
 
 def to_zone(data: Data) -> ZoneData:
-    """A ``zonedata`` [mm, deg]; raises Unknown where data is none."""
+    """Convert data of type ``zonedata`` [mm, deg]; raises Unknown if it is none."""
     finep, *sizes = _parts(data, 7, "zonedata")
     a, b, c, d, e, f = _numbers(tuple(sizes), 6)
     return ZoneData(bool(finep), a, b, c, d, e, f)
 
 
 def as_pose(pose: Pose) -> Data:
-    """A pose as data of type ``pose``."""
+    """Convert a pose to data of type ``pose``: the tuple (trans, rot)."""
     return (pose.trans, pose.rot)

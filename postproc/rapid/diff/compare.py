@@ -171,7 +171,7 @@ def _values(a: MotionEvent, b: MotionEvent) -> dict[str, tuple[str, str]]:
 
 
 def _shown(value: object) -> str:
-    """A value as RAPID writes it, ``[100,500,5000,1000]``."""
+    """Write a value or record as RAPID does, ``[100,500,5000,1000]``, with nine digits; "not known" for None."""
     if value is None:
         return "not known"
     if isinstance(value, bool):

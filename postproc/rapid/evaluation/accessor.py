@@ -22,6 +22,7 @@ class Accessor:
     """Reads and writes data by spans of the present routine's file; trees of expressions are kept."""
 
     def __init__(self) -> None:
+        """Start without any trees."""
         self.trees: dict[tuple[str, Span], Expression] = {}
 
     def tree(self, span: Span, memory: Memory) -> Expression:

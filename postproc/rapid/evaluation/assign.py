@@ -116,7 +116,9 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
 
 
 def _is_known(declaration: Declaration, memory: Memory) -> bool:
-    """Whether no part of a variable is unknown; an array of thousands is not searched for one."""
+    """Whether declared data has a value without unknown parts, judged by its mark, without a search through its
+    elements.
+    """
     now = memory.changed.get(declaration.key)
     return not isinstance(without_causes(now)[0], Unknown) and (now is not None or declaration.init is not None)
 

@@ -51,7 +51,9 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
 
 
 def passed_on(span: Span, memory: Memory) -> bool:
-    r"""Whether an optional argument counts: ``\Opt?name`` only if the present routine got the parameter ``name``."""
+    r"""Whether the optional argument at a span is passed: ``\Opt?name`` only if the present routine got ``name``
+    itself.
+    """
     data = memory.frame.routine.source.data
     words = data[span[0] : span[1]].decode("latin-1").strip().lower()
     return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
@@ -81,7 +83,9 @@ def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, 
 
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:
-    """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
+    """The caller's data for which a parameter by reference stands; None if the argument is no name, element or
+    component.
+    """
     part = part_of(tree, memory)
     if part is None:
         return None

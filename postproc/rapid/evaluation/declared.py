@@ -23,6 +23,7 @@ class DeclaredValues:
     """Values that declarations give, each read once; ``home`` is the scope in which one is read."""
 
     def __init__(self, program: Program) -> None:
+        """Start with no values read; the program gives the record types."""
         self.values: dict[str, Value | Unknown] = {}
         self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
         self.zeros: dict[str, Data] = {}  # by type
@@ -93,10 +94,14 @@ class DeclaredValues:
         return data
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """Span of an array element or a component in the text of its declaration; None if it is not written there.
+        """Byte span of an array element or a component in the text of its declaration; None if it is not written
+        there.
 
         Args:
             indices: of elements and components, from 1.
+
+        Raises:
+            Unknown: the array has no such element.
         """
         if declaration.init is None:
             return None

@@ -228,10 +228,11 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
 
 
 def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
-    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined).
+    """The product ``x * y``: of numbers, of number and pos, of two pos (vector product), or of two orient (rotation y,
+    then x).
 
     Args:
-        kinds: types of both, and of their product where they are numbers.
+        kinds: type of x, type of y, and type of the product if both are numbers.
     """
     if isinstance(x, tuple) and isinstance(y, tuple):
         if len(x) == 4:

@@ -292,8 +292,8 @@ class Memory:
     def value(self, declaration: Declaration) -> Value:
         """The present value of declared data.
 
-        What something may write and nothing has set so far is assumed to be as it was declared; what a trap or a
-        handler writes is never certain.
+        If nothing has set it so far but something may, the declared value is assumed; data that a trap or a handler
+        writes is never certain.
 
         Raises:
             Unknown: it has none.

@@ -90,7 +90,15 @@ def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Call
 
 
 def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
-    r"""PDispOn with ``\ExeP``: ``D`` with ``D P_programmed = P_executed``, translation only without ``\Rot``."""
+    r"""The pose ``D`` that PDispOn sets from its option ``\ExeP``: ``D P_programmed = P_executed``.
+
+    Args:
+        plain: spans of the positional arguments; rotated: ``\Rot`` is given, else ``D`` only translates.
+        value: evaluates the expression at a span.
+
+    Raises:
+        Unknown: without ``\ExeP`` it depends on where the arm stands.
+    """
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:
         raise Unknown(Kind.DISPLACED_FROM_HERE)

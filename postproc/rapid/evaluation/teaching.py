@@ -54,13 +54,14 @@ class Teaching:
     """
 
     def __init__(self, names: frozenset[str] = frozenset()) -> None:
+        """Start with the lower-case names of the taught data and nothing moved or kept."""
         self.names = names
         self.place: tuple[Source, Span] | None = None
         self.moved: dict[str, tuple[Declaration, Source, Span]] = {}
         self.kept: set[str] = set()
 
     def covers(self, declaration: Declaration | None) -> bool:
-        """Whether data of a module is taught; data of a routine has its initial value in every call."""
+        """Whether declared data is module data that the user has named as taught."""
         return declaration is not None and not declaration.routine and declaration.name.lower() in self.names
 
     def written(self, declaration: Declaration, data: Data, value: Callable[[], Data]) -> Data:
@@ -91,7 +92,7 @@ class Teaching:
             self.moved.setdefault(declaration.key, (declaration, *self.place))
 
     def mixed(self) -> Iterable[str]:
-        """Keys of data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
+        """Keys of taught data that a statement moves and that was taken as unchanged in a loop or behind a jump."""
         return self.kept & self.moved.keys()
 
 

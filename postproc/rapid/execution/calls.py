@@ -49,7 +49,9 @@ class AddedMotions:
 
 
 class Execution(ABC):
-    """What is common to all statements; the ``recorder`` keeps every motion."""
+    """Executes calls, motions and functions; the ``recorder`` keeps every motion as an event, ``diagnostics`` the
+    findings.
+    """
 
     def __init__(
         self,
@@ -58,6 +60,13 @@ class Execution(ABC):
         added: AddedMotions | None = None,
         oracle: Oracle | None = None,
     ) -> None:
+        """Set up the walk of a program, with nothing executed yet.
+
+        Args:
+            changes: write effects of the program, worked out if None; added: motions and routines written into the
+                program.
+            oracle: answers what the text leaves open; by default nothing.
+        """
         self.program = program
         self.oracle = oracle or Oracle()
         self.added = added or AddedMotions()
@@ -99,7 +108,7 @@ class Execution(ABC):
         """Run a routine's body on ``memory`` and return its value: Unknown if not known, None if it returns nothing."""
 
     def call(self, statement: Statement, memory: Memory) -> None:
-        """Run a statement that begins with a name: a motion, a routine, an instruction."""
+        """Run a statement that begins with a name on ``memory``: a motion, a call of a routine, or an instruction."""
         source = memory.frame.routine.source
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:

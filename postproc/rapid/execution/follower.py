@@ -96,6 +96,8 @@ def _runs_alone(routine: Routine) -> bool:
 
 
 class _Follower(Flow):
+    """Follows one way through a program in which a world decides every condition, input and interrupt."""
+
     def __init__(
         self,
         program: Program,
@@ -104,6 +106,13 @@ class _Follower(Flow):
         changes: WriteEffects | None,
         foreign: Set[str],
     ) -> None:
+        """Set up the walk of a program in a world, with nothing executed yet.
+
+        Args:
+            ordinals: numbers of the original's motion statements by key; others cost no steps.
+            changes: write effects of the program, worked out if None.
+            foreign: keys of the routines that the original does not have.
+        """
         super().__init__(program, changes, oracle=world)
         self.foreign = foreign
         self.world = world

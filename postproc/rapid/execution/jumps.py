@@ -47,6 +47,7 @@ class _Rewritten:
     """
 
     def __init__(self, body: tuple[Statement, ...], jumps: Mapping[str, int]) -> None:
+        """Start before the first statement of the body; ``jumps`` counts the GOTO statements by label."""
         self.body, self.jumps, self.at = body, jumps, 0
         self.steps: list[Statement] = []
         self.sizes: list[int] = []

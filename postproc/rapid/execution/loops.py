@@ -24,7 +24,7 @@ MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; 
 
 
 class Loops(Execution):
-    """Executes loops."""
+    """Executes FOR and WHILE: turn by turn if the number of turns is known, else once for all turns."""
 
     @abstractmethod
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:

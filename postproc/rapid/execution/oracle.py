@@ -11,6 +11,7 @@ class Oracle:
     """
 
     def __init__(self, decides: bool = False) -> None:
+        """Make an oracle that knows no answers; ``decides`` says whether a subclass answers every question."""
         self.decides = decides
 
     def condition(self, words: str) -> bool | None:

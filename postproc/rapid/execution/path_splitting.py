@@ -49,6 +49,9 @@ class SplitBranches:
     """
 
     def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
+        """Start a walk in which the branches in ``forced`` take these arms; ``found`` is shared with walks before
+        and after.
+        """
         self.forced = forced or {}
         self.found = {} if found is None else found
         self.taken: set[Place] = set()

@@ -39,13 +39,14 @@ class Walk:
 def walk(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> list[MotionEvent]:
     """Every motion of a program in the order in which it runs.
 
-    ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
-    reached that way are walked one by one, so that every motion statement has at least one event. Of files that are
-    lent only what is called is walked.
+    ``main`` is executed if there is one, else every routine that nothing calls, in text order; routines that are never
+    reached that way are walked one by one, so that every motion statement has at least one event. Of read-only files
+    only what is called is walked.
 
     Args:
-        added: what of the program was written into another, which ends where that ends; its events then say where the
-            arm goes, not what the text calls that.
+        entry: name of the routine to execute instead of ``main``; then only its motions are returned.
+        added: motions and routines that were written into the program: they cost no steps, so that it is followed as
+            far as the original; events then lack the names by which the program calls numbers and places.
 
     Raises:
         PostprocError: there is no routine ``entry``.

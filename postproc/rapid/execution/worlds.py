@@ -49,6 +49,11 @@ class World(Oracle):
     """
 
     def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
+        """Make a world from its seed; nothing is drawn yet.
+
+        Args:
+            taught: keys of data that an operator may change; words: that a string may be.
+        """
         super().__init__(decides=True)
         self.seed = seed
         self.taught = taught
@@ -134,6 +139,9 @@ class WorldDeclared(DeclaredValues):
     """Declarations as they are in a world: targets touched up, data that nothing writes set by an operator."""
 
     def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:
+        """Read the declarations of a program in a world; ``written`` are the keys of data that the program may
+        write.
+        """
         super().__init__(program)
         self.world = world
         self.written = written
@@ -166,7 +174,7 @@ class WorldDeclared(DeclaredValues):
         return tuple(self._touched_up(item, part, records, drawn) for item, (_, part) in zip(data, fields, strict=True))
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """None: an element is taken from the value of the whole, of which each part has moved."""
+        """Return None, so that an element is taken from the whole value, in which every part has been varied."""
         return None
 
 

@@ -61,6 +61,9 @@ class Arrivals:
     """
 
     def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+        """Work out for the whole program where the arm may stand before each motion; ``changes`` are its write
+        effects.
+        """
         self.program = program
         self.changes = changes or WriteEffects(program)
         effects, constants = StatementEffects(program, self.changes), Constants(program)
@@ -89,8 +92,8 @@ class Arrivals:
 
     @cached_property
     def resumed_behind_errors(self) -> frozenset[str]:
-        """Keys of routines in which a statement that fails may be passed over: a handler of their own, or of a routine
-        to which their errors come, holds ``TRYNEXT``.
+        """Keys of routines in which a failing statement may be passed over by TRYNEXT, in a handler of their own or of
+        a routine that their errors reach.
         """
         pending = [key for key, routine in self._routines.items() if routine.graph.skips]
         found = set(pending)
@@ -104,8 +107,8 @@ class Arrivals:
         return frozenset(found)
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
-        """Whether all data that a text names at a statement, and the displacement of the program, are as they were
-        when the arm came to where the statement begins, by whichever way.
+        """Whether neither data that ``text`` names at a statement nor the program displacement may have been written
+        since the last motion before it, on any way that leads there.
         """
         since = NOTHING.union(*self.before(statement.key).values())
         if not since and not self.changes.volatile and not self.changes.unseen_any_time:

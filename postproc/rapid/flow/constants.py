@@ -22,14 +22,15 @@ class Constants:
     """Values of expressions in which nothing but constants of the text stand."""
 
     def __init__(self, program: Program) -> None:
+        """Take constants and record types from a program."""
         self.program = program
         self.records = known_records(program.modules)
 
     def value(self, routine: Routine, span: Span, hidden: frozenset[str]) -> Data | None:
-        """Value of an expression in a routine; None where anything else than constants decides it.
+        """Value of the expression at a span in a routine; None if anything else than constants of the text decides it.
 
         Args:
-            hidden: names of loop counters in force, lower case.
+            hidden: lower-case names of loop counters in force.
         """
         hidden |= {parameter.name for parameter in routine.parameters}
         scope = _Scope(self.program, self.records, (routine.module, routine.name), hidden)
@@ -64,7 +65,7 @@ class Constants:
 
 
 class _Scope:
-    """Names of constants."""
+    """The scope of an expression in which only constants have a value; everything else raises Unknown."""
 
     def __init__(
         self,
@@ -74,6 +75,12 @@ class _Scope:
         hidden: frozenset[str],
         depth: int = 0,
     ) -> None:
+        """Make the scope of an expression.
+
+        Args:
+            place: names of module and routine; hidden: lower-case names that are no constants; depth: of nested
+                constants.
+        """
         self.program, self.records, self.place, self.hidden, self.depth = program, records, place, hidden, depth
         self.reads: list[Unknown] = []
         self.noted: list[Unknown] = []

@@ -54,6 +54,7 @@ class StatementEffects:
     """Steps of statements of a program."""
 
     def __init__(self, program: Program, changes: WriteEffects) -> None:
+        """Take the program and its write effects."""
         self.program, self.changes = program, changes
 
     def steps(self, statement: Statement, routine: Routine) -> Iterator[Step]:

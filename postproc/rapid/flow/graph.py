@@ -52,6 +52,7 @@ class _Drawing:
     """Draws a graph; ``now`` is the block that the next step comes to, None behind a statement that leaves."""
 
     def __init__(self, routine: Routine, effects: StatementEffects, constants: Constants) -> None:
+        """Draw the whole graph of a routine: its body from block 0 to ``EXIT``, then its handlers."""
         self.routine, self.effects, self.constants = routine, effects, constants
         self.graph = Graph([FlowBlock(), FlowBlock()])
         self.labels: dict[str, int] = {}

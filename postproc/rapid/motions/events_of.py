@@ -32,6 +32,7 @@ class EventMaker:
     """
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool) -> None:
+        """Make events of a program; findings are added to ``diagnostics``."""
         self.program = program
         self.named = named
         self.targets = Targets(named)

@@ -38,6 +38,7 @@ class Missing:
     """Collects findings about names without a value, along a program."""
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+        """Collect findings of a program in ``diagnostics``, with nothing reported yet."""
         self.program = program
         self.diagnostics = diagnostics
         self.reported: set[str] = set()
@@ -126,7 +127,8 @@ class Missing:
 
 
 def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """The findings with all RAP031 about routines in no file replaced by one, or by none if no event depends on them.
+    """The findings with all RAP031 about routines in no file replaced by one, or by none if no event has assumed
+    values.
 
     Args:
         walked: findings of a program that was followed; events: its events.

@@ -29,6 +29,9 @@ class Moment:
     """
 
     def __init__(self, values: tuple[Data, ...]) -> None:
+        """Work out payload, displacement, speed and options from the values of the state, in the order of
+        ``SETTERS``.
+        """
         state = {key: without_causes(value) for key, value in zip(SETTERS, values, strict=True)}
         known = {key: None if causes or isinstance(value, Unknown) else value for key, (value, causes) in state.items()}
         self.values = values

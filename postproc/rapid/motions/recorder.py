@@ -33,6 +33,7 @@ class Recorder:
     """
 
     def __init__(self, maker: EventMaker) -> None:
+        """Start without events; ``maker`` makes each of them."""
         self.maker = maker
         self.events: list[MotionEvent] = []
         self.last = NOWHERE

@@ -19,12 +19,11 @@ NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
-    """Numbers that tell where this execution goes, as RAPID may write them behind its target, with their values.
+    """Numbers, by RAPID expressions that may be written behind the target, that tell this execution from others.
 
-    They are variables, parameters and loop indices of type num at hand, what the statement's ``Offs`` or ``RelTool``
-    displaces by, the coordinates of the variable that is its target or is displaced, of its work object and of the
-    program displacement. There are none where one execution goes where the other does; of an element of an array its
-    coordinates alone tell that.
+    They are num variables, parameters and loop indices at hand, the amounts of ``Offs`` or ``RelTool``, the coordinates
+    of the target's variable, of its work object and of the program displacement. For an array element they are its
+    coordinates alone; there are none if all executions go to one place.
     """
     frames = [*_frames(statement, memory)]
     terms: list[Term] = []

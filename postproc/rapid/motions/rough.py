@@ -33,7 +33,7 @@ def rough_frames(program: Program) -> Iterator[Diagnostic]:
 
 
 def _quaternions(tree: Expression) -> Iterator[Aggregate]:
-    """Aggregates of four numbers inside an aggregate."""
+    """All aggregates of four literal numbers in an expression, itself included."""
     if isinstance(tree, Aggregate):
         if len(tree.items) == 4 and all(isinstance(item, Number) for item in tree.items):
             yield tree

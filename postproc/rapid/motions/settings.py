@@ -42,6 +42,7 @@ class SettingsReader:
     """Reads settings; values of names that cannot change are read once."""
 
     def __init__(self, program: Program, missing: Missing) -> None:
+        """Start with nothing read; names without a value are reported to ``missing``."""
         self.program = program
         self.missing = missing
         self.fixed: dict[tuple[str, str, str, str], Any] = {}

@@ -30,6 +30,7 @@ class Targets:
     """
 
     def __init__(self, rooted: bool) -> None:
+        """Start with nothing read; ``rooted``: also find the target that Offs, RelTool or the like displaces."""
         self.rooted = rooted
         self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
 
@@ -151,7 +152,9 @@ class Targets:
 
 
 def _named(tree: Expression, memory: Memory) -> Declaration | None:
-    """The declaration behind a plain name or an element of it; None for parameters."""
+    """The declaration that a name, or the array of an element, means; also through a parameter by reference, else
+    None.
+    """
     base = tree.base if isinstance(tree, Index) else tree
     if not isinstance(base, Name):
         return None

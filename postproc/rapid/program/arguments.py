@@ -15,10 +15,15 @@ Piece = tuple[str, Span, Span]
 
 
 def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
-    r"""Arguments of the statement that goes on at ``start``, behind its name, and ends before ``end``, `;` or not.
+    r"""The arguments of a statement, in the order of the text.
+
+    Args:
+        data: bytes of the file; start: offset behind the instruction's name; end: of the statement, with its ``;`` or
+            not.
 
     Returns:
-        For each: ``\name`` of an optional argument or nothing, span of the expression, span of the whole argument.
+        For each: ``\name`` of an optional argument or an empty text, span of the expression, span of the whole
+            argument.
     """
     found: list[Piece] = []
     end -= data[end - 1 : end] == b";"
@@ -53,6 +58,7 @@ class MotionReader:
     """Reads the motion statements of one file; what stands beside the targets once for all that read alike."""
 
     def __init__(self, source: Source) -> None:
+        """Start without shapes; all statements are read from this file."""
         self.source = source
         self.shapes: dict[tuple[object, ...], StatementShape] = {}
         self.ends: dict[tuple[int, ...], tuple[int, ...]] = {}  # one tuple for all that are equal

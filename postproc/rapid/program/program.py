@@ -101,7 +101,7 @@ class Program:
         return "", ""
 
     def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
-        """The motion statement that a statement of a file is; None for any other."""
+        """The motion statement that this statement of a file is; None if it is no motion."""
         return self.motions.get((source.path, statement.span[0]))
 
     def all_routines(self) -> Iterator[Routine]:
@@ -204,7 +204,11 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
 def _read_motions(
     modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
 ) -> dict[StatementKey, MotionStatement]:
-    """The motion statements of all files, by their key."""
+    """The motion statements of all files by their key; calls of a user's routine with such a name are none.
+
+    Args:
+        routines: by lower-case (module, name).
+    """
     motions: dict[StatementKey, MotionStatement] = {}
     for module in modules:
         reader = MotionReader(module.source)

@@ -68,8 +68,8 @@ def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> I
 
 
 def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
-    """Data that an instruction of ``BY_NAME`` may mean (``SetDataVal "p"+ValToStr(n),pNew``), as far as its text and
-    the type of the data that it hands over tell; nothing for other statements.
+    """Module data whose name fits the first argument of GetDataVal, SetDataVal or SetAllDataVal and that has the type
+    of the data passed (any if unknown), as in ``SetDataVal "p"+ValToStr(n),pNew``; nothing for other statements.
     """
     if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
         return
@@ -156,8 +156,8 @@ class WriteEffects:
 
     @cached_property
     def exposed(self) -> frozenset[str]:
-        """What code in none of the files may write: data of modules that is not LOCAL, data that routines of these
-        files write which such code may call (all but main and those that are LOCAL), and all state.
+        """Keys of all that code in none of the files may write: module data that is not LOCAL, data written by
+        routines that it may call (all but main and LOCAL ones), and all state.
         """
         data = {d.key for d in self.program.declarations if _is_exposed(d)}
         called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}

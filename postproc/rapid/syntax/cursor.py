@@ -19,6 +19,7 @@ class Cursor:
     """Position in a file; the methods step over small pieces."""
 
     def __init__(self, source: Source) -> None:
+        """Start at the first byte of the file, outside any module."""
         self.source = source
         self.data = source.data
         self.end = len(source.data)
@@ -44,7 +45,7 @@ class Cursor:
         return found[1].lower(), found.start(1), found.end(1)
 
     def semicolon(self) -> None:
-        """Step over an optional ``;`` (some files have one after ENDIF)."""
+        """Move behind a ``;`` if one comes next (some files have one after ENDIF)."""
         at = skip(self.data, self.at, self.end)
         if self.data[at : at + 1] == b";":
             self.at = at + 1

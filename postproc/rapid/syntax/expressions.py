@@ -94,7 +94,10 @@ def read_whole_expression(data: bytes, start: int, end: int, what: str = "the ex
 
 
 class _Reader:
+    """Reads an expression by recursive descent; ``kind``, ``word`` and ``span`` are those of the present token."""
+
     def __init__(self, data: bytes, start: int, end: int) -> None:
+        """Start at the first token of ``data[start:end]``."""
         self.tokens: Iterator[tuple[str, Span]] = tokenize(data, start, end)
         self.data = data
         self.end = end
