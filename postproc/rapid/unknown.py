@@ -137,9 +137,7 @@ class Unknown(Exception):
         self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     def kept(self) -> Self:
-        """The exception itself, to be stored as a value: its traceback and context are dropped, which would hold much
-        memory.
-        """
+        """The exception itself, to be stored as a value: its traceback, which holds memory, is dropped."""
         self.__traceback__ = self.__context__ = self.__cause__ = None
         return self
 
@@ -177,9 +175,7 @@ class PartlyUnknown(Unknown):
     """
 
     def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
-        """Take the reason from ``unknown`` and the known parts from ``data``, which has an Unknown in place of each
-        other.
-        """
+        """Take the reason from ``unknown`` and the known parts from ``data``, with an Unknown for each other."""
         super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, key=unknown.key)
         self.data = data
         self.assumed = assumed
@@ -210,9 +206,7 @@ def joined_causes(*causes: Causes) -> Causes:
 
 
 def assumed_for(data: Data, causes: Causes) -> Data:
-    """The data marked as assumed for these causes, added to those it has; unchanged if there are none or it is
-    unknown.
-    """
+    """The data marked as assumed for these and its own causes; unchanged if there are none or it is unknown."""
     if not causes or (isinstance(data, Unknown) and not isinstance(data, PartlyUnknown)):
         return data
     if isinstance(data, PartlyUnknown):
@@ -222,9 +216,7 @@ def assumed_for(data: Data, causes: Causes) -> Data:
 
 
 def without_causes(data: Data) -> tuple[Data, Causes]:
-    """Split data into the bare value (which may be Unknown) and the causes why it is only assumed; () if it is
-    certain.
-    """
+    """Split data into the bare value (perhaps Unknown) and the causes why it is only assumed; () if certain."""
     return (data.data, data.causes) if isinstance(data, Assumed) else (data, ())
 
 

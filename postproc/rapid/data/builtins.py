@@ -56,8 +56,7 @@ def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool
 
 
 def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
-    """DefFrame: the pose of the frame through three robtargets: origin in ``p1``, x towards ``p2``, ``p3`` on the +y
-    side.
+    """DefFrame: the pose of the frame through three robtargets: origin in ``p1``, x to ``p2``, ``p3`` on the +y side.
 
     ``origin`` 2 puts the origin in ``p2``, 3 on the x axis where the y axis passes through ``p3``.
     """
@@ -65,18 +64,14 @@ def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
 
 
 def def_dframe(*points: Data) -> Data:
-    """DefDFrame: the pose that displaces three old robtargets onto three new ones; the six points are three old, three
-    new.
-    """
+    """DefDFrame: the pose that displaces three robtargets onto three others; arguments are the old, then the new."""
     old1, old2, old3, new1, new2, new3 = (point[0] for point in points)
     old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
     return as_pose(pose_mult(new, pose_inv(old)))
 
 
 def pose_vect(frame: Data, place: Data) -> Data:
-    """PoseVect: coordinates [mm] in the outer frame of a position given in ``frame``, whose pose is stated in the
-    outer one.
-    """
+    """PoseVect: coordinates [mm] of a position, stated in ``frame``, in the frame in which ``frame`` is stated."""
     pose = to_pose(frame)
     return add(pose.trans, rotate(pose.rot, place))
 
@@ -202,7 +197,5 @@ def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> t
 
 
 def unknown(name: str) -> Unknown:
-    """The exception for a function outside ``FUNCTIONS``: its value exists only at run time, or nobody knows the
-    function.
-    """
+    """The exception for a function outside ``FUNCTIONS``: its value exists only at run time, or it is not known."""
     return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)

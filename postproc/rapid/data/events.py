@@ -69,9 +69,7 @@ class Origin:
 
     @property
     def base(self) -> Origin:
-        """Where the literal numbers come from: the origin of the target that Offs or the like displaces, else this
-        one.
-        """
+        """Origin of the literal numbers: of the target that Offs or the like displaces, else this one."""
         return self if self.root is None else self.root.origin
 
     @property
@@ -308,9 +306,7 @@ class MotionEvent:
 
     @property
     def searched(self) -> bool:
-        """Whether one of the reasons in ``unknowns`` goes back to a position that a search instruction finds at run
-        time.
-        """
+        """Whether one of the reasons in ``unknowns`` goes back to a position that a search instruction finds."""
         return any(unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns)
 
 

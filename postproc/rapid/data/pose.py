@@ -57,9 +57,7 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
 
 
 def pose_mult(a: Pose, b: Pose) -> Pose:
-    """Product ``T_a T_b`` of two poses: the pose ``b``, stated in the frame ``a``, in the frame in which ``a`` is
-    stated.
-    """
+    """Product ``T_a T_b``: the pose ``b``, stated in the frame ``a``, in the frame in which ``a`` is stated."""
     return Pose(add(a.trans, rotate(a.rot, b.trans)), quat_mult(a.rot, b.rot))
 
 

@@ -88,9 +88,7 @@ Side = tuple[Program, MotionStatement, Sequence[MotionEvent]]
 
 
 def _compare(first: Side, second: Side) -> Difference:
-    """The difference between two paired motion statements: the largest over their executions, which are paired in
-    order.
-    """
+    """Difference between two paired motion statements: the largest over their executions, which are paired in order."""
     (_, x, a), (_, y, b) = first, second
     distance: float | None = None
     angle: float | None = None
@@ -139,9 +137,7 @@ def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, 
 
 
 def _speed(event: MotionEvent) -> float | None:
-    """TCP speed [mm/s] of an event: that of its welddata in the seam (not at its start) if known, else of its
-    speeddata.
-    """
+    """TCP speed [mm/s] of an event: of its welddata in the seam (not at its start) if known, else its speeddata."""
     if event.weld is not None and event.weld.phase != "start" and event.weld.speed is not None:
         return event.weld.speed
     return None if event.speed is None else event.speed.v_tcp

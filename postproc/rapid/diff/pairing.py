@@ -92,9 +92,7 @@ class _Compared:
 def _described(
     statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
 ) -> _Compared:
-    """The arrays by which statements are compared; the target is that of the first event of each, NaN if there is
-    none.
-    """
+    """Arrays by which statements are compared; the target is that of the first event of each, NaN if there is none."""
     words: list[list[tuple[str, str]]] = [
         [(g.role, g.text.lower().replace(" ", "")) for g in s.arguments] for s in statements
     ]
@@ -117,9 +115,7 @@ def _described(
 
 
 def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, int]]:
-    """Index pairs of items that occur exactly once in both sequences: the longest series that rises in both (patience
-    diff).
-    """
+    """Index pairs of items that occur once in both: the longest series that rises in both (patience diff)."""
     once_a, once_b = Counter(a), Counter(b)
     at = {key: j for j, key in enumerate(b) if once_b[key] == 1}
     shared = [(i, at[key]) for i, key in enumerate(a) if once_a[key] == 1 and key in at]
@@ -136,9 +132,7 @@ def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, in
 
 
 def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
-    """Index pairs of the cheapest pairing of two runs of statements; neighbours alone decide if the table is too
-    large.
-    """
+    """Index pairs of the cheapest pairing of two runs of statements; neighbours alone decide if there are too many."""
     n, m = len(a.keys), len(b.keys)
     if not n or not m:
         yield from ((i, None) for i in range(n))

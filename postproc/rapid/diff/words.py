@@ -40,9 +40,7 @@ def words(text: str) -> tuple[str, ...]:
 
 
 def _number(text: bytes) -> str:
-    """A numeric literal with nine significant digits, so that ``1.0`` and ``1`` are equal; other literals in lower
-    case.
-    """
+    """A numeric literal with nine significant digits, so that ``1.0`` and ``1`` are equal; others in lower case."""
     try:
         return f"{float(text):.9g}"
     except ValueError:
@@ -96,9 +94,7 @@ def _lonely_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added", 
 
 
 def _rows(program: Program) -> dict[str, list[_Row]]:
-    """The statements that do not move the arm, by routine key in text order; a handler begins with the row
-    ``handler``.
-    """
+    """Statements that do not move the arm, by routine key in text order; a handler begins with the row ``handler``."""
     found: dict[str, list[_Row]] = {}
     for routine in program.all_routines():
         rows: list[_Row] = []

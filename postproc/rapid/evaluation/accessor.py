@@ -48,18 +48,14 @@ class Accessor:
         return evaluate(self.tree(span, memory), memory).data
 
     def value_or_not(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span: the bare data if certain, ``Assumed`` if not certain, ``Unknown`` if not
-        known.
-        """
+        """Value of the expression at a span: the bare data if certain, ``Assumed`` if not certain, else ``Unknown``."""
         value = self.evaluated(span, memory)
         if isinstance(value, Unknown):
             return value
         return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def evaluated(self, span: Span, memory: Memory) -> Value | Unknown:
-        """Value of the expression at a span with its type and causes of doubt; an Unknown (returned, not raised) if
-        none.
-        """
+        """Value of the expression at a span with type and causes of doubt; Unknown is returned, not raised."""
         try:
             return evaluate(self.tree(span, memory), memory)
         except Unknown as error:

@@ -116,9 +116,7 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
 
 
 def _is_known(declaration: Declaration, memory: Memory) -> bool:
-    """Whether declared data has a value without unknown parts, judged by its mark, without a search through its
-    elements.
-    """
+    """Whether declared data has a value without unknown parts, as marked; its elements are not searched."""
     now = memory.changed.get(declaration.key)
     return not isinstance(without_causes(now)[0], Unknown) and (now is not None or declaration.init is not None)
 

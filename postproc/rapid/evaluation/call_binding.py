@@ -51,9 +51,7 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
 
 
 def passed_on(span: Span, memory: Memory) -> bool:
-    r"""Whether the optional argument at a span is passed: ``\Opt?name`` only if the present routine got ``name``
-    itself.
-    """
+    r"""Whether the optional argument at a span counts: ``\Opt?name`` only if the present routine got ``name``."""
     data = memory.frame.routine.source.data
     words = data[span[0] : span[1]].decode("latin-1").strip().lower()
     return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
@@ -83,9 +81,7 @@ def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, 
 
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:
-    """The caller's data for which a parameter by reference stands; None if the argument is no name, element or
-    component.
-    """
+    """Caller's data for which a parameter by reference stands; None if the argument is no name or part of one."""
     part = part_of(tree, memory)
     if part is None:
         return None

@@ -228,8 +228,7 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
 
 
 def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
-    """The product ``x * y``: of numbers, of number and pos, of two pos (vector product), or of two orient (rotation y,
-    then x).
+    """The product ``x * y``: of numbers, of number and pos, of two pos (vector product), or two orient (y first).
 
     Args:
         kinds: type of x, type of y, and type of the product if both are numbers.
@@ -246,8 +245,7 @@ def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
 
 
 def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
-    """The value of OR (``decisive`` True) or AND (False): a side equal to ``decisive`` decides even if the other is
-    unknown.
+    """The value of OR (``decisive`` True) or AND (False): a side equal to it decides even if the other is unknown.
 
     Raises:
         Unknown: no side decides and one is unknown.

@@ -19,8 +19,7 @@ ROUNDED = 0.002  # of the length of a quaternion: two decimals of each number le
 
 
 def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
-    """The 17 numbers of a robtarget as ((x, y, z), (q1..q4), (cf1, cf4, cf6, cfx), (eax_a..eax_f)), as they are
-    written.
+    """17 numbers of a robtarget as ((x, y, z), (q1..q4), (cf1, cf4, cf6, cfx), (eax_a..eax_f)), as they are written.
 
     None if the text is anything else than literal numbers.
     """
@@ -58,15 +57,12 @@ Behind = tuple[Quat, tuple[int, int, int, int], Ax6, bool]
 
 @lru_cache(maxsize=4096)
 def _written(behind: bytes) -> Behind:
-    """What ``_behind`` returns, from the text ``[q1,..],[cf1,..],[eax_a,..]`` behind a position; kept for repeated
-    texts.
-    """
+    """What ``_behind`` returns, from the text ``[q1,..],[cf1,..],[eax_a,..]`` behind a position; repeats are kept."""
     return _behind([float(number) for number in behind.translate(None, b"[]").split(b",")])
 
 
 def _behind(n: Sequence[float]) -> Behind:
-    """Orientation, configuration, external axes, and whether the quaternion is off unit length by more than
-    ``ROUNDED``.
+    """Orientation, configuration, external axes, and whether the quaternion is off length 1 by ``ROUNDED``.
 
     Args:
         n: the 14 numbers of a robtarget that follow its position.

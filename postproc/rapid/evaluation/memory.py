@@ -163,9 +163,7 @@ class Memory:
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN`` is all that code outside the files
-        can write.
-        """
+        """Count that something may have written the data of this key; ``UNSEEN`` is all that unseen code can write."""
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:
@@ -262,9 +260,7 @@ class Memory:
         causes: list[Unknown] = []
 
         def state(key: str) -> Data:
-            """Present value of state by its ``@`` key; notes why it is not certain, and raises Unknown if it is not
-            known.
-            """
+            """Present value of state by its ``@`` key; notes causes of doubt; raises Unknown if it is not known."""
             data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
             if isinstance(data, Unknown):
                 raise data.kept()
@@ -277,9 +273,7 @@ class Memory:
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
-        """The declaration that a name means in the present routine: its own data, the module's, then the task's; None
-        if none.
-        """
+        """The declaration that a name means in the present routine: its own, the module's, the task's, or None."""
         own, module, task = self.frame.routine.scopes
         names, low = self.program.names, name.lower()
         return names.get(own + low) or names.get(module + low) or names.get(task + low)
@@ -321,9 +315,7 @@ class Memory:
         return Value(data, declaration.type, len(declaration.dims), assumed=causes)
 
     def _writer(self, declaration: Declaration) -> Unknown:
-        """The reason why data that nothing has set so far is not certain: the program writes it later, or something
-        unseen may.
-        """
+        """Why data that nothing has set so far is not certain: the program writes it later, or something unseen may."""
         name, key = f"`{declaration.name}`", declaration.key
         writers = self.changes.writers.get(key, set())
         if "" in writers:
@@ -339,9 +331,7 @@ class Memory:
         return self.constants.value(declaration, self._home)
 
     def initialise(self, declaration: Declaration) -> None:
-        """Set a routine's own variable to its initial value, as every call does; one that nothing writes needs no
-        entry.
-        """
+        """Set a routine's own variable to its initial value, as every call does, if the program writes it at all."""
         if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
             return
         try:
@@ -360,8 +350,7 @@ class Memory:
 
 
 def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:
-    """Name (lower case), path and causes of doubt about the path of the data that an expression names, whole or in
-    part.
+    """Lower-case name, path and causes of doubt about the path of the data that an expression names, whole or in part.
 
     None if the expression is anything else than a name with indices and components.
 

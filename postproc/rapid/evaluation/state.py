@@ -48,8 +48,7 @@ def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, va
 
 
 def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> Data:
-    """The value that the instruction ``word`` (lower case) gives to its state, in the form in which ``AT_START`` holds
-    it.
+    """Value that the instruction ``word`` (lower case) gives to its state, in the form in which ``AT_START`` holds it.
 
     Raises:
         Unknown: it is not known; IndexError, TypeError or ValueError for arguments that do not fit.

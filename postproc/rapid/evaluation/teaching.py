@@ -65,8 +65,7 @@ class Teaching:
         return declaration is not None and not declaration.routine and declaration.name.lower() in self.names
 
     def written(self, declaration: Declaration, data: Data, value: Callable[[], Data]) -> Data:
-        """The value of taught data after ``data`` is written: parts that only a measurement gives keep the value in
-        the file.
+        """The value of taught data after ``data`` is written: measured parts keep the value in the file.
 
         Args:
             value: gives the value in the file.

@@ -91,8 +91,7 @@ class Execution(ABC):
         self.data = Accessor()
 
     def exhausted(self, source: Source) -> bool:
-        """Whether more than ``MAX_STEPS`` steps are taken, so that no further loop turns and calls are followed (warns
-        once).
+        """Whether more than ``MAX_STEPS`` steps are taken, so that no more turns and calls are followed (warns once).
 
         Args:
             source: the file at which the warning RAP033 is reported.
@@ -140,9 +139,7 @@ class Execution(ABC):
             self.from_elsewhere(statement, len(pieces), memory)
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion as events and count its steps; the data to which a search writes its position becomes
-        unknown.
-        """
+        """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
@@ -186,16 +183,13 @@ class Execution(ABC):
             self.report_once(Diagnostic("RAP031", "info", text, source, span, help_, Matter.UNSEEN, name))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
-        """Report, once per name, a name without declaration if that is why the load or displacement ``data`` is
-        Unknown.
-        """
+        """Report once a name without declaration if that is why the load or displacement ``data`` is Unknown."""
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
             meant = meant_name(data.missing, (d.name for d in self.program.declarations))
             self.diagnostics.append(undeclared("data", data.missing, source, data.span, meant))
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
-        """The routine that a call by name (``%name%``, ``CallByVar``) means; None if its name or the routine is not
-        known.
+        """Routine that a call by name (``%name%``, ``CallByVar``) means; None if the name or the routine is not known.
 
         If None, what it may write becomes unknown, and RAP032 is reported.
         """
@@ -253,8 +247,7 @@ class Execution(ABC):
         return result
 
     def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: CallFrame, memory: Memory) -> None:
-        """Make data uncertain that the call may have written by reference through a parameter that is no known
-        reference.
+        """Make data uncertain that the call may have written by reference through a parameter that is no sure one.
 
         Such a parameter got an element with an unknown index, or one that the caller itself got by value.
         """
@@ -300,8 +293,7 @@ class Execution(ABC):
 
 
 def _endless(frame: CallFrame, before: CallFrame) -> bool:
-    """Whether a call of a running routine may recur for ever: no arguments, its own data by reference, or a new
-    condition.
+    """Whether a call of a running routine may never end: no arguments, its own data by reference, or a new condition.
 
     Args:
         frame: the new call; before: the call of that routine which has not ended.

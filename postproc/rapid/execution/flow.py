@@ -45,9 +45,7 @@ class Flow(Loops):
         return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        """Run statements on ``memory``; True if their end is reached, False if RETURN, EXIT or a jump leaves before
-        it.
-        """
+        """Run statements on ``memory``; True if their end is reached, False if RETURN, EXIT or a jump leaves it."""
         if self.oracle.decides:
             return self.one_way(tuple(statements), memory)
         if self.depth > MAX_DEPTH:
@@ -118,9 +116,7 @@ class Flow(Loops):
         return True
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """Make data unknown that functions in a statement's expressions write, unless running the statement
-        evaluates them.
-        """
+        """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
         self.forget_unseen(statement, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
@@ -158,9 +154,7 @@ class Flow(Loops):
                     self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
     def check_taught(self, statement: Statement, memory: Memory) -> None:
-        """Report RAP035 if a statement changes taught data relative to its own value (``p.x:=p.x+1``), as
-        calibration does not.
-        """
+        """Report RAP035 if a statement changes taught data relative to itself (``p.x:=p.x+1``): no calibration does."""
         source = memory.frame.routine.source
         self.teaching.place = (source, statement.span)
         if statement.kind == "assign":
@@ -190,9 +184,7 @@ class Flow(Loops):
         self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
-        """Report taught data whose value at the end of a run is not that in the file: the next run would begin with
-        it.
-        """
+        """Report taught data whose value at the end of a run is not that in the file: the next run begins with it."""
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():
             declaration = self.program.names.get(key)
@@ -305,9 +297,7 @@ class Flow(Loops):
         return verdict
 
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
-        """How many GOTO statements lead to each label of a routine, by lower-case label; labels without one are
-        missing.
-        """
+        """How many GOTO statements lead to each label of a routine, by lower-case label (only those with one)."""
         if routine.key not in self.jumps:
             self.jumps[routine.key] = jumps_in(routine)
         return self.jumps[routine.key]
@@ -320,7 +310,5 @@ class Flow(Loops):
             memory.doubt()
 
     def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
-        """The value of the expression behind RETURN at this span; Unknown if not known, None if there is no
-        expression.
-        """
+        """The value of the expression behind RETURN at this span; Unknown if not known, None without expression."""
         return self.data.evaluated(span, memory) if span[0] < span[1] else None

@@ -89,9 +89,7 @@ def follow(
 
 
 def _runs_alone(routine: Routine) -> bool:
-    """Whether the pendant or code outside the files may start a routine: a procedure without parameters in a file
-    not lent.
-    """
+    """Whether something outside the program may start a routine: a procedure without parameters, not read-only."""
     return routine.kind == "PROC" and not routine.parameters and not routine.source.read_only
 
 
@@ -154,14 +152,12 @@ class _Follower(Flow):
         return super().statement(statement, memory)
 
     def moves(self, statement: Statement, memory: Memory) -> bool:
-        """Whether the statement is itself a motion instruction of the file whose routine runs (calls of routines do
-        not count).
-        """
+        """Whether a statement of the routine that runs is itself a motion instruction; calls of routines are not."""
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """Mark data as written anew that functions outside the files get; functions of the program run where they
-        are called.
+        """Mark data as written anew that functions in none of the files get; the program's own run where they are
+        called.
         """
         if not self.moves(statement, memory):
             self.forget_unseen(statement, memory)
@@ -169,9 +165,7 @@ class _Follower(Flow):
     def unknown_turns(
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
     ) -> None:
-        """Do nothing: turns of a loop that are not followed, being more than ``MAX_TURNS``, are passed over in a
-        world.
-        """
+        """Do nothing: turns of a loop that are not followed, being more than ``MAX_TURNS``, are skipped in a world."""
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run a WHILE loop as long as the world says that its condition holds; False if its body is left.
@@ -238,9 +232,7 @@ class _Follower(Flow):
     def frames(
         self, tool: Argument | None, wobj: Argument | None, memory: Memory
     ) -> tuple[ToolData | None, WobjData | None]:
-        """Tool and work object of a motion, each the default (tool0, wobj0) without argument; both None if one has
-        no value.
-        """
+        """Tool and work object of a motion, tool0 or wobj0 without argument; both None if one has no value."""
         try:
             held = ToolData() if tool is None else to_tool(tool.text, self.data.value(tool.span, memory))
             given = wobj is not None and passed_on(wobj.span, memory)
@@ -256,9 +248,7 @@ class _Follower(Flow):
             self.call_routine(routine, (), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Carry out an instruction or a routine in none of the files; the latter may move the arm or call
-        procedures of these.
-        """
+        """Carry out an instruction or unseen routine; the latter may move the arm or call the program's procedures."""
         super().from_elsewhere(statement, arguments, memory)
         if statement.word not in KNOWN:
             self.unseen(statement.word, memory)
@@ -266,17 +256,14 @@ class _Follower(Flow):
             self.adrift = True
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
-        """The routine that a call by name means; if it is in no file, None, and the world draws what the call does
-        to the arm.
-        """
+        """The routine that a call by name means; None if it is in no file: the world then draws what the call does."""
         routine = super().late_bound(call, statement, memory)
         if routine is None:
             self.unseen("%", memory)
         return routine
 
     def unseen(self, name: str, memory: Memory) -> None:
-        """Draw what code outside the files does: it moves the arm in 30 % of calls, and runs a procedure of the files
-        in 40 %.
+        """Draw what unseen code does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40 %.
 
         Args:
             name: of the code, by which the world draws; such a procedure is not run inside another one run so.

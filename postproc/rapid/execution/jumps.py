@@ -56,9 +56,7 @@ class _Rewritten:
         self.spare = MOST_SEEN * len(body)
 
     def take(self, statement: Statement) -> None:
-        """Append the next statement of the body to ``steps``; if it closes a loop or branch, replace the steps that
-        belong to it.
-        """
+        """Append the next statement to ``steps``; if it closes a loop or branch, replace the steps belonging to it."""
         self.at += 1
         alone = self.jumps.get(statement.word) == 1
         if statement.kind == "label":
@@ -81,8 +79,7 @@ class _Rewritten:
         self.sizes[at:] = [len(statements_in([step])) if step.branches else 1 for step in steps]
 
     def place(self, places: Mapping[str, tuple[int, Statement]], word: str) -> int | None:
-        """Index in ``steps`` of the label ``word``, or of the jump to it; None if it is not recorded or has been
-        replaced.
+        """Index in ``steps`` of the label ``word``, or of the jump to it; None if it is not there any more.
 
         Args:
             places: ``labels`` or ``ahead``.
@@ -91,9 +88,7 @@ class _Rewritten:
         return at if at < len(self.steps) and self.steps[at] is statement else None
 
     def looks(self, at: int) -> bool:
-        """Whether the budget ``spare`` allows all statements from step ``at`` on to be examined again; takes them
-        from it.
-        """
+        """Take all statements from step ``at`` on from the budget ``spare``; whether that is not used up."""
         self.spare -= sum(self.sizes[at:])
         return self.spare >= 0
 
@@ -138,8 +133,7 @@ class _Rewritten:
         return True
 
     def until(self, part: tuple[Statement, ...], span: Span) -> tuple[Statement, ...]:
-        """The steps of an endless loop in which a condition jumps to the label right behind it, as steps with a loop
-        UNTIL.
+        """Steps of an endless loop in which a condition jumps to the label right behind it, as a loop UNTIL it holds.
 
         Args:
             part: statements of the loop; span: of the loop statement to make.
@@ -160,9 +154,7 @@ class _Rewritten:
 
 
 def _jump(statement: Statement) -> Jump | None:
-    """The GOTO with which a statement, or the only branch of an IF, ends, and the branch's statements before it;
-    else None.
-    """
+    """The GOTO that a statement is, or with which its only branch ends, and what that branch does before; else None."""
     if statement.kind == "goto":
         return statement, ()
     if statement.kind != "if" or len(statement.branches) != 1 or not statement.branches[0].body:

@@ -36,8 +36,7 @@ class Loops(Execution):
         return data if isinstance(data, bool) else self.asked(condition, memory)
 
     def deciding(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` where it is not
-        certain.
+        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
 
         In a world, and in added routines, an assumed value counts as certain.
         """
@@ -150,9 +149,7 @@ class Loops(Execution):
         memory.ends = self.recorder.either(memory.ends, begin)
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
-        """Keys of data that may differ from one turn of a loop to the next, found by trying turns; at worst all of
-        ``keys``.
-        """
+        """Keys of data that may differ from one turn of a loop to the next, found by trials; at worst all ``keys``."""
         found: set[str] = {UNSEEN} & keys
         if not memory.trial and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):

@@ -81,9 +81,7 @@ def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offere
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
-    """The module's PERS data, with a value in its file, in which an unknown value was stored last; None if there is
-    none.
-    """
+    """The module's PERS data with a value in its file in which an unknown value was stored last, or None."""
     for key in _keys(unknown):
         found = program.names.get(key)
         stored = found is not None and found.storage == "PERS" and found.init is not None and not found.routine

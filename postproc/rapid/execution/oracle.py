@@ -15,9 +15,7 @@ class Oracle:
         self.decides = decides
 
     def condition(self, words: str) -> bool | None:
-        """Whether a condition holds that no data decides, given its routine and text; None: not known, both ways
-        are followed.
-        """
+        """Whether a condition, given by routine and text, holds; None: not known, so that both ways are followed."""
         return None
 
     def turns(self) -> list[float] | None:

@@ -49,9 +49,7 @@ class SplitBranches:
     """
 
     def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
-        """Start a walk in which the branches in ``forced`` take these arms; ``found`` is shared with walks before
-        and after.
-        """
+        """Start a walk in which the branches in ``forced`` take these arms; ``found`` is shared by all walks."""
         self.forced = forced or {}
         self.found = {} if found is None else found
         self.taken: set[Place] = set()
@@ -90,9 +88,7 @@ class SplitBranches:
         self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
 
     def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
-        """The arms, by place, of branches that are not forced and decide data which some motion needs and does not
-        know.
-        """
+        """The arms, by place, of branches not forced, that decide data which some motion needs."""
         undecided = {
             unknown.root.key for event in events for unknown in event.unknowns if unknown.root.kind is Kind.UNDECIDED
         }

@@ -147,9 +147,7 @@ def _marked(flow: Flow) -> list[MotionEvent]:
 
 
 def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
-    """Names of numbers, by statement, whose values differ on ways that are not followed: no correction may depend
-    on them.
-    """
+    """Names of numbers, by statement, with other values on ways not followed: no correction may depend on them."""
     events, found = flow.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if flow.recorder.others else {}
     for key, target, numbers in flow.recorder.others:
@@ -176,9 +174,7 @@ def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bo
 
 
 def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """The memory before a routine is started from outside; taught data that may be written has the value in its
-    file.
-    """
+    """Memory before a routine is started from outside; taught data that may be written has the value in its file."""
     frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():
@@ -201,9 +197,7 @@ def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
-    """Record every motion of a routine that has no event yet, each alone, with written data and the arm's place
-    unknown.
-    """
+    """Record each motion of a routine that has no event yet, on its own, with written data and arm position unknown."""
     forget(memory, flow.changes.everything, Kind.UNCERTAIN)
     for statement in statements_of(routine):
         if statement.kind == "for":

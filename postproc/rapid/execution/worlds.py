@@ -63,9 +63,7 @@ class World(Oracle):
         """What the last run or something unseen has left in data, by how often that may have been and which it was."""
 
     def generator(self, thing: str) -> random.Random:
-        """A random generator that depends only on the world's seed and the name ``thing``: the same numbers at
-        every call.
-        """
+        """A random generator that depends only on the world's seed and the name ``thing``: alike at every call."""
         return random.Random(f"{self.seed} {thing}")
 
     def next(self, thing: str) -> random.Random:
@@ -82,9 +80,7 @@ class World(Oracle):
         return [1.0, 2.0]
 
     def beside(self, target: RobTarget) -> RobTarget:
-        """The target moved at random by up to ``BESIDE_MM`` along each axis, where something else has brought the
-        arm.
-        """
+        """The target moved at random by up to ``BESIDE_MM`` along each axis, where another motion took the arm."""
         drawn = self.next("beside")
         x, y, z = (axis + drawn.uniform(-BESIDE_MM, BESIDE_MM) for axis in target.trans)
         return replace(target, trans=(x, y, z))
@@ -139,9 +135,7 @@ class WorldDeclared(DeclaredValues):
     """Declarations as they are in a world: targets touched up, data that nothing writes set by an operator."""
 
     def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:
-        """Read the declarations of a program in a world; ``written`` are the keys of data that the program may
-        write.
-        """
+        """Read a program's declarations in a world; ``written`` are the keys of data that the program may write."""
         super().__init__(program)
         self.world = world
         self.written = written
@@ -185,9 +179,7 @@ class WorldMemory(Memory):
     world: World = field(default_factory=lambda: World(0, frozenset()))
 
     def value(self, declaration: Declaration) -> Value:
-        """The present value of declared data: drawn at random if it is unknown and, in half of the cases, if it is
-        assumed.
-        """
+        """Present value of declared data: drawn at random if unknown and, in half of the cases, if assumed."""
         key, rank = declaration.key, len(declaration.dims)
         if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
             return self._declared(declaration)
@@ -202,9 +194,7 @@ class WorldMemory(Memory):
         return Value(data, declaration.type, rank)
 
     def _left(self, declaration: Declaration, unseen: bool) -> Data:
-        """The value that the last run has left in data not set so far or, if ``unseen``, that something unseen has
-        written.
-        """
+        """The value that the last run left in data not set so far or, if ``unseen``, that unseen code has written."""
         at = declaration.key, self.invalidated(declaration.key), unseen
         if at not in self.world.left:
             data = self._declared(declaration).data

@@ -61,9 +61,7 @@ class Arrivals:
     """
 
     def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
-        """Work out for the whole program where the arm may stand before each motion; ``changes`` are its write
-        effects.
-        """
+        """Work out where the arm may stand before each motion of a program; ``changes`` are its write effects."""
         self.program = program
         self.changes = changes or WriteEffects(program)
         effects, constants = StatementEffects(program, self.changes), Constants(program)
@@ -82,9 +80,7 @@ class Arrivals:
         self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_elsewhere()
 
     def before(self, key: StatementKey) -> State:
-        """The motions that may be the last before a motion statement, with what may be written since; empty if none
-        leads there.
-        """
+        """Motions that may come last before a statement, with what may be written since; empty if none leads there."""
         if self._adrift:
             return LOST
         routine, state = self._before.get(key, ("", {}))
@@ -119,9 +115,7 @@ class Arrivals:
         return all(self._holds(name, routine, since) for name in identifiers(text.encode("latin-1")))
 
     def _holds(self, name: str, routine: Routine, since: frozenset[str]) -> bool:
-        """Whether a name in a routine still means the same value after everything in ``since`` may have been
-        written.
-        """
+        """Whether a name in a routine keeps its value although everything in ``since`` may have been written."""
         if self.program.routine(name, routine.module) is not None and since - {CALLED}:
             return False  # a function of the program's own may read anything
         parameter = next((p for p in routine.parameters if p.name == name), None)
@@ -149,8 +143,8 @@ class Arrivals:
         return callers
 
     def _find_moving(self) -> None:
-        """Set ``moves`` and ``handled`` of each routine: whether it, or a routine it calls, may move the arm, and
-        its handlers.
+        """Set ``moves`` and ``handled`` of each routine: whether it (with its calls) and its handlers may move the
+        arm.
         """
         pending = []
         for key, routine in self._routines.items():
@@ -165,9 +159,7 @@ class Arrivals:
             routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
 
     def _summarise(self) -> None:
-        """Compute the states of all routines, relative to their entry, until none changes; callers follow what they
-        call.
-        """
+        """Compute the states of all routines, relative to their entry, until none changes."""
         pending = dict.fromkeys(self._routines)
         while pending:
             key, _ = pending.popitem()
@@ -179,9 +171,7 @@ class Arrivals:
                 pending |= dict.fromkeys(self._callers[key])
 
     def _states(self, routine: _Routine) -> list[State]:
-        """The state at the begin of each block of a routine, relative to its entry (``ENTRY``); empty if no way
-        leads there.
-        """
+        """The state at the begin of each block of a routine, from its ``ENTRY``; empty if no way leads there."""
         graph = routine.graph
         states: list[State] = [{} for _ in graph.blocks]
         reached = [False] * len(states)
@@ -216,17 +206,13 @@ class Arrivals:
         return joined([returned(self._at(step, state, routine), exit_, step.keys) for exit_ in exits])
 
     def _at(self, step: Step, state: State, routine: _Routine) -> State:
-        """The state in which a step begins: ``LOST`` if a handler may repeat or pass over it after the arm has
-        moved.
-        """
+        """The state in which a step begins: ``LOST`` if a handler may repeat it after the arm has moved."""
         graph = routine.graph
         again = routine.handled or (isinstance(step, CallStep) and _moves(step, self._routines))
         return LOST if state and (graph.retries or graph.skips) and again else state
 
     def _find_entries(self) -> Mapping[str, State]:
-        """The state in which each routine may be entered, by key; also fills ``_before`` with the states before
-        motions.
-        """
+        """The state in which each routine may be entered, by key; also fills ``_before`` for all motions."""
         calls: dict[str, list[tuple[str, State]]] = {}
         for key, routine in self._routines.items():
             for block, state in zip(routine.graph.blocks, routine.states, strict=True):
@@ -273,9 +259,7 @@ def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
 
 
 def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
-    """Whether a step may move the arm: a motion, or a call of a routine that moves (known from ``routines``) or in
-    no file.
-    """
+    """Whether a step may move the arm: a motion, or a call of a routine that moves or is in no file."""
     if isinstance(step, CallStep):
         return step.elsewhere or any(key in routines and routines[key].moves for key in step.routines)
     return isinstance(step, Go)

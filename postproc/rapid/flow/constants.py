@@ -49,8 +49,7 @@ class Constants:
         return value if isinstance(value, bool) else None
 
     def is_case(self, routine: Routine, subject: Span, cases: tuple[Span, ...], hidden: frozenset[str]) -> bool | None:
-        """Whether the TEST expression at ``subject`` equals one of the values at ``cases``; None if constants do not
-        decide it.
+        """Whether the TEST expression at ``subject`` equals one of the values at ``cases``; None if it is open.
 
         Args:
             hidden: lower-case names of loop counters in force.
@@ -105,9 +104,7 @@ class _Scope:
         raise Unknown(Kind.UNDECIDED)
 
     def call(self, call: Call) -> Value | None:
-        """Return None, so that the built-in function is evaluated; raise Unknown for functions that the program
-        defines.
-        """
+        """Return None, so that a built-in function is evaluated; raise Unknown for the program's own."""
         if self.program.routine(call.name, self.place[0]) is not None:
             raise Unknown(Kind.UNDECIDED)
         return None

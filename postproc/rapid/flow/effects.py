@@ -58,9 +58,7 @@ class StatementEffects:
         self.program, self.changes = program, changes
 
     def steps(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """The steps (motion, write, call) of a statement in the order in which they happen, without the statements
-        inside it.
-        """
+        """The steps (motion, write, call) of a statement in order, without the statements inside it."""
         yield from self.functions(statement, routine)
         if statement.kind == "call":
             motion = self.program.motions.get((routine.source.path, statement.span[0]))
@@ -100,9 +98,7 @@ class StatementEffects:
             yield Write(keys)
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """The step of a call that is no motion: the routines it may run, ``LOSE`` if the arm's place is lost, or
-        its writes.
-        """
+        """Step of a call that is no motion: the routines it may run, ``LOSE`` if the arm may be moved, or a write."""
         called, elsewhere = self.changes.called(statement, routine)
         keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
         if called:

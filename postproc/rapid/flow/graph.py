@@ -85,9 +85,7 @@ class _Drawing:
             self.graph.blocks[self.now].steps += steps
 
     def body(self, statements: Sequence[Statement]) -> None:
-        """Add the statements to the graph; behind a jump those without a label or branches are unreachable and left
-        out.
-        """
+        """Add the statements to the graph; behind a jump, those without label or branches are skipped."""
         for statement in statements:
             if self.now is not None or statement.kind == "label" or statement.branches:
                 self.statement(statement)
@@ -123,9 +121,7 @@ class _Drawing:
         return self.labels[word]
 
     def out(self, statement: Statement) -> None:
-        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle: nothing follows it in the graph; its kind is noted as a
-        flag.
-        """
+        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle: nothing follows it; its kind is noted as a flag."""
         text = self.routine.source.data[slice(*statement.span)].lower()
         self.graph.retries |= text.startswith(b"retry")
         self.graph.skips |= text.startswith(b"trynext")
@@ -153,9 +149,7 @@ class _Drawing:
         self.now = behind
 
     def verdict(self, statement: Statement, branch: Branch) -> bool | None:
-        """Whether the arm is taken by the constants in its conditions; True without conditions, None if these do
-        not decide.
-        """
+        """Whether constants decide that an arm is taken; True without conditions, None if they do not decide."""
         hidden = frozenset(self.counters)
         if not branch.conditions:
             return True

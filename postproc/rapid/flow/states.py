@@ -26,9 +26,7 @@ REFERRED = "%*"  # some data that was handed over by reference
 
 
 def joined(states: Iterable[State]) -> State:
-    """The state where ways meet: all their motions, each with all that may be written since; ``LOST`` if one is
-    lost.
-    """
+    """The state where ways meet: all their motions, each with all that may be written since; ``LOST`` if one is."""
     found: dict[StatementKey, Writes] = {}
     for state in states:
         if ANYWHERE in state:
@@ -54,9 +52,7 @@ def bounded(writes: Writes) -> Writes:
 
 
 def entered(state: State) -> State:
-    """The caller's state as the called routine has it at its begin: what it names by parameters has other names
-    there.
-    """
+    """The caller's state as the called routine has it at its begin: parameters and counters are renamed."""
     return {key: bounded(_beyond(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
 
 
@@ -91,8 +87,6 @@ def substituted(state: State, entry: State) -> State:
 
 
 def _beyond(writes: Writes) -> Writes:
-    """Keys as seen on the other side of a call: parameters and loop counters are replaced by ``CALLED`` and
-    ``REFERRED``.
-    """
+    """Keys on the other side of a call: parameters and loop counters become ``CALLED`` and ``REFERRED``."""
     here = frozenset(k for k in writes if k[0] not in "%#")
     return here | {CALLED, REFERRED} if any(k[0] == "%" for k in writes) else here | {CALLED}

@@ -24,8 +24,7 @@ Choice = tuple[tuple[str, object, float], ...]
 
 
 def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, Memory]]:
-    """Every case of a motion statement whose targets are array elements with unknown indices, in arrays nothing
-    writes.
+    """Every case of a motion statement whose targets are array elements of unknown index, in arrays nothing writes.
 
     Returns:
         For each combination of index values: the values, and a memory in which the indices have them. Empty if anything
@@ -93,9 +92,7 @@ def _known(name: Name, memory: Memory) -> bool:
 
 
 def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, Memory]]:
-    """Every combination of values of the named numbers, with what memory now holds for each, and a memory with
-    these values.
-    """
+    """Every combination of values of the numbers, with what memory now holds for them, and a memory with these."""
     held: list[object] = []
     for name in values:
         bound = memory.frame.bindings.get(name)

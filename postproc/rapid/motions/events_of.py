@@ -93,17 +93,14 @@ class EventMaker:
         )
 
     def moment(self, state: Mapping[str, Data]) -> Moment:
-        """The state of instructions by ``@`` key as a ``Moment``; the previous object is reused while no value
-        changes.
-        """
+        """The state of instructions by ``@`` key as a ``Moment``; the same object while no value changes."""
         now = _SET(state)
         if not all(map(is_, now, self.last.values)):
             self.last = Moment(now)
         return self.last
 
     def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
-        """The text by which the program names the target of the event ``before``, if it means that target at ``here``,
-        too.
+        """The text by which the program names the target of the event ``before``, if it means that at ``here``, too.
 
         None if that target has no name, or the name means something else at the statement ``here``.
         """

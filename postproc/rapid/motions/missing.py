@@ -46,8 +46,7 @@ class Missing:
     def explain(
         self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
     ) -> None:
-        """Report why an argument has no value if the user can help it: a name not declared, or numbers the controller
-        refuses.
+        """Report why an argument has no value if users can help it: an undeclared name, or numbers that are refused.
 
         Args:
             found: gets the finding, beside ``diagnostics``.
@@ -73,9 +72,7 @@ class Missing:
     def _say_refused(
         self, error: Invalid, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
     ) -> None:
-        """Report RAP024 once for numbers that the controller refuses, where they stand: in a declaration or in the
-        statement.
-        """
+        """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement."""
         name = argument.text.split("{")[0].strip()
         declaration = self.program.declaration(name, statement.module, statement.routine)
         if declaration.type not in _RECORDS if declaration is not None else not argument.text.startswith("["):
@@ -127,8 +124,7 @@ class Missing:
 
 
 def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """The findings with all RAP031 about routines in no file replaced by one, or by none if no event has assumed
-    values.
+    """The findings with all RAP031 about routines in no file replaced by one, or none if no event has assumed values.
 
     Args:
         walked: findings of a program that was followed; events: its events.

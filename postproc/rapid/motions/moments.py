@@ -29,9 +29,7 @@ class Moment:
     """
 
     def __init__(self, values: tuple[Data, ...]) -> None:
-        """Work out payload, displacement, speed and options from the values of the state, in the order of
-        ``SETTERS``.
-        """
+        """Work out payload, displacement, speed and options from state values in the order of ``SETTERS``."""
         state = {key: without_causes(value) for key, value in zip(SETTERS, values, strict=True)}
         known = {key: None if causes or isinstance(value, Unknown) else value for key, (value, causes) in state.items()}
         self.values = values
@@ -64,9 +62,7 @@ class Moment:
         return known
 
     def in_force(self, shape: StatementShape, settings: MotionSettings) -> InForce:
-        """Tool, frames, speed, load and state of a motion; one object for all motions of a shape with equal
-        settings.
-        """
+        """Tool, frames, speed, load and state of a motion; one object for motions of equal shape and settings."""
         settled, found = self._motions.get(shape, (None, None))
         if found is None or not (settled is settings or settled == settings):
             found = self._with(settings, fixed_axes=FIXED_AXES in shape.roles)

@@ -60,10 +60,12 @@ class Recorder:
         return more
 
     def _go(self, statement: MotionStatement, memory: Memory) -> int:
-        """Record one execution, also to each element that an unknown index may choose; how many events beyond the
-        first.
+        """Record one execution, or one to each element that an unknown index may choose.
 
         With ``only_new`` nothing is recorded for a statement with an event to this target.
+
+        Returns:
+            How many events it takes beyond the first.
         """
         new, supposed = statement.key not in self.visited, memory.frame.supposed
         self.visited.add(statement.key)

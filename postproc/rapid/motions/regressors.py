@@ -67,9 +67,7 @@ def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
 
 
 def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
-    """Parameters, loop indices and num variables that the statement names or that are bound in its routine, as
-    terms.
-    """
+    """Parameters, loop indices and num variables named in the statement or bound in its routine, as terms."""
     for word in sorted(identifiers(statement.source.data[slice(*statement.span)]) | memory.frame.bindings.keys()):
         bound = memory.frame.bindings.get(word)
         declaration = memory.find(word) if bound is None else None
@@ -100,8 +98,6 @@ def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
 
 
 def _harmless(tree: Expression, text: str, memory: Memory) -> bool:
-    """Whether an expression may be evaluated a second time: it stands on one line and calls no routine of the
-    program.
-    """
+    """Whether an expression may be evaluated a second time: it is on one line and calls no routine of the program."""
     routines = (memory.program.routine(name, memory.frame.routine.module) for name in names_in(tree))
     return "\n" not in text and "!" not in text and not any(routines)

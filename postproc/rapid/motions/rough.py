@@ -42,17 +42,13 @@ def _quaternions(tree: Expression) -> Iterator[Aggregate]:
 
 
 def _rough(what: str, length: float, source: Source, span: Span) -> Diagnostic:
-    """The finding RAP025: the quaternion of ``what`` at this span has the length ``length`` (not 1) and is scaled
-    to 1.
-    """
+    """The finding RAP025: the quaternion of ``what`` at this span has this length, not 1, and is scaled to 1."""
     text = f"{what} is no unit quaternion: its length is {length:.4g}, and it is scaled to 1"
     return Diagnostic("RAP025", "warning", text, source, span, "look for a typing error: a wrong digit turns the torch")
 
 
 def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
-    """Report RAP025, once per place in the text, for every target whose quaternion's length differs from 1 by too
-    much.
-    """
+    """Report RAP025, once per place in the text, for every target whose quaternion is too far from length 1."""
     seen: set[tuple[str, int]] = set()
     for event in events:
         for origin in (event.target_origin, event.via_origin):

@@ -130,9 +130,7 @@ class SettingsReader:
         return result
 
     def name(self, value: Value, argument: Argument) -> str:
-        """Name of the data, or array element, that an argument's value comes from, as declared; else the argument's
-        text.
-        """
+        """Declared name of the data or element that an argument's value comes from; else the argument's text."""
         if value.declaration is None:
             return argument.text.strip()
         declared = self.program.names[value.declaration]
@@ -141,8 +139,7 @@ class SettingsReader:
         return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
 
     def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
-        """Phase of the seam and welding speed [mm/s], the first number of welddata; None for a motion that does not
-        weld.
+        """Phase of the seam and welding speed [mm/s], the first number of welddata; None if it does not weld.
 
         Args:
             found: gets the finding if the speed is not known.

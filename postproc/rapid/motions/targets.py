@@ -104,8 +104,7 @@ class Targets:
         return target, origin if handed is None else replace(origin, handed=handed)
 
     def _declared(self, name: str, at: tuple[int, ...], value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
-        """The robtarget of declared data, read once from its literal numbers or converted from ``value``, and its
-        origin.
+        """The robtarget of declared data, read from its literal numbers or converted from ``value``, and its origin.
 
         Args:
             name: key of the declaration; at: indices of the part, from 1, () for all of it.
@@ -122,9 +121,7 @@ class Targets:
     def _written(
         self, declaration: Declaration, at: tuple[int, ...], memory: Memory
     ) -> tuple[RobTarget, Origin] | None:
-        """The target and its origin, if it stands as literal numbers in the declaration or in its part ``at``; else
-        None.
-        """
+        """The target and its origin, if the declaration, or its part ``at``, is literal numbers; else None."""
         span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         if literal is None:
@@ -152,9 +149,7 @@ class Targets:
 
 
 def _named(tree: Expression, memory: Memory) -> Declaration | None:
-    """The declaration that a name, or the array of an element, means; also through a parameter by reference, else
-    None.
-    """
+    """The declaration that a name, or the array of an element, means; also by reference; else None."""
     base = tree.base if isinstance(tree, Index) else tree
     if not isinstance(base, Name):
         return None
@@ -168,8 +163,7 @@ _TRIED = Pose((7.0, -11.0, 13.0), about(0, 2.0))  # any move tells one that disp
 
 
 def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarget, memory: Memory) -> bool:
-    """Whether a function of the program displaces its first argument and does nothing else: tried with a moved
-    argument.
+    """Whether a function of the program displaces its first argument and does no more: tried with a moved argument.
 
     Args:
         inner: the first argument; before: its value; after: the function's result for it.

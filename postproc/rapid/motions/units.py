@@ -72,8 +72,7 @@ def via_matrix(event: MotionEvent) -> Array:
 
 
 def target_matrices(events: Sequence[MotionEvent]) -> Array:
-    """``T_frame_tcp`` (n, 4, 4) [m] of the targets of many events; ``T_tool0_tcp`` where the robot holds the work
-    object.
+    """``T_frame_tcp`` (n, 4, 4) [m] of the targets of events; ``T_tool0_tcp`` where the robot holds the work object.
 
     Raises:
         ValueError: an event has no robtarget.
@@ -97,9 +96,7 @@ def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
 
 
 def object_matrices(events: Sequence[MotionEvent]) -> Array:
-    """``T_frame_object`` (n, 4, 4) [m] of many events, with the program displacement; ``T_tool0_object`` of held
-    objects.
-    """
+    """``T_frame_object`` (n, 4, 4) [m] of events, with the program displacement; ``T_tool0_object`` of held objects."""
     every = [event.in_force for event in events]
     row = {now: i for i, now in enumerate(dict.fromkeys(every))}
     return np.stack([object_matrix(now.wobj, now.displacement) for now in row])[[row[now] for now in every]]

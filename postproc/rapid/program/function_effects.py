@@ -52,9 +52,7 @@ def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | N
 
 
 def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
-    """Calls of the functions that the pattern matches in a statement's own expressions: name, and span of the
-    arguments.
-    """
+    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions."""
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
             continue
@@ -92,9 +90,7 @@ def acting_functions(
 
 
 def _calls_of(names: Set[bytes]) -> re.Pattern[bytes] | None:
-    """A pattern, blind to case, that matches a call of one of these functions up to its parenthesis; None without
-    names.
-    """
+    """A pattern, blind to case, of a call of one of these functions up to its parenthesis; None without names."""
     words = b"|".join(map(re.escape, sorted(names)))
     return re.compile(rb"(?<![\w\x80-\xff.])(" + words + rb")\s*\(", re.IGNORECASE) if names else None
 

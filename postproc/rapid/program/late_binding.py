@@ -57,9 +57,7 @@ def late_call(statement: Statement, data: bytes, program: Program, module: str) 
 
 
 def text_template(expression: bytes) -> Template:
-    """The template of a string expression: its literals in lower case, None for each part that is computed at run
-    time.
-    """
+    """The template of a string expression: its literals in lower case, None for each part computed at run time."""
     parts: list[str | None] = []
     for i, part in enumerate(TEXT.split(expression)):  # every other part is outside quotes: it is worked out
         if i % 2:

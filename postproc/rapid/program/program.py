@@ -65,9 +65,7 @@ class Program:
     elsewhere: Elsewhere = Elsewhere()
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
-        """The data that ``name`` (any case) means inside a routine: its own, the module's or the task's; None if
-        there is none.
-        """
+        """The data that ``name`` (any case) means inside a routine: its own, the module's, the task's, or None."""
         low, where = name.lower(), module.lower()
         return (
             (self.names.get(f"{where}.{routine.lower()}.{low}") if routine else None)
@@ -81,9 +79,7 @@ class Program:
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
     def hides(self, name: str, module: str, routine: str) -> bool:
-        """Whether the program itself gives the name a meaning in this routine or module, so that it means no
-        built-in there.
-        """
+        """Whether the program gives the name a meaning in this routine or module, so that it is no built-in there."""
         inside = self.routine(routine, module) if routine else None
         own = () if inside is None else names_of(inside)
         return (

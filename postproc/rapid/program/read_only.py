@@ -50,9 +50,7 @@ def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, 
 
 
 def _values(sources: Iterable[Source]) -> Values:
-    """The texts, without blanks, of all values that these files declare for global PERS data, by lower-case name
-    and type.
-    """
+    """Texts, without blanks, of all values that these files give global PERS data, by lower-case name and type."""
     found: Values = {}
     for source in sources:
         for _, declared in _shared(source):
@@ -62,9 +60,7 @@ def _values(sources: Iterable[Source]) -> Values:
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
-    """Report RAP037 for each data that a motion statement names and another task may change, at the first such
-    statement.
-    """
+    """Report RAP037 for data that motion statements name and another task may change, at the first of these."""
     found: dict[str, Diagnostic] = {}
     for statement in program.statements if program.elsewhere.written else ():
         for name, span in names_at(statement.source, statement.span):

@@ -51,8 +51,7 @@ def all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
 
 
 def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
-    """Declarations by key, ``module.routine.name`` or ``module..name`` in lower case; what is not LOCAL by ``..name``,
-    too.
+    """Declarations by lower-case key, ``module.routine.name`` or ``module..name``; if not LOCAL by ``..name``, too.
 
     Args:
         diagnostics: gets RAP012 for names that are declared twice.

@@ -55,9 +55,7 @@ def _arcs(number: str) -> list[Signature]:
 
 
 def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:
-    """Signatures without arguments, one for each name in ``names``; ``why`` says why their targets are never
-    changed.
-    """
+    """Signatures without arguments, one for each name in ``names``; ``why`` says why their targets never change."""
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 

@@ -27,9 +27,7 @@ def meant_name(name: str, known: Iterable[str]) -> str:
 
 
 def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:
-    """A "did you mean" question with data of one of the types (any if empty) that a routine can see, or an empty
-    text.
-    """
+    """A "did you mean" question with data of one of the types (any if empty) that a routine sees, or an empty text."""
     of_type = (d for d in program.declarations if not types or d.type in types)
     seen = (d.name for d in of_type if program.declaration(d.name, module, routine) is not None)
     predefined = (n for n, (type_, _) in PREDEFINED.items() if not types or type_ in types)

@@ -35,9 +35,7 @@ class Cursor:
         self.diagnostics.append(Diagnostic(code, severity, message, self.source, span, help))
 
     def peek(self) -> tuple[bytes, int, int]:
-        """The next word in lower case with its begin and end, without moving; an empty word if something else comes
-        next.
-        """
+        """The next word in lower case with begin and end, without moving; an empty one if something else comes."""
         found = patterns.WORD.match(self.data, self.at)
         if found is None:
             at = skip(self.data, self.at, self.end)
@@ -51,9 +49,7 @@ class Cursor:
             self.at = at + 1
 
     def to_semicolon(self, start: int) -> tuple[int, bool]:
-        """Offset at which the statement that starts at ``start`` ends (its semicolon excluded), and whether it has
-        one.
-        """
+        """Offset at which the statement that starts at ``start`` ends (without semicolon), and whether it has one."""
         found = patterns.TO_SEMICOLON.match(self.data, start)
         end = found.end() if found else start
         if self.data.find(b"\n", start, end) >= 0:
@@ -63,8 +59,7 @@ class Cursor:
         return end, end < self.end
 
     def close_statement(self, start: int, behind: int) -> int:
-        """Move behind a statement and its semicolon, reporting RAP008 without one; returns the offset where its text
-        ends.
+        """Move behind a statement and its semicolon, reporting RAP008 without one; returns where its text ends.
 
         Args:
             start: begin of the statement; behind: an offset inside it from which to search.

@@ -11,8 +11,8 @@ DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array i
 
 
 def _nested(depth: int) -> bytes:
-    """A pattern of text in brackets ``[({ })]`` nested at most ``depth`` deep; brackets in strings and comments do
-    not count.
+    """A pattern of text in ``[]``, ``()`` or ``{}``, nested up to ``depth``; those in strings and comments do not
+    count.
     """
     inner = b"|" + _nested(depth - 1) if depth > 1 else b""
     return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
@@ -24,9 +24,7 @@ EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" +
 
 
 def up_to(word: bytes) -> re.Pattern[bytes]:
-    """A pattern of the text before the next ``word`` (any case) outside strings and comments, or before the
-    semicolon.
-    """
+    """A pattern of the text before the next ``word`` (any case) outside strings and comments, or semicolon."""
     first = word[:1]
     both = first.lower() + first.upper()
     other = rb"[^\"!;" + both + rb"]++"
@@ -88,8 +86,7 @@ PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|"
 
 
 def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
-    """Spans of the items in ``data[start:end]`` that are separated by commas outside brackets, without blanks around
-    them.
+    """Spans of the items in ``data[start:end]`` between commas outside brackets, without blanks around them.
 
     The span of an empty item is empty.
     """

@@ -14,9 +14,7 @@ _COMMA = _GAP + b"," + _GAP
 
 
 def _list(count: int) -> bytes:
-    """A pattern of ``count`` numbers in square brackets, each a group, with blanks and comments allowed between
-    them.
-    """
+    """A pattern of ``count`` numbers in square brackets, each a group, with any blanks and comments between."""
     return rb"\[" + _GAP + _COMMA.join([_NUMBER] * count) + _GAP + rb"\]"
 
 
@@ -29,9 +27,7 @@ _PARTS = re.compile(rb"\[\[" + b",".join([_DECIMAL] * 3) + rb"\],(" + _BEHIND + 
 
 
 def literal(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
-    """A match of a robtarget that consists of numbers alone, with each of the 17 numbers a group; None for any
-    other text.
-    """
+    """A match of a robtarget of numbers alone, with each of the 17 numbers a group; None for other text."""
     return _TIGHT.fullmatch(data, start, end) or _LITERAL.fullmatch(data, start, end)
 
 

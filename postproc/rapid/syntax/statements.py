@@ -94,9 +94,7 @@ class StatementReader(Cursor):
         return Statement("assign", (start, self.at), text(word), (target, value))
 
     def odd_statement(self, at: int) -> Statement | None:
-        """Read a statement that begins with no word: ``%name%`` call, placeholder or lone semicolon; None at the
-        file's end.
-        """
+        """Read a statement without a first word: ``%name%`` call, placeholder or semicolon; None at the file's end."""
         data = self.data
         if at >= self.end:
             return None
@@ -131,9 +129,7 @@ class StatementReader(Cursor):
         return self.loop_at(word, start, end)
 
     def close(self, word: bytes, start: int) -> None:
-        """Move behind the END word (lower case) of the block that began at ``start``; report RAP010 if another word
-        comes.
-        """
+        """Move behind the END word (lower case) of the block that began at ``start``; else report RAP010."""
         found, _, end = self.peek()
         if found == word:
             self.at = end
@@ -144,9 +140,7 @@ class StatementReader(Cursor):
             self.report("RAP010", "error", told, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
-        """Read IF with its branches, or ``IF condition statement``; ``start`` and ``end`` are the span of the word
-        IF.
-        """
+        """Read IF with its branches, or ``IF condition statement``; ``start``, ``end``: span of the word IF."""
         condition, has_then = self.head(TO_THEN, end, 4)
         if not has_then:
             return self.compact_if(start, end)
