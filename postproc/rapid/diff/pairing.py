@@ -132,7 +132,7 @@ def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, in
 
 
 def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
-    """Index pairs of the cheapest pairing of two runs of statements; neighbours alone decide if there are too many."""
+    """Index pairs of the cheapest pairing of two runs of statements; None for a partner that is missing."""
     n, m = len(a.keys), len(b.keys)
     if not n or not m:
         yield from ((i, None) for i in range(n))

@@ -57,7 +57,7 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
 def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
     """Set the whole value of declared data: certain, ``Assumed`` or Unknown.
 
-    Data that the user declares as taught keeps the value in its file where the written one is known only at run time.
+    Data named by ``--taught`` (set by calibration routines) keeps the value in its file if the new one is measured.
     """
     now = without_causes(data)[0]
     if isinstance(now, Unknown) and declaration.key not in now.held:
@@ -150,7 +150,9 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
 
 
 def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memory) -> None:
-    """Make declared data unknown; taught data keeps the value in its file where only a loop or a jump may change it."""
+    """Make declared data unknown; ``--taught`` data keeps its value in the file if only a loop or a jump may change
+    it.
+    """
     key, teaching = declaration.key, memory.teaching
     if teaching.covers(declaration) and kind in SET_BY_PROGRAM:
         now = memory.changed.get(key)

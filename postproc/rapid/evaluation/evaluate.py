@@ -119,7 +119,10 @@ def _read(value: Value, scope: Scope) -> Value:
 
 
 def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
-    """The component ``name`` of a record value.
+    """The component with the lower-case name ``name`` of a record value.
+
+    Args:
+        records: fields (name, type) of each record type.
 
     Raises:
         Unknown: the record has none of that name.

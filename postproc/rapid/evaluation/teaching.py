@@ -54,18 +54,18 @@ class Teaching:
     """
 
     def __init__(self, names: frozenset[str] = frozenset()) -> None:
-        """Start with the lower-case names of the taught data and nothing moved or kept."""
+        """Start with the lower-case names of the data named by ``--taught``, and nothing moved or kept."""
         self.names = names
         self.place: tuple[Source, Span] | None = None
         self.moved: dict[str, tuple[Declaration, Source, Span]] = {}
         self.kept: set[str] = set()
 
     def covers(self, declaration: Declaration | None) -> bool:
-        """Whether declared data is module data that the user has named as taught."""
+        """Whether declared data is module data that ``--taught`` names; None and data of routines never are."""
         return declaration is not None and not declaration.routine and declaration.name.lower() in self.names
 
     def written(self, declaration: Declaration, data: Data, value: Callable[[], Data]) -> Data:
-        """The value of taught data after ``data`` is written: measured parts keep the value in the file.
+        """The value of ``--taught`` data after ``data`` is written: measured parts keep the value in the file.
 
         Args:
             value: gives the value in the file.
@@ -80,7 +80,9 @@ class Teaching:
         return filled
 
     def away(self, in_file: Data, data: Data) -> bool:
-        """Whether data is partly unknown, or differs from the value in the file by more than measuring explains."""
+        """Whether data is unknown in some part, or differs from the value in the file by more than measuring
+        explains.
+        """
         data, _ = without_causes(data)
         data = data.data if isinstance(data, PartlyUnknown) else data
         return unknown_part(data) is not None or moved_away(in_file, data)
@@ -91,7 +93,9 @@ class Teaching:
             self.moved.setdefault(declaration.key, (declaration, *self.place))
 
     def mixed(self) -> Iterable[str]:
-        """Keys of taught data that a statement moves and that was taken as unchanged in a loop or behind a jump."""
+        """Keys of ``--taught`` data that a statement moves and that was taken as unchanged in a loop or behind a
+        jump.
+        """
         return self.kept & self.moved.keys()
 
 

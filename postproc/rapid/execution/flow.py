@@ -154,7 +154,9 @@ class Flow(Loops):
                     self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
     def check_taught(self, statement: Statement, memory: Memory) -> None:
-        """Report RAP035 if a statement changes taught data relative to itself (``p.x:=p.x+1``): no calibration does."""
+        """Report RAP035 if a statement changes ``--taught`` data relative to itself (``p.x:=p.x+1``): no
+        calibration does.
+        """
         source = memory.frame.routine.source
         self.teaching.place = (source, statement.span)
         if statement.kind == "assign":
@@ -177,14 +179,16 @@ class Flow(Loops):
             self.report_moved(declaration, source, statement.span)
 
     def report_moved(self, declaration: Declaration, source: Source, span: Span) -> None:
-        """Report RAP035: the program moves data that is to be taught, so the value in the file is not what runs."""
+        """Report RAP035: the program moves ``--taught`` data, so that the value in the file is not what runs."""
         text = f"`{declaration.name}`, which is to be taught, is moved by the program"
         help_ = f"leave `--taught {declaration.name}` out, and set it from a CONST before the first motion"
         name = declaration.name
         self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
-        """Report taught data whose value at the end of a run is not that in the file: the next run begins with it."""
+        """Report ``--taught`` data whose value at the end of a run is not that in the file: the next run begins
+        with it.
+        """
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():
             declaration = self.program.names.get(key)

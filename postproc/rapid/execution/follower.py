@@ -61,7 +61,7 @@ def follow(
     changes: WriteEffects | None = None,
     foreign: Set[str] = frozenset(),
 ) -> list[WorldMotion]:
-    """The motions that a program makes in a world, in order.
+    """The motions that a program makes in a world, which draws at random, repeatably, all that the text leaves open.
 
     It starts at its entry (main if None), then at each procedure that the pendant or code outside the files may start.
 
@@ -248,7 +248,9 @@ class _Follower(Flow):
             self.call_routine(routine, (), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Carry out an instruction or unseen routine; the latter may move the arm or call the program's procedures."""
+        """Carry out an instruction, or a routine in no file, which may move the arm or call the program's
+        procedures.
+        """
         super().from_elsewhere(statement, arguments, memory)
         if statement.word not in KNOWN:
             self.unseen(statement.word, memory)
@@ -263,7 +265,8 @@ class _Follower(Flow):
         return routine
 
     def unseen(self, name: str, memory: Memory) -> None:
-        """Draw what unseen code does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40 %.
+        """Draw what code in no file does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40
+        %.
 
         Args:
             name: of the code, by which the world draws; such a procedure is not run inside another one run so.

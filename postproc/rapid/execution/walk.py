@@ -133,7 +133,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
-    """The recorded events, marked where the statement also runs with other targets or numbers on ways not followed."""
+    """The recorded events, marked if their statement also runs on ways that are not followed, to other places."""
     events, recorder = flow.recorder.events, flow.recorder
     marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
@@ -174,7 +174,7 @@ def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bo
 
 
 def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """Memory before a routine is started from outside; taught data that may be written has the value in its file."""
+    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file."""
     frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():

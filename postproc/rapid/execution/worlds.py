@@ -194,7 +194,9 @@ class WorldMemory(Memory):
         return Value(data, declaration.type, rank)
 
     def _left(self, declaration: Declaration, unseen: bool) -> Data:
-        """The value that the last run left in data not set so far or, if ``unseen``, that unseen code has written."""
+        """The value that the last run left in data not set so far or, if ``unseen``, that code in no file has
+        written.
+        """
         at = declaration.key, self.invalidated(declaration.key), unseen
         if at not in self.world.left:
             data = self._declared(declaration).data
@@ -212,7 +214,7 @@ class WorldMemory(Memory):
             return Value(data, declaration.type, len(declaration.dims))
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
-        """The data varied at random, by its key and by how often something may have written it unseen."""
+        """The data varied at random; the draw depends on its key and on how often something may have written it."""
         key, kind, rank = declaration.key, declaration.type, len(declaration.dims)
         drawn = self.world.generator(f"{key} {self.invalidated(key)}")
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)

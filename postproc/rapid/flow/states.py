@@ -61,7 +61,7 @@ def returned(before: State, exit_: State, keys: Writes) -> State:
 
     Args:
         before: the caller's state at the call.
-        exit_: state at the end of the called routine, in which ``ENTRY`` stands for ``before``.
+        exit_: state at the end of the called routine, in which ``ENTRY`` stands for where the arm was at the call.
         keys: what the call may write, as the caller names it.
     """
     found: list[State] = []

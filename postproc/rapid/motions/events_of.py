@@ -44,8 +44,7 @@ class EventMaker:
         """The event of one execution of a motion statement, with all values taken from ``memory`` as they are now.
 
         Args:
-            before: the motion event from which the arm comes; None if it may come from several or from none that is
-                known.
+            before: the motion event from which the arm comes; None if that is not known or may be one of several.
         """
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []

@@ -112,7 +112,7 @@ def is_shared(declared: Declaration) -> bool:
 
 
 def named(declared: Declaration) -> tuple[str, str]:
-    """Name and type of data, in lower case."""
+    """Name and type of data, both in lower case, by which tasks share it."""
     return declared.name.lower(), declared.type.lower()
 
 

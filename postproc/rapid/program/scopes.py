@@ -89,7 +89,7 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
 
 
 def check_taught(taught: Collection[str], names: Mapping[str, Declaration]) -> Iterator[Diagnostic]:
-    """Report RAP034 for each name of taught data that no module declares with a value.
+    """Report RAP034 for each name stated by ``--taught`` that no module declares with a value.
 
     Args:
         taught: names as the user states them; names: declarations by key.

@@ -103,6 +103,7 @@ class WriteEffects:
     """
 
     def __init__(self, program: Program) -> None:
+        """Work out what each routine of the program may change, calls included."""
         self.program = program
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
         # The components that are written of each declaration; what is written as a whole has an empty path.
