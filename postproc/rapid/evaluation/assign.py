@@ -150,9 +150,7 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
 
 
 def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memory) -> None:
-    """Make declared data unknown; ``--taught`` data keeps its value in the file if only a loop or a jump may change
-    it.
-    """
+    """Make declared data unknown; ``--taught`` data keeps its value if only a loop or a jump may change it."""
     key, teaching = declaration.key, memory.teaching
     if teaching.covers(declaration) and kind in SET_BY_PROGRAM:
         now = memory.changed.get(key)

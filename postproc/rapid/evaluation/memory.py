@@ -61,7 +61,8 @@ class Exit:
     """A way by which a routine is left.
 
     Args:
-        changed, ends: see ``Memory``. value: that it returns.
+        changed: values of data by key; ends: indices of the events after one of which the arm stands.
+        value: what it returns.
         goes_on: what called the routine goes on; not behind EXIT, an error, or where the way never ends.
     """
 
@@ -114,7 +115,9 @@ class Memory:
 
     Args:
         changed: only what has been assigned or forgotten, over the initial values.
-        unseen: how often something may have written data, of all ways together; reads, noted: see ``Scope``.
+        unseen: how often something may have written data, of all ways together.
+        reads, noted: causes of doubt of what was read in the present expression, and in all since ``noted`` was
+            emptied.
         ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
         conditional: how many of the conditions in force are not known.
         trial: nothing moves; returning: from the end of a loop to the first motion of its next turn.
@@ -163,9 +166,7 @@ class Memory:
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN``: all that code in no file can
-        write.
-        """
+        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:

@@ -80,9 +80,7 @@ class Teaching:
         return filled
 
     def away(self, in_file: Data, data: Data) -> bool:
-        """Whether data is unknown in some part, or differs from the value in the file by more than measuring
-        explains.
-        """
+        """Whether data is unknown in part, or farther from the value in the file than measuring explains."""
         data, _ = without_causes(data)
         data = data.data if isinstance(data, PartlyUnknown) else data
         return unknown_part(data) is not None or moved_away(in_file, data)
@@ -93,9 +91,7 @@ class Teaching:
             self.moved.setdefault(declaration.key, (declaration, *self.place))
 
     def mixed(self) -> Iterable[str]:
-        """Keys of ``--taught`` data that a statement moves and that was taken as unchanged in a loop or behind a
-        jump.
-        """
+        """Keys of ``--taught`` data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
         return self.kept & self.moved.keys()
 
 

@@ -154,9 +154,7 @@ class Flow(Loops):
                     self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
     def check_taught(self, statement: Statement, memory: Memory) -> None:
-        """Report RAP035 if a statement changes ``--taught`` data relative to itself (``p.x:=p.x+1``): no
-        calibration does.
-        """
+        """Report RAP035 if a statement changes ``--taught`` data relative to itself, as in ``p.x:=p.x+1``."""
         source = memory.frame.routine.source
         self.teaching.place = (source, statement.span)
         if statement.kind == "assign":
@@ -186,8 +184,8 @@ class Flow(Loops):
         self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
-        """Report ``--taught`` data whose value at the end of a run is not that in the file: the next run begins
-        with it.
+        """Report ``--taught`` data whose value at the end of a run, where the next run begins, is not that in the
+        file.
         """
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():

@@ -94,7 +94,7 @@ def _runs_alone(routine: Routine) -> bool:
 
 
 class _Follower(Flow):
-    """Follows one way through a program in which a world decides every condition, input and interrupt."""
+    """Follows one way through a program in which a world decides every condition, input and interrupt at random."""
 
     def __init__(
         self,
@@ -156,9 +156,7 @@ class _Follower(Flow):
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """Mark data as written anew that functions in none of the files get; the program's own run where they are
-        called.
-        """
+        """Mark data as written anew that functions in no file get; the program's own run where they are called."""
         if not self.moves(statement, memory):
             self.forget_unseen(statement, memory)
 
@@ -248,9 +246,7 @@ class _Follower(Flow):
             self.call_routine(routine, (), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Carry out an instruction, or a routine in no file, which may move the arm or call the program's
-        procedures.
-        """
+        """Carry out an instruction, or a routine in no file, which may move the arm or call procedures of the files."""
         super().from_elsewhere(statement, arguments, memory)
         if statement.word not in KNOWN:
             self.unseen(statement.word, memory)

@@ -194,9 +194,7 @@ class WorldMemory(Memory):
         return Value(data, declaration.type, rank)
 
     def _left(self, declaration: Declaration, unseen: bool) -> Data:
-        """The value that the last run left in data not set so far or, if ``unseen``, that code in no file has
-        written.
-        """
+        """Value that the last run left in data not set so far or, if ``unseen``, that code in no file has written."""
         at = declaration.key, self.invalidated(declaration.key), unseen
         if at not in self.world.left:
             data = self._declared(declaration).data

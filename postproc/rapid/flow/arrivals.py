@@ -143,7 +143,7 @@ class Arrivals:
         return callers
 
     def _find_moving(self) -> None:
-        """Set ``moves`` and ``handled`` of each routine: whether it (with its calls) and its handlers may move the
+        """Set ``moves`` and ``handled`` of each routine: whether it (calls included) or its handlers may move the
         arm.
         """
         pending = []

@@ -119,8 +119,7 @@ class EventMaker:
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
-        """Target, its origin, circle point and its origin; the target is None if either of the two places is not
-        known.
+        """Target, its origin, circle point and its origin; the target is None if one of the places is not known.
 
         Args:
             reasons: gets why they are not known; found: gets the findings about it.

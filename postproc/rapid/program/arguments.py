@@ -18,12 +18,11 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
     r"""The arguments of a statement, in the order of the text.
 
     Args:
-        data: bytes of the file; start: offset behind the instruction's name; end: of the statement, with its ``;`` or
+        data: bytes of the file; start: offset behind the instruction's name; end: of the statement, ``;`` included or
             not.
 
     Returns:
-        For each: ``\name`` of an optional argument or an empty text, span of the expression, span of the whole
-            argument.
+        For each: ``\name`` of an optional argument or an empty text, span of the expression, span of the argument.
     """
     found: list[Piece] = []
     end -= data[end - 1 : end] == b";"

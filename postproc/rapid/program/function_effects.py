@@ -117,8 +117,7 @@ def _closings(text: bytes) -> dict[int, int]:
 
 
 def measured_places(program: Program) -> frozenset[str]:
-    """Keys of data that may hold where the arm stands: from CRobT, CPos, CJointT or a search, or copied from such
-    data.
+    """Keys of data that may hold where the arm stands: from CRobT, CPos, CJointT or a search, or copied from such.
 
     A routine that reads the position may pass it on: to the data in its call, and to where its value is assigned.
     """

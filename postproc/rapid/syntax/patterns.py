@@ -11,9 +11,7 @@ DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array i
 
 
 def _nested(depth: int) -> bytes:
-    """A pattern of text in ``[]``, ``()`` or ``{}``, nested up to ``depth``; those in strings and comments do not
-    count.
-    """
+    """A pattern of text in brackets ``[({``, nested up to ``depth``; those in strings and comments do not count."""
     inner = b"|" + _nested(depth - 1) if depth > 1 else b""
     return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
 
