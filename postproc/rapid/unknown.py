@@ -121,6 +121,12 @@ class Unknown(Exception):
         *,
         key: str = "",
     ) -> None:
+        """Make a reason ``kind`` about ``subject``.
+
+        Args:
+            cause: another reason, or words for the place that the kind's text has for it.
+            missing: name that is declared nowhere; span: where it is used; key: of the data or state.
+        """
         super().__init__(kind, subject, cause, missing, span)
         self.kind = kind
         self.subject = subject
@@ -131,28 +137,29 @@ class Unknown(Exception):
         self.held: tuple[str, ...] = ()  # keys of the data that it was written to since
 
     def kept(self) -> Self:
-        """Itself as a value: without the traceback, which grows with every raise and holds all that was at hand."""
+        """The exception itself, to be stored as a value: its traceback, which holds memory, is dropped."""
         self.__traceback__ = self.__context__ = self.__cause__ = None
         return self
 
     def anew(self) -> Unknown:
-        """Another value that is not known for the same reason."""
+        """A copy with the same reason that counts as another unknown value (identity tells unknown values apart)."""
         other = type(self).__new__(type(self), *self.args)
         other.__dict__.update(self.__dict__)
         return other
 
     @property
     def reason(self) -> str:
-        """Its words for people."""
+        """The phrase for people that the kind of the reason makes of subject and cause."""
         cause = self.cause.reason if isinstance(self.cause, Unknown) else self.cause
         return self.kind.value.format(subject=self.subject, cause=cause)
 
     @property
     def root(self) -> Unknown:
-        """The reason behind all others."""
+        """The last reason in the chain of causes; itself if its cause is no other reason."""
         return self.cause.root if isinstance(self.cause, Unknown) else self
 
     def __str__(self) -> str:
+        """The reason as a phrase for people."""
         return self.reason
 
 
@@ -168,6 +175,7 @@ class PartlyUnknown(Unknown):
     """
 
     def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
+        """Take the reason from ``unknown`` and the known parts from ``data``, with an Unknown for each other."""
         super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, key=unknown.key)
         self.data = data
         self.assumed = assumed
@@ -185,20 +193,20 @@ class Assumed:
     causes: Causes
 
     def __eq__(self, other: object) -> bool:
-        """Whether the value is the same and uncertain, too, for whatever causes."""
+        """Whether the other is assumed, too, and has the same data; the causes do not count."""
         return isinstance(other, Assumed) and self.data == other.data
 
     __hash__ = None  # type: ignore[assignment]
 
 
 def joined_causes(*causes: Causes) -> Causes:
-    """Causes of a value that is made of several, each once."""
+    """Join the causes of several values: each kind, subject and cause once, at most ``MOST_CAUSES`` in all."""
     found = {(cause.kind, cause.subject, str(cause.cause)): cause for part in causes for cause in part}
     return tuple(found.values())[:MOST_CAUSES]
 
 
 def assumed_for(data: Data, causes: Causes) -> Data:
-    """Data (known, assumed or not known) that is no more certain than its causes allow."""
+    """The data marked as assumed for these and its own causes; unchanged if there are none or it is unknown."""
     if not causes or (isinstance(data, Unknown) and not isinstance(data, PartlyUnknown)):
         return data
     if isinstance(data, PartlyUnknown):
@@ -208,12 +216,12 @@ def assumed_for(data: Data, causes: Causes) -> Data:
 
 
 def without_causes(data: Data) -> tuple[Data, Causes]:
-    """The value, assumed or not, and why it is not certain."""
+    """Split data into the bare value (perhaps Unknown) and the causes why it is only assumed; () if certain."""
     return (data.data, data.causes) if isinstance(data, Assumed) else (data, ())
 
 
 def unknown_part(data: Data) -> Unknown | None:
-    """Why data, or a part of it, is not known."""
+    """The first Unknown found in data, itself or inside nested tuples; None if all of it is known."""
     if isinstance(data, tuple):
         kinds = set(map(type, data))  # an array may be long
         if not kinds.isdisjoint((Unknown, PartlyUnknown, Invalid)):

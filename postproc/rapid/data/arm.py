@@ -31,17 +31,18 @@ class ControllerArm(Protocol):
     """An arm as its controller computes it."""
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
-        """Where joint angles put the TCP on the work.
+        """Pose of the TCP in the object frame, configuration and external axes at these joint angles.
 
         Raises:
-            Unknown: nothing tells where base or work stand, or the arm has no configuration data.
+            Unknown: the place of the robot base or of the work is not known, or the arm has no configuration data.
         """
 
     def joints(self, target: RobTarget, situation: Situation) -> JointTarget:
-        """The joint angles of a target.
+        """Joint angles [deg] and external axes at which the TCP stands on the target, in the target's configuration.
 
         Raises:
-            Unknown: as above, or the arm does not reach it.
+            Unknown: the place of the robot base or of the work is not known, the arm has no configuration data, or it
+                does not reach the target.
         """
 
 
@@ -56,13 +57,16 @@ def call_by_arm(
     options: Mapping[str, Data],
     state: Callable[[str], Data],
 ) -> tuple[str, Data]:
-    """Result type and value, in single precision, of one of ``BY_ARM``, in any case.
+    """Evaluate CalcRobT or CalcJointT and return the result's type name and its value in single precision.
 
     Args:
-        state: what instructions have set, by ``@`` key.
+        name: ``calcrobt`` or ``calcjointt``, in upper or lower case.
+        arguments: values of the two positional arguments: target or joint angles, then tool.
+        options: values of the optional arguments; only ``wobj`` is known.
+        state: gives the present value of ``@pdisp``, ``@eoffs`` and ``@units``, which instructions have set.
 
     Raises:
-        Unknown: it has no value for these arguments, or the arm is not known.
+        Unknown: there is no arm, other arguments are given, or the tool is not held by the robot or the work is.
     """
     given = tuple(arguments)
     if arm is None or len(given) != 2 or not options.keys() <= {"wobj"}:

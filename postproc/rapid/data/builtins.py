@@ -31,62 +31,75 @@ MOST_DECIMALS = 80  # a string holds no more
 
 
 def offs(target: Data, x: float, y: float, z: float) -> Data:
-    """Offs: displacement in the object frame, orientation unchanged."""
+    """Offs: the robtarget moved by (x, y, z) [mm] along the axes of the object frame, with unchanged orientation."""
     return (add(target[0], (x, y, z)), *target[1:])
 
 
 def rel_tool(target: Data, x: float, y: float, z: float, *, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
-    r"""RelTool: displacement, then ``Rx Ry Rz``, all in the tool frame of the target."""
+    """RelTool: the robtarget moved by (x, y, z) [mm], then turned by ``Rx Ry Rz`` [deg], all in its own tool axes."""
     rot = to_quat(target[1])
     turn = quat_mult(quat_mult(about(0, rx), about(1, ry)), about(2, rz))
     return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
 
 
 def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool = False) -> Data:
-    """ORobT: a place under a program displacement (added to the arguments), in the object frame."""
+    r"""ORobT: the robtarget in the object frame that results from a target under a program displacement.
+
+    Args:
+        displacement: the ``progdisp`` in force (``C_PROGDISP``), which is no argument in RAPID; only its pose is used.
+        inpdisp: ``\InPDisp`` stands in the call: the target is returned unchanged.
+        ineoffs: ``\InEOffs`` stands in the call; it is ignored.
+    """
     if inpdisp:
         return target
     return (*as_pose(pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
 
 
 def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
-    """DefFrame: the frame of three points, see ``frame_of_points``."""
+    """DefFrame: the pose of the frame through three robtargets: origin in ``p1``, x to ``p2``, ``p3`` on the +y side.
+
+    ``origin`` 2 puts the origin in ``p2``, 3 on the x axis where the y axis passes through ``p3``.
+    """
     return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
 
 
 def def_dframe(*points: Data) -> Data:
-    """DefDFrame: the displacement that carries three old points onto three new ones."""
+    """DefDFrame: the pose that displaces three robtargets onto three others; arguments are the old, then the new."""
     old1, old2, old3, new1, new2, new3 = (point[0] for point in points)
     old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
     return as_pose(pose_mult(new, pose_inv(old)))
 
 
 def pose_vect(frame: Data, place: Data) -> Data:
-    """PoseVect: a position given in a frame, outside of it."""
+    """PoseVect: coordinates [mm] of a position, stated in ``frame``, in the frame in which ``frame`` is stated."""
     pose = to_pose(frame)
     return add(pose.trans, rotate(pose.rot, place))
 
 
 def euler(rot: Data, x: bool = False, y: bool = False, z: bool = False) -> float:
-    """EulerZYX: the angle about one of the axes."""
+    """EulerZYX: the angle [deg] about the axis whose option is set; about z if neither ``x`` nor ``y`` is."""
     return euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
 
 
 def shortened(value: float, decimals: float, up: bool) -> float:
-    """Round (half away from zero) or Trunc to a number of decimals."""
+    """The value with a number of decimals: rounded half away from zero (Round) if ``up``, else cut off (Trunc)."""
     scale = 10.0 ** int(decimals)
     return math.copysign(math.floor(abs(value) * scale + (0.5 if up else 0.0)) / scale, value)
 
 
 def dimension(array: Data, level: float) -> float:
-    """Dim: number of elements along one dimension of an array, counted from 1."""
+    """Dim: number of elements of an array along dimension ``level``, counted from 1."""
     for _ in range(int(level) - 1):
         array = array[0]
     return float(len(array))
 
 
 def string_part(text: Data, position: float, length: float) -> str:
-    """StrPart: characters from a position on, counted from 1."""
+    """StrPart: ``length`` characters of the text from ``position`` on, counted from 1.
+
+    Raises:
+        ValueError: the part reaches beyond the text.
+    """
     begin = int(position) - 1
     if begin < 0 or length < 0 or begin + int(length) > len(text):
         raise ValueError("the part leaves the string")
@@ -94,21 +107,29 @@ def string_part(text: Data, position: float, length: float) -> str:
 
 
 def whole_text(value: Data) -> str:
-    """ValToStr of a whole number; how many digits of another are written differs between controllers."""
+    """ValToStr of a whole number below 1e6, as digits without decimals.
+
+    Raises:
+        ValueError: it is any other value: how many digits are written then differs between controllers.
+    """
     if isinstance(value, bool) or not isinstance(value, float) or value != int(value) or abs(value) >= 1e6:
         raise ValueError("not a whole number")
     return str(int(value))
 
 
 def number_text(value: float, decimals: float) -> str:
-    """NumToStr: a number with that many decimals."""
+    """NumToStr: the number in decimal notation with so many decimals.
+
+    Raises:
+        ValueError: there are more than 80 decimals, which is the longest string.
+    """
     if decimals > MOST_DECIMALS:
         raise ValueError("more decimals than a string holds")
     return f"{value:.{int(decimals)}f}"
 
 
 def magnitude(v: Vec3) -> float:
-    """VectMagn: length of a vector."""
+    """VectMagn: the Euclidean length of a vector, in its unit."""
     return math.sqrt(dot(v, v))
 
 
@@ -157,10 +178,14 @@ RUN_TIME = word_set("""
 
 
 def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:
-    """Result type and value of one of ``FUNCTIONS``.
+    """Evaluate a built-in function of ``FUNCTIONS`` and return the result's type name and its value.
+
+    Args:
+        name: in lower case.
+        options: values of the optional arguments by lower-case name; True for one without a value.
 
     Raises:
-        Unknown: it has no value for these arguments.
+        Unknown: the function has no value for these arguments.
     """
     kind, function = FUNCTIONS[name]
     try:
@@ -172,5 +197,5 @@ def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> t
 
 
 def unknown(name: str) -> Unknown:
-    """Why a function that is none of ``FUNCTIONS`` has no value."""
+    """The exception for a function outside ``FUNCTIONS``: its value exists only at run time, or it is not known."""
     return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)

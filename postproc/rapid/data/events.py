@@ -69,12 +69,12 @@ class Origin:
 
     @property
     def base(self) -> Origin:
-        """The origin of the numbers: of what is displaced, or its own."""
+        """Origin of the literal numbers: of the target that Offs or the like displaces, else this one."""
         return self if self.root is None else self.root.origin
 
     @property
     def stands_in_statement(self) -> bool:
-        """Whether the numbers are an aggregate in the motion statement itself."""
+        """Whether the target's numbers are written as an aggregate in the motion statement itself."""
         return self.base.kind == "inline" and self.base.handed is None
 
 
@@ -135,6 +135,7 @@ class Signature:
     targets: int = field(init=False)
 
     def __post_init__(self) -> None:
+        """Set ``targets``: how many of the roles stand before the first one that is neither ``via`` nor ``to``."""
         others = [i for i, role in enumerate(self.roles) if role not in ("via", "to")]
         object.__setattr__(self, "targets", others[0] if others else len(self.roles))
 
@@ -189,19 +190,26 @@ class MotionStatement:
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
-        """In the order of the text."""
+        """All arguments of the statement, in the order of the text."""
         return tuple(map(self._argument, range(len(self.roles))))
 
     def argument(self, role: str) -> Argument | None:
-        """The first argument of a role."""
+        """The first argument that has this role; None if the statement has none."""
         return self._argument(self.roles.index(role)) if role in self.shape.roles else None
 
     def span_of(self, role: str) -> Span:
-        """Where the expression of the first argument of a role stands, which the statement has."""
+        """Byte span of the expression of the first argument that has this role.
+
+        Raises:
+            ValueError: the statement has no argument of this role.
+        """
         return self.spans(self.shape.roles.index(role))[0]
 
     def spans(self, i: int) -> tuple[Span, Span]:
-        """Where the expression of an argument stands, and the whole of it."""
+        """Byte spans in the file of argument number ``i`` (from 0): of its expression, and of the whole argument.
+
+        The whole begins at the backslash of an optional argument; otherwise both spans are equal.
+        """
         at, ends = self.span[0], self.ends
         start, end, first, last = self.shape.places[4 * i : 4 * i + 4]
         if i < len(ends):
@@ -211,12 +219,13 @@ class MotionStatement:
         return (before + start, behind + end), (before + first, behind + last)
 
     def _argument(self, i: int) -> Argument:
+        """The argument number ``i``, counted from 0 in the order of the text, with its role, spans and text."""
         span, whole = self.spans(i)
         return Argument(self.shape.roles[i], span, self.source.data[slice(*span)].decode("latin-1"), whole)
 
     @property
     def line(self) -> int:
-        """Number of its first line, from 1."""
+        """Line number, from 1, on which the statement begins."""
         return self.source.row(self.span[0])
 
 
@@ -297,10 +306,13 @@ class MotionEvent:
 
     @property
     def searched(self) -> bool:
-        """Whether it goes with what a search has found."""
+        """Whether one of the reasons in ``unknowns`` goes back to a position that a search instruction finds."""
         return any(unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns)
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
-    """Indices of the events of each statement; where it only resumes from another, nothing is executed."""
+    """Indices into ``events`` of the executions of each statement, by statement key.
+
+    Events that only put the arm back on another way (``resumes_from`` is set) are no executions and are left out.
+    """
     return grouped((event.statement.key, i) for i, event in enumerate(events) if event.resumes_from is None)

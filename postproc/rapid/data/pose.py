@@ -27,7 +27,7 @@ def rotate(q: Quat, v: Vec3) -> Vec3:
 
 
 def normalise(q: Quat) -> Quat:
-    """Unit quaternion.
+    """The quaternion scaled to length 1.
 
     Raises:
         ZeroDivisionError: ``q`` is zero (a position that was never taught).
@@ -37,39 +37,39 @@ def normalise(q: Quat) -> Quat:
 
 
 def add(a: Vec3, b: Vec3) -> Vec3:
-    """``a + b``."""
+    """Sum ``a + b`` of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def subtract(a: Vec3, b: Vec3) -> Vec3:
-    """``a - b``."""
+    """Difference ``a - b`` of two vectors."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def dot(a: Vec3, b: Vec3) -> float:
-    """Scalar product."""
+    """Scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
-    """Vector product."""
+    """Vector product ``a x b``."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def pose_mult(a: Pose, b: Pose) -> Pose:
-    """``T_a T_b``."""
+    """Product ``T_a T_b``: the pose ``b``, stated in the frame ``a``, in the frame in which ``a`` is stated."""
     return Pose(add(a.trans, rotate(a.rot, b.trans)), quat_mult(a.rot, b.rot))
 
 
 def pose_inv(a: Pose) -> Pose:
-    """``T_a^-1``."""
+    """Inverse ``T_a^-1`` of a pose."""
     inverse = (a.rot[0], -a.rot[1], -a.rot[2], -a.rot[3])
     x, y, z = rotate(inverse, a.trans)
     return Pose((-x, -y, -z), inverse)
 
 
 def about(axis: int, degrees: float) -> Quat:
-    """Rotation about x (0), y (1) or z (2)."""
+    """Unit quaternion of a rotation by ``degrees`` about the x (0), y (1) or z (2) axis."""
     half = math.radians(degrees) / 2
     parts = [math.cos(half), 0.0, 0.0, 0.0]
     parts[1 + axis] = math.sin(half)
@@ -77,7 +77,7 @@ def about(axis: int, degrees: float) -> Quat:
 
 
 def orient_zyx(z: float, y: float, x: float) -> Quat:
-    """``Rz Ry Rx`` from degrees: about z, then about the new y, then about the new x."""
+    """Quaternion ``Rz Ry Rx`` of angles in degrees: turned about z, then about the new y, then about the new x."""
     return quat_mult(quat_mult(about(2, z), about(1, y)), about(0, x))
 
 
@@ -96,8 +96,10 @@ def euler_zyx(q: Quat) -> Vec3:
 
 
 def frame_of_points(p1: Vec3, p2: Vec3, p3: Vec3, origin: int = 1) -> Pose:
-    """DefFrame: x from ``p1`` to ``p2``, ``p3`` on the side of +y; the origin in ``p1`` (1), ``p2`` (2) or so that
-    ``p3`` lies on the y axis (3).
+    """Pose [mm] of the frame of RAPID's DefFrame: x from ``p1`` to ``p2``, and ``p3`` on the side of +y.
+
+    Args:
+        origin: 1 puts it in ``p1``, 2 in ``p2``, 3 on the x axis where the y axis passes through ``p3``.
 
     Raises:
         ZeroDivisionError: the points coincide or lie on a line.

@@ -54,7 +54,7 @@ _SINGLE = Struct("f")
 
 
 def single(number: float) -> float:
-    """A ``num`` as the controller holds it, in single precision.
+    """The number rounded to single precision, as a ``num`` is stored.
 
     Raises:
         OverflowError: it is too large.
@@ -64,12 +64,12 @@ def single(number: float) -> float:
 
 
 def as_type(data: Data, kind: str) -> Data:
-    """Data as a variable of a type holds it: ``num`` in single, ``dnum`` in double precision."""
+    """Round a number to single precision if ``kind`` is ``num``; every other value is returned unchanged."""
     return single(data) if kind == "num" and isinstance(data, float) else data
 
 
 def rounded(data: Data) -> Data:
-    """Data all of whose numbers are ``num``, as the controller holds it."""
+    """Round every number of a value, nested tuples included, to single precision, as a ``num`` is stored."""
     return tuple(map(rounded, data)) if isinstance(data, tuple) else single(data)
 
 
@@ -81,6 +81,7 @@ Fields = tuple[tuple[str, str], ...]
 
 
 def _fields(text: str) -> Fields:
+    """Fields (name, type) of a record from text such as ``"num x y z; bool on"``: type, then the names that have it."""
     return tuple(
         (name, kind) for kind, _, names in (p.partition(" ") for p in text.split("; ")) for name in names.split()
     )
@@ -106,7 +107,7 @@ RECORDS: Mapping[str, Fields] = {
 
 
 def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
-    """Fields of the records that every controller has, and of the program's own, by lower-case name."""
+    """Fields (name, type) of record types by lower-case type name: those of every controller and of these modules."""
     return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 
@@ -115,10 +116,13 @@ MOST_LEVELS = 10  # of records inside one another
 
 
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:
-    """Value of data declared without one.
+    """Value of data declared without one: 0, FALSE, the empty string, or a record of these.
+
+    Args:
+        kind: type name; records: fields of the record types by name.
 
     Raises:
-        Unknown: it is a record of very many parts, or of itself.
+        Unknown: the record has more than ``MOST_PARTS`` parts or contains itself.
     """
     if kind in records:
         if _parts_of(kind, records, MOST_LEVELS) > MOST_PARTS:
@@ -128,7 +132,11 @@ def zero(kind: str, records: Mapping[str, Fields]) -> Data:
 
 
 def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
-    """How many numbers, texts and truth values a type holds; more than ``MOST_PARTS`` stand for any larger number."""
+    """How many numbers, texts and truth values a type holds; some number above ``MOST_PARTS`` if there are more.
+
+    Args:
+        levels: how many records inside one another are counted; deeper ones count as too many.
+    """
     if kind not in records or levels == 0:
         return 1 if kind not in records else MOST_PARTS + 1
     count = 1
@@ -140,12 +148,14 @@ def _parts_of(kind: str, records: Mapping[str, Fields], levels: int) -> int:
 
 
 def _number(data: Data) -> float:
+    """Data as a finite float; raises Unknown if it is a truth value, text, record or not finite."""
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not math.isfinite(data):
         raise Unknown(Kind.NUMBER_EXPECTED)
     return float(data)
 
 
 def _numbers(data: Data, count: int) -> tuple[float, ...]:
+    """Data as a tuple of exactly ``count`` finite numbers; raises Unknown (Invalid for another count) if it is none."""
     if not isinstance(data, tuple) or len(data) != count:
         raise Invalid(Kind.NUMBERS_EXPECTED, str(count))
     if set(map(type, data)) == {float} and math.isfinite(sum(data)):
@@ -154,12 +164,17 @@ def _numbers(data: Data, count: int) -> tuple[float, ...]:
 
 
 def _vector(data: Data) -> Vec3:
+    """Data as three finite numbers (x, y, z); raises Unknown if it is anything else."""
     x, y, z = _numbers(data, 3)
     return (x, y, z)
 
 
 def to_quat(data: Data) -> Quat:
-    """Unit quaternion of an ``orient``."""
+    """Unit quaternion, scalar first, of an ``orient``; lengths within ``MOST_OFF_UNIT`` of 1 are scaled to 1.
+
+    Raises:
+        Unknown: all numbers are 0 (the position was never taught); Invalid if the length is farther from 1.
+    """
     a, b, c, d = _numbers(data, 4)
     length = math.hypot(a, b, c, d)
     if abs(length - 1.0) > MOST_OFF_UNIT:
@@ -170,34 +185,36 @@ def to_quat(data: Data) -> Quat:
 
 
 def _ax6(data: Data) -> Ax6:
+    """Six axis values [deg or mm]; whatever exceeds 0.99 * 9E9 becomes exactly ``NO_AXIS``, an unused axis."""
     # In single precision 9E9 is a little less.
     a, b, c, d, e, f = (NO_AXIS if value > 0.99 * NO_AXIS else value for value in _numbers(data, 6))
     return (a, b, c, d, e, f)
 
 
 def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
+    """The data itself if it is a record of ``count`` parts; else raises Invalid, which names the type ``kind``."""
     if not isinstance(data, tuple) or len(data) != count:
         raise Invalid(Kind.NOT_A, kind)
     return data
 
 
 def to_pose(data: Data) -> Pose:
-    """A ``pose`` [mm]; raises Unknown where data is none."""
+    """Convert data of type ``pose`` [mm]; raises Unknown if it is none."""
     trans, rot = _parts(data, 2, "pose")
     return Pose(_vector(trans), to_quat(rot))
 
 
 def to_robtarget(data: Data) -> RobTarget:
-    """A ``robtarget`` [mm, deg]; raises Unknown where data is none."""
+    """Convert data of type ``robtarget`` [mm, deg]; raises Unknown if it is none."""
     trans, rot, conf, extax = _parts(data, 4, "robtarget")
     return RobTarget(_vector(trans), to_quat(rot), to_conf(_numbers(conf, 4)), _ax6(extax))
 
 
 def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
-    """Configuration data as integers.
+    """Configuration numbers cf1, cf4, cf6 and cfx rounded to integers.
 
     Raises:
-        Unknown: an axis that has turned a thousand times.
+        Unknown: one of them is larger than ``MOST_QUARTERS`` quarter turns.
     """
     a, b, c, d = map(round, numbers)
     if max(map(abs, (a, b, c, d))) > MOST_QUARTERS:
@@ -206,26 +223,26 @@ def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
 
 
 def to_jointtarget(data: Data) -> JointTarget:
-    """A ``jointtarget`` [deg, mm]; raises Unknown where data is none."""
+    """Convert data of type ``jointtarget`` [deg, mm]; raises Unknown if it is none."""
     robax, extax = _parts(data, 2, "jointtarget")
     return JointTarget(_ax6(robax), _ax6(extax))
 
 
 def to_load(data: Data) -> LoadData:
-    """A ``loaddata`` [kg, mm, kg m^2]; raises Unknown where data is none."""
+    """Convert data of type ``loaddata`` [kg, mm, kg m^2]; raises Unknown if it is none."""
     mass, cog, aom, ix, iy, iz = _parts(data, 6, "loaddata")
     aom = aom if any(_numbers(aom, 4)) else (1.0, 0.0, 0.0, 0.0)  # an unset aom means the tool's own axes
     return LoadData(_number(mass), _vector(cog), to_quat(aom), (_number(ix), _number(iy), _number(iz)))
 
 
 def to_tool(name: str, data: Data) -> ToolData:
-    """A ``tooldata`` and its name; raises Unknown where data is none."""
+    """Convert data of type ``tooldata`` to a tool of this name; raises Unknown if it is none."""
     robhold, frame, load = _parts(data, 3, "tooldata")
     return ToolData(name, bool(robhold), _frame(frame), to_load(load))
 
 
 def to_wobj(name: str, data: Data) -> WobjData:
-    """A ``wobjdata`` and its name; raises Unknown where data is none."""
+    """Convert data of type ``wobjdata`` to a work object of this name; raises Unknown if it is none."""
     robhold, ufprog, ufmec, uframe, oframe = _parts(data, 5, "wobjdata")
     return WobjData(name, bool(robhold), bool(ufprog), str(ufmec), _frame(uframe), _frame(oframe))
 
@@ -243,18 +260,18 @@ def _frame(data: Data) -> Pose:
 
 
 def to_speed(data: Data) -> SpeedData:
-    """A ``speeddata`` [mm/s, deg/s]; raises Unknown where data is none."""
+    """Convert data of type ``speeddata`` [mm/s, deg/s]; raises Unknown if it is none."""
     v_tcp, v_ori, v_leax, v_reax = _numbers(data, 4)
     return SpeedData(v_tcp, v_ori, v_leax, v_reax)
 
 
 def to_zone(data: Data) -> ZoneData:
-    """A ``zonedata`` [mm, deg]; raises Unknown where data is none."""
+    """Convert data of type ``zonedata`` [mm, deg]; raises Unknown if it is none."""
     finep, *sizes = _parts(data, 7, "zonedata")
     a, b, c, d, e, f = _numbers(tuple(sizes), 6)
     return ZoneData(bool(finep), a, b, c, d, e, f)
 
 
 def as_pose(pose: Pose) -> Data:
-    """A pose as data of type ``pose``."""
+    """Convert a pose to data of type ``pose``: the tuple (trans, rot)."""
     return (pose.trans, pose.rot)

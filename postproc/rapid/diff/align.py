@@ -10,7 +10,13 @@ LOOK_AHEAD = 400
 
 
 def aligned(a: Sequence[T], b: Sequence[T], same: Callable[[T, T], bool]) -> Iterator[tuple[T | None, T | None]]:
-    """Pairs in order; None where one side has nothing. Sequences of one length are paired one to one."""
+    """Pair the items of two sequences in order; None stands where one side has no partner.
+
+    Sequences of equal length are paired one to one, others by searching up to ``LOOK_AHEAD`` items ahead for a match.
+
+    Args:
+        same: whether two items match; items that do not match may be paired, too, as a change.
+    """
     if len(a) == len(b):
         yield from zip(a, b, strict=True)
         return
@@ -34,7 +40,11 @@ def aligned(a: Sequence[T], b: Sequence[T], same: Callable[[T, T], bool]) -> Ite
 
 
 def _skip(a: Sequence[T], b: Sequence[T], i: int, j: int, same: Callable[[T, T], bool]) -> tuple[int, int] | None:
-    """How many items to pass over on one side until both agree again; None if the two are a changed pair."""
+    """How many items of ``a`` (from ``i``) and of ``b`` (from ``j``) to leave without partner until the next match.
+
+    Returns:
+        (0, n) or (n, 0); None if the present two items are a changed pair, or nothing matches within ``LOOK_AHEAD``.
+    """
     for ahead in range(1, LOOK_AHEAD):
         if j + ahead < len(b) and same(a[i], b[j + ahead]):
             return 0, ahead

@@ -26,6 +26,9 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
 
     Motion statements are compared by target, orientation, configuration and arguments (values, where names or spellings
     differ), all others by their words; declared targets count only through the statements that use them.
+
+    Args:
+        tolerance_mm, tolerance_deg: largest distance of two targets, and angle between them, that is no difference.
     """
     events_a, events_b = _by_statement(walk(a)), _by_statement(walk(b))
     differences: list[Difference] = []
@@ -52,19 +55,22 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
 
 
 def _by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
+    """The events of each motion statement, by statement key and in the order in which they run."""
     return grouped((event.statement.key, event) for event in events)
 
 
 def _motions(program: Program) -> dict[str, list[MotionStatement]]:
+    """The motion statements of each routine in text order, by lower-case ``module.routine``."""
     return grouped((_place(statement).lower(), statement) for statement in program.statements)
 
 
 def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
-    """How many of the first 0, 1, 2.. motion statements of a routine have a partner."""
+    """Count the partners: element k is how many of the first k motion statements have one (n + 1 elements for n)."""
     return tuple(accumulate((partner is not None for partner in partners), initial=0))
 
 
 def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
+    """The difference "added" or "removed" for a motion statement that stands in one program only; the other is None."""
     there = x or y
     assert there is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
@@ -73,6 +79,7 @@ def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
 
 
 def _place(statement: MotionStatement) -> str:
+    """``module.routine`` in which a motion statement stands, as spelt in the text."""
     return f"{statement.module}.{statement.routine}"
 
 
@@ -81,7 +88,7 @@ Side = tuple[Program, MotionStatement, Sequence[MotionEvent]]
 
 
 def _compare(first: Side, second: Side) -> Difference:
-    """What differs between two statements that are paired."""
+    """Difference between two paired motion statements: the largest over their executions, which are paired in order."""
     (_, x, a), (_, y, b) = first, second
     distance: float | None = None
     angle: float | None = None
@@ -121,7 +128,7 @@ def _compare(first: Side, second: Side) -> Difference:
 
 
 def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, float] | None:
-    """Speeds of the TCP [mm/s] where they differ: while the arc burns that of the weld."""
+    """TCP speeds [mm/s] at the first pair of executions where they differ; None if no pair differs."""
     for one, two in zip(a, b, strict=False):
         p, q = _speed(one), _speed(two)
         if p is not None and q is not None and p != q:
@@ -130,6 +137,7 @@ def _speeds(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> tuple[float, 
 
 
 def _speed(event: MotionEvent) -> float | None:
+    """TCP speed [mm/s] of an event: of its welddata in the seam (not at its start) if known, else its speeddata."""
     if event.weld is not None and event.weld.phase != "start" and event.weld.speed is not None:
         return event.weld.speed
     return None if event.speed is None else event.speed.v_tcp
@@ -143,7 +151,7 @@ def angle_between(p: Quat, q: Quat) -> float:
 
 
 def _values(a: MotionEvent, b: MotionEvent) -> dict[str, tuple[str, str]]:
-    """What is in force at the two events, compared by value."""
+    """Tool, frames, speed, zone, weld, load and displacement that differ between two events: both as text, by role."""
     pairs = {
         "tool": ((a.tool.robhold, a.tool.tframe), (b.tool.robhold, b.tool.tframe)),
         "load of the tool": (a.tool.tload, b.tool.tload),
@@ -159,7 +167,7 @@ def _values(a: MotionEvent, b: MotionEvent) -> dict[str, tuple[str, str]]:
 
 
 def _shown(value: object) -> str:
-    """A value as RAPID writes it, ``[100,500,5000,1000]``."""
+    """Write a value or record as RAPID does, ``[100,500,5000,1000]``, with nine digits; "not known" for None."""
     if value is None:
         return "not known"
     if isinstance(value, bool):
@@ -176,13 +184,17 @@ BY_VALUE = frozenset({"speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\
 
 
 def _known(program: Program, statement: MotionStatement, events: Sequence[MotionEvent]) -> frozenset[str]:
-    """Roles of arguments that have values in the program's files (or are not there), by which they were compared."""
+    """Roles whose arguments are compared by value, not by text: their names are known in the program's files.
+
+    ``to`` and ``via`` are among them if every event has a target; without events the result is empty.
+    """
     if not events:
         return frozenset()
     routine = program.routine(statement.routine, statement.module)
     parameters = {p.name for p in routine.parameters} if routine is not None else set()
 
     def declared(name: str) -> bool:
+        """Whether a name means declared or predefined data or a parameter of the statement's routine."""
         found = program.declaration(name, statement.module, statement.routine)
         return found is not None or name in PREDEFINED or name in parameters
 
@@ -195,7 +207,7 @@ def _known(program: Program, statement: MotionStatement, events: Sequence[Motion
 
 
 def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, str]]:
-    """Arguments that differ in their words, by role."""
+    """Texts of both arguments, by role, where the words differ; an empty text if one statement lacks the argument."""
     ours, theirs = (
         {(a.role, [b.role for b in s.arguments[:k]].count(a.role)): a.text for k, a in enumerate(s.arguments)}
         for s in (x, y)

@@ -55,7 +55,7 @@ class ProgramDiff:
 
     @property
     def equal(self) -> bool:
-        """Whether nothing differs by more than the tolerance."""
+        """Whether no difference exceeds the tolerance."""
         return not self.differences
 
     @property

@@ -36,10 +36,13 @@ def pair_motions(
     events_a: Mapping[StatementKey, Sequence[MotionEvent]],
     events_b: Mapping[StatementKey, Sequence[MotionEvent]],
 ) -> list[tuple[MotionStatement | None, MotionStatement | None]]:
-    """Pairs in order; None where one version has nothing. Those without a partner were added or removed.
+    """Pair the motion statements of two versions of a routine in order, so that as little as possible differs.
 
     Args:
-        events_a, events_b: what runs of the statements give, of which the first counts.
+        events_a, events_b: executions of the statements by statement key; the first of each gives its target.
+
+    Returns:
+        Pairs in order; None in place of the partner of a statement that was added or removed.
     """
     ours, theirs = _described(a, events_a), _described(b, events_b)
     found: list[Pair] = []
@@ -67,11 +70,16 @@ class _Compared:
     instruction: NDArray[np.object_]
 
     def part(self, begin: int, end: int) -> _Compared:
+        """The same arrays for the statements ``begin`` to ``end`` (exclusive) alone."""
         rows = slice(begin, end)
         return _Compared(self.keys[rows], self.place[rows], self.kind[rows], self.name[rows], self.instruction[rows])
 
     def costs(self, i: int, other: _Compared, columns: slice) -> Array:
-        """What pairs of statement ``i`` with some of the other version cost, (k,)."""
+        """Costs (k,) of pairing statement ``i`` with each statement in the slice ``columns`` of the other version.
+
+        Targets d mm apart cost d / (d + HALF_MM), unknown ones ``UNKNOWN`` or 0 if they have the same name; another
+        name or instruction adds ``OTHER_NAME`` or ``OTHER_INSTRUCTION``.
+        """
         away = np.linalg.norm(other.place[columns] - self.place[i], axis=1)
         known = (other.kind[columns] == self.kind[i]) & (self.kind[i] > 0)
         named = other.name[columns] == self.name[i]
@@ -84,6 +92,7 @@ class _Compared:
 def _described(
     statements: Sequence[MotionStatement], events: Mapping[StatementKey, Sequence[MotionEvent]]
 ) -> _Compared:
+    """Arrays by which statements are compared; the target is that of the first event of each, NaN if there is none."""
     words: list[list[tuple[str, str]]] = [
         [(g.role, g.text.lower().replace(" ", "")) for g in s.arguments] for s in statements
     ]
@@ -106,7 +115,7 @@ def _described(
 
 
 def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, int]]:
-    """Pairs of items that stand once in both, the longest row of them that is in the same order (patience)."""
+    """Index pairs of items that occur once in both: the longest series that rises in both (patience diff)."""
     once_a, once_b = Counter(a), Counter(b)
     at = {key: j for j, key in enumerate(b) if once_b[key] == 1}
     shared = [(i, at[key]) for i, key in enumerate(a) if once_a[key] == 1 and key in at]
@@ -123,7 +132,7 @@ def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, in
 
 
 def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
-    """The cheapest pairing between two anchors."""
+    """Index pairs of the cheapest pairing of two runs of statements; None for a partner that is missing."""
     n, m = len(a.keys), len(b.keys)
     if not n or not m:
         yield from ((i, None) for i in range(n))
@@ -140,12 +149,12 @@ def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
 def cheapest_pairs(
     n: int, m: int, costs: Callable[[int, slice], Array], low: int, high: int
 ) -> list[tuple[int | None, int | None]]:
-    """The pairing in order of n and m items that costs least.
+    """Pair n and m items in order at the least cost; None stands for the partner of an item that is left alone.
 
     D[i, j] = min(D[i-1, j-1] + c[i-1, j-1], D[i-1, j] + ALONE, D[i, j-1] + ALONE), in the band low <= j - i <= high.
 
     Args:
-        costs: of one row with a slice of columns.
+        costs: gives the costs (k,) of row i (from 0) with a slice of k columns.
     """
     width = high - low + 1
     step = ALONE * np.arange(width)

@@ -29,7 +29,7 @@ class _Row:
 
 
 def words(text: str) -> tuple[str, ...]:
-    """The tokens of a piece of text without blanks and comments, in lower case but for strings, numbers by value."""
+    """Tokens of RAPID text without blanks and comments: in lower case except strings; numbers with nine digits."""
     data = text.encode("latin-1", "replace")
     return tuple(
         _number(piece) if kind == "number" else (piece if kind == "string" else piece.lower()).decode("latin-1")
@@ -40,6 +40,7 @@ def words(text: str) -> tuple[str, ...]:
 
 
 def _number(text: bytes) -> str:
+    """A numeric literal with nine significant digits, so that ``1.0`` and ``1`` are equal; others in lower case."""
     try:
         return f"{float(text):.9g}"
     except ValueError:
@@ -47,12 +48,14 @@ def _number(text: bytes) -> str:
 
 
 def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks, Ranks]]) -> Iterator[Difference]:
-    """Statements that do not move the arm: by their words, and by the motion statements that they stand between.
+    """Yield the differences of all statements that do not move the arm.
 
-    A routine that one of the programs does not have is one difference.
+    They differ by their words, or by the number of motion statements before them that have a partner. A routine that
+    only one program has is a single difference.
 
     Args:
-        paired: for both programs, by routine, how many of the first motion statements have a partner in the other.
+        paired: by lower-case ``module.routine``, for both programs: element k is how many of the first k motion
+            statements have a partner in the other program.
     """
     ours, theirs = _rows(a), _rows(b)
     lonely = {routine.key: (kind, routine) for kind, routine in _lonely_routines(a, b)}
@@ -84,13 +87,14 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
 
 
 def _lonely_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added", "removed"], Routine]]:
-    """Routines that one of two programs does not have."""
+    """Routines that only one program has: "removed" those only in ``a``, then "added" those only in ``b``."""
     ours, theirs = ({r.key: r for r in p.all_routines()} for p in (a, b))
     yield from (("removed", ours[key]) for key in sorted(ours.keys() - theirs.keys()))
     yield from (("added", theirs[key]) for key in sorted(theirs.keys() - ours.keys()))
 
 
 def _rows(program: Program) -> dict[str, list[_Row]]:
+    """Statements that do not move the arm, by routine key in text order; a handler begins with the row ``handler``."""
     found: dict[str, list[_Row]] = {}
     for routine in program.all_routines():
         rows: list[_Row] = []
@@ -105,7 +109,11 @@ def _rows(program: Program) -> dict[str, list[_Row]]:
 
 
 def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], before: int, rows: list[_Row]) -> int:
-    """Rows of a body, block by block; the number of motion statements up to its end."""
+    """Append to ``rows`` the statements of a body that do not move the arm, blocks and what is inside them included.
+
+    Returns:
+        ``before`` plus the number of motion statements in the body.
+    """
     source = routine.source
     for statement in body:
         if program.motion(source, statement) is not None:
@@ -125,7 +133,10 @@ def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], bef
 
 
 def compare_declarations(a: Program, b: Program) -> Iterator[Difference]:
-    """Data other than targets, by key and words; that of a routine which one program does not have is part of it."""
+    """Yield the differences of declared data other than targets: storage, type or the words of the value differ.
+
+    Data of a routine that only one program has is left out: it is part of that routine's difference.
+    """
     lonely = {(r.module.lower(), r.name.lower()) for _, r in _lonely_routines(a, b)}
     ours, theirs = (
         {

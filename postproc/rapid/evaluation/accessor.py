@@ -22,13 +22,14 @@ class Accessor:
     """Reads and writes data by spans of the present routine's file; trees of expressions are kept."""
 
     def __init__(self) -> None:
+        """Start without any trees."""
         self.trees: dict[tuple[str, Span], Expression] = {}
 
     def tree(self, span: Span, memory: Memory) -> Expression:
-        """The expression at a span of the present routine's file.
+        """The expression at a byte span of the file of the routine that runs; read once and kept.
 
         Raises:
-            Unknown: it cannot be read.
+            Unknown: the text is no expression.
         """
         source = memory.frame.routine.source
         tree = self.trees.get((source.path, span))
@@ -39,7 +40,7 @@ class Accessor:
         return tree
 
     def value(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span, assumed or not.
+        """Bare value of the expression at a span, without saying whether it is certain or only assumed.
 
         Raises:
             Unknown: the text alone does not give it.
@@ -47,21 +48,24 @@ class Accessor:
         return evaluate(self.tree(span, memory), memory).data
 
     def value_or_not(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span: known, ``Assumed`` or ``Unknown``."""
+        """Value of the expression at a span: the bare data if certain, ``Assumed`` if not certain, else ``Unknown``."""
         value = self.evaluated(span, memory)
         if isinstance(value, Unknown):
             return value
         return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def evaluated(self, span: Span, memory: Memory) -> Value | Unknown:
-        """Value of the expression at a span with its type, or why there is none."""
+        """Value of the expression at a span with type and causes of doubt; Unknown is returned, not raised."""
         try:
             return evaluate(self.tree(span, memory), memory)
         except Unknown as error:
             return error.kept()
 
     def assign(self, target: Span, data: Data, memory: Memory) -> None:
-        """Write data to what the text at a span names; where that is not known, all that it may be is forgotten."""
+        """Write data to the variable, element or component that the text at a span names.
+
+        If it is not known which part that is, the whole variable becomes unknown.
+        """
         try:
             store(self.tree(target, memory), data, memory)
         except Unknown:
@@ -71,7 +75,7 @@ class Accessor:
             forget(memory, keys, Kind.UNCERTAIN)
 
     def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
-        """Incr, Decr, Add and Clear."""
+        """Carry out Incr, Decr, Add or Clear (``word``, lower case) on the data that the first argument names."""
         if not pieces:
             return
         now = self.value_or_not(pieces[0][1], memory)
@@ -85,7 +89,11 @@ class Accessor:
         self.assign(pieces[0][1], data, memory)
 
     def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:
-        """GetDataVal and SetDataVal; whether it is known which data they mean."""
+        """Carry out GetDataVal or SetDataVal, whose first argument is the name of data as a text.
+
+        Returns:
+            False if that name, or the instruction, is not known: then nothing is written.
+        """
         plain = [span for option, span, _ in pieces if not option]
         name = self.value_or_not(plain[0], memory) if len(plain) == len(pieces) == 2 else None
         module = memory.frame.routine.module

@@ -27,7 +27,7 @@ from postproc.rapid.unknown import (
 
 
 def store(tree: Expression, data: Data, memory: Memory) -> None:
-    """Write data (known, assumed or, as Unknown, not known) to a variable, an element or a component.
+    """Write data (certain, assumed or Unknown) to the variable, element or component that the expression names.
 
     Raises:
         Unknown: which part is written is not known; nothing is written then.
@@ -55,7 +55,10 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
 
 
 def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
-    """Give declared data a value, known, assumed or, as Unknown, not known; taught data as ``Teaching`` tells."""
+    """Set the whole value of declared data: certain, ``Assumed`` or Unknown.
+
+    Data named by ``--taught`` (set by calibration routines) keeps the value in its file if the new one is measured.
+    """
     now = without_causes(data)[0]
     if isinstance(now, Unknown) and declaration.key not in now.held:
         now.held = (*now.held, declaration.key)
@@ -67,12 +70,16 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
 
 
 def _anew(data: Data) -> Data:
-    """Data that is written: one unknown number is one object, and what is written is another than before."""
+    """Data as it is written: an Unknown is copied, since each write of one counts as another unknown value."""
     return data.anew() if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
 
 
 def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:
-    """What data is after a part of it has been written."""
+    """Value of declared data after ``data`` is written to the part at ``path`` (() for all of it).
+
+    Args:
+        causes: why it is not certain which part is written; the result is assumed for these, too.
+    """
     if path:
         try:
             value, unknown = _present(declaration, memory), unknown_part(data)
@@ -109,20 +116,20 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
 
 
 def _is_known(declaration: Declaration, memory: Memory) -> bool:
-    """Whether no part of a variable is unknown; an array of thousands is not searched for one."""
+    """Whether declared data has a value without unknown parts, as marked; its elements are not searched."""
     now = memory.changed.get(declaration.key)
     return not isinstance(without_causes(now)[0], Unknown) and (now is not None or declaration.init is not None)
 
 
 def _all_unknown(data: Data, rank: int, why: Unknown) -> Data:
-    """An array of the same size of which no element is known."""
+    """An array of ``rank`` dimensions with the size of ``data`` in which every element is the Unknown ``why``."""
     return tuple(_all_unknown(item, rank - 1, why) for item in data) if rank and isinstance(data, tuple) else why
 
 
 def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> None:
-    """Data and state of these keys (as ``WriteEffects`` names them) may have any value from here on.
+    """Make data and state of these keys unknown from here on; the reason is ``kind`` with ``cause``.
 
-    What code in none of the files may write (``UNSEEN``) is assumed to be as it was.
+    The key ``UNSEEN`` stands for all that code outside the files can write: its values become assumed, not unknown.
     """
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key[0] == "%" else None
@@ -143,7 +150,7 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
 
 
 def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memory) -> None:
-    """Declared data may have any value from here on; what is taught stays where only a loop or a jump may change it."""
+    """Make declared data unknown; ``--taught`` data keeps its value if only a loop or a jump may change it."""
     key, teaching = declaration.key, memory.teaching
     if teaching.covers(declaration) and kind in SET_BY_PROGRAM:
         now = memory.changed.get(key)
@@ -154,12 +161,12 @@ def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memor
 
 
 def assume(memory: Memory, keys: Iterable[str], cause: str) -> None:
-    """Data and state of these keys may have been written unseen: their values are only assumed from here on.
+    """Make the values of these keys uncertain (``Assumed``) from here on: they may have been written unseen.
 
-    Data that nothing has set so far is assumed anyway (see ``Memory.value``).
+    Keys that nothing has set so far are skipped: ``Memory.value`` treats these as assumed anyway.
 
     Args:
-        cause: what may have written it, in backticks.
+        cause: what may have written it, in backticks; empty: a routine in none of the files.
     """
     changed, names, cause = memory.changed, memory.program.names, cause or "a routine in none of the files"
     for key in changed.keys() & keys:
@@ -175,13 +182,19 @@ def assume(memory: Memory, keys: Iterable[str], cause: str) -> None:
 
 
 def shown(key: str, program: Program) -> str:
-    """The name of data as it is spelt where it is declared, or what sets a state."""
+    """Words for a key in messages: the declared name in backticks, or "what GripLoad sets" for state."""
     declaration = program.names.get(key)
     return f"what {SETTERS[key]} sets" if declaration is None else f"`{declaration.name}`"
 
 
 def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
-    """What holds where several ways meet: a value only if all of them agree, assumed if it is on any of them."""
+    """Values by key where several ways through the program meet.
+
+    A key is unknown if its values differ or one way lacks it, and assumed if it is assumed on any way.
+
+    Args:
+        ends: values by key at the end of each way, at least one.
+    """
     result, undecided = dict(ends[0]), set[str]()
     for end in ends[1:]:
         for key in _apart(result, end):
@@ -200,14 +213,18 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
 
 
 def _apart(one: dict[str, Data], other: dict[str, Data]) -> list[str]:
-    """Keys that do not hold the same object in both; of copies of one dictionary found without a look at every key."""
+    """Keys whose values are not the same object in both, or that one lacks."""
     if len(one) == len(other) and all(map(is_, one, other)):
         return list(compress(one, map(is_not, one.values(), other.values())))
     return [k for k in one.keys() | other.keys() if k not in one or k not in other or one[k] is not other[k]]
 
 
 def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memory) -> Data:
-    """A copy of the value's data with one part replaced."""
+    """A copy of the value's data with the part at ``path`` (indices from 1, field names) replaced by ``data``.
+
+    Raises:
+        Unknown: the value has no such part.
+    """
     if not path:
         return as_type(data, value.type)
     step, rest = path[0], path[1:]

@@ -21,15 +21,19 @@ Tree = Callable[[Span, Memory], Expression]
 
 
 def unbound_frame(routine: Routine) -> CallFrame:
-    """A call whose arguments nobody knows."""
+    """A call of a routine all of whose parameters are Unknown."""
     unknown = {p.name: Unknown(Kind.PARAMETER, p.name) for p in routine.parameters}
     return CallFrame(routine, dict(unknown))
 
 
 def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> CallFrame:
-    r"""A call with the arguments ``pieces`` of the present routine's file.
+    r"""A call with the parameters bound to arguments, which are evaluated in the caller's ``memory``.
 
     ``\Opt?name`` passes a parameter on only if the caller got it.
+
+    Args:
+        pieces: arguments of the call (option, span of expression, span of whole) in the file of the calling routine.
+        tree: reads the expression at a span.
     """
     frame = CallFrame(routine, caller=memory.frame, conditional=memory.conditional, supposed=memory.frame.supposed)
     for parameter, span in paired(routine.parameters, pieces):
@@ -47,13 +51,18 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
 
 
 def passed_on(span: Span, memory: Memory) -> bool:
-    r"""Whether an optional argument counts: ``\Opt?name`` only if the present routine got the parameter ``name``."""
+    r"""Whether the optional argument at a span counts: ``\Opt?name`` only if the present routine got ``name``."""
     data = memory.frame.routine.source.data
     words = data[span[0] : span[1]].decode("latin-1").strip().lower()
     return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
 
 
 def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, tree: Tree) -> Binding:
+    """What one parameter is bound to: a reference to the caller's data, a value, or Unknown if there is none.
+
+    Args:
+        span: of the argument in the caller's file; key: ``module.routine.%name`` of the parameter.
+    """
     try:
         expression = tree(span, memory)
         reference = _reference(expression, memory) if parameter.mode in BY_REFERENCE else None
@@ -72,7 +81,7 @@ def _binding(span: Span, parameter: RoutineParameter, key: str, memory: Memory, 
 
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:
-    """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
+    """Caller's data for which a parameter by reference stands; None if the argument is no name or part of one."""
     part = part_of(tree, memory)
     if part is None:
         return None

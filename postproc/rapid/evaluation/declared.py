@@ -23,13 +23,17 @@ class DeclaredValues:
     """Values that declarations give, each read once; ``home`` is the scope in which one is read."""
 
     def __init__(self, program: Program) -> None:
+        """Start with no values read; the program gives the record types."""
         self.values: dict[str, Value | Unknown] = {}
         self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
         self.zeros: dict[str, Data] = {}  # by type
         self.records = known_records(program.modules)
 
     def value(self, declaration: Declaration, home: Home) -> Value:
-        """The value that the declaration itself gives.
+        """The value that the declaration itself gives, evaluated once and kept.
+
+        Args:
+            home: gives the scope in which the expression of a declaration is evaluated.
 
         Raises:
             Unknown: it gives none.
@@ -48,10 +52,11 @@ class DeclaredValues:
         return known
 
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
-        """The value that a span of a declaration's text gives, that of data without a value where there is none.
+        """The value that a span of a declaration's text gives; without span 0, FALSE or the empty string in every
+        part.
 
         Raises:
-            Unknown: it gives none.
+            Unknown: the text gives none, or PERS data has no span.
         """
         rank = len(declaration.dims)
         if span is None:
@@ -68,6 +73,11 @@ class DeclaredValues:
         return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
 
     def _zeros(self, declaration: Declaration, home: Home) -> Data:
+        """The value of data declared without one, an array of the declared size if it is one: 0, FALSE or empty.
+
+        Raises:
+            Unknown: the size is not known, or exceeds ``MAX_ELEMENTS``.
+        """
         kind = declaration.type
         if kind not in self.zeros:
             self.zeros[kind] = zero(kind, self.records)
@@ -83,10 +93,14 @@ class DeclaredValues:
         return data
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """Span of an array element or a component in the text of its declaration; None if it is not written there.
+        """Byte span of an array element or a component in the text of its declaration; None if it is not written
+        there.
 
         Args:
             indices: of elements and components, from 1.
+
+        Raises:
+            Unknown: the array has no such element.
         """
         if declaration.init is None:
             return None
@@ -105,7 +119,7 @@ class DeclaredValues:
 
 
 def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
-    """Spans of the items of the aggregate at ``span``; none if it is none."""
+    """Byte spans of the items of the aggregate ``[a,b,..]`` at ``span``; () if the text there is no aggregate."""
     start, end = span
     if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
         return ()

@@ -45,29 +45,29 @@ class Scope(Protocol):
 
     @property
     def records(self) -> Mapping[str, Fields]:
-        """Fields of records by lower-case type name."""
+        """Fields (name, type) of each record type, by lower-case type name."""
 
     def lookup(self, name: Name) -> Value:
-        """Value of a name."""
+        """The value of the data that a name means."""
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """Value of an element of an array; indices count from 1."""
+        """The value of an element of an array; indices count from 1."""
 
     def call(self, call: Call) -> Value | None:
-        """Result of a function of the program's own; None if there is none of that name."""
+        """The result of a function that the program defines; None if it defines none of that name."""
 
     def present(self, name: str) -> bool:
-        """Whether the caller gave an optional parameter."""
+        """Whether the routine that runs was called with this optional parameter (lower-case name)."""
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """What a function gives for which an arm is needed (``data.arm``)."""
+        """The result of CalcRobT or CalcJointT, which need the kinematics of the arm."""
 
 
 def evaluate(expression: Expression, scope: Scope) -> Value:
-    """Value of an expression, ``assumed`` where something that is read for it is.
+    """The value of an expression; ``assumed`` holds the causes if some data that it reads is not certain.
 
     Raises:
-        Unknown: it depends on something that only running the program tells.
+        Unknown: it depends on something that only running the program tells, or its types do not fit.
     """
     reads, before = scope.reads, len(scope.reads)
     try:
@@ -86,6 +86,7 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
 
 
 def _evaluate(expression: Expression, scope: Scope) -> Value:
+    """The value of an expression; causes of doubt of the data read go to ``scope.reads``, not into the value."""
     match expression:  # the most frequent first
         case Name():
             return _read(scope.lookup(expression), scope)
@@ -112,12 +113,20 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
 
 
 def _read(value: Value, scope: Scope) -> Value:
+    """The value itself; its causes of doubt are appended to ``scope.reads``."""
     scope.reads += value.assumed
     return value
 
 
 def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
-    """Component of a record; raises Unknown where it has none of that name."""
+    """The component with the lower-case name ``name`` of a record value.
+
+    Args:
+        records: fields (name, type) of each record type.
+
+    Raises:
+        Unknown: the record has none of that name.
+    """
     fields = records.get(value.type, ())
     for at, (field, kind) in enumerate(fields):
         if field == name and isinstance(value.data, tuple) and at < len(value.data):
@@ -127,10 +136,10 @@ def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
 
 
 def whole(data: Data) -> int:
-    """An array index or size as a whole number.
+    """An array index or size as an int.
 
     Raises:
-        Unknown: it is none.
+        Unknown: it is no whole number.
     """
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
         raise Unknown(Kind.NOT_WHOLE)
@@ -138,10 +147,10 @@ def whole(data: Data) -> int:
 
 
 def as_string(text: str) -> str:
-    """A text as a ``string`` holds it (ABB RAPID reference manual, data type ``string``).
+    """The text itself, if a ``string`` can hold it (ABB RAPID reference manual, data type ``string``).
 
     Raises:
-        Unknown: it is longer; the controller stops there.
+        Unknown: it is longer than ``MOST_LETTERS``; the controller stops there.
     """
     if len(text) > MOST_LETTERS:
         raise Unknown(Kind.TEXT_TOO_LONG)
@@ -149,13 +158,18 @@ def as_string(text: str) -> str:
 
 
 def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
+    """An element of an array; indices count from 1."""
     if isinstance(base, Name):
         return scope.element(base, indices)
     return pick(_evaluate(base, scope), indices)
 
 
 def pick(value: Value, indices: tuple[int, ...]) -> Value:
-    """Element of an array value; indices count from 1."""
+    """The element of an array value at these indices, which count from 1.
+
+    Raises:
+        Unknown: there is no such element.
+    """
     data = value.data
     for index in indices:
         if not isinstance(data, tuple) or not 1 <= index <= len(data):
@@ -167,6 +181,7 @@ def pick(value: Value, indices: tuple[int, ...]) -> Value:
 
 
 def _unary(operator: str, value: Value) -> Value:
+    """The value of ``not``, a sign or parentheses (``operator``: ``not``, ``+``, ``-``, ``()``) applied to a value."""
     if operator == "()":
         return value
     if operator == "not":
@@ -186,6 +201,7 @@ _TRUTH: Mapping[str, Callable[[Data, Data], bool]] = {
 
 
 def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
+    """The value of two operands joined by an operator (lower case), computed in the precision of their type."""
     if operator in ("and", "or"):
         return _logical(operator == "or", left, right, scope)
     a, b = _evaluate(left, scope), _evaluate(right, scope)
@@ -215,10 +231,10 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
 
 
 def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
-    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined).
+    """The product ``x * y``: of numbers, of number and pos, of two pos (vector product), or two orient (y first).
 
     Args:
-        kinds: types of both, and of their product where they are numbers.
+        kinds: type of x, type of y, and type of the product if both are numbers.
     """
     if isinstance(x, tuple) and isinstance(y, tuple):
         if len(x) == 4:
@@ -232,7 +248,11 @@ def _product(x: Data, y: Data, kinds: tuple[str, str, str]) -> Value:
 
 
 def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
-    """AND and OR: one known side can decide when the other is not known."""
+    """The value of OR (``decisive`` True) or AND (False): a side equal to it decides even if the other is unknown.
+
+    Raises:
+        Unknown: no side decides and one is unknown.
+    """
     unknown: Unknown | None = None
     for side in (left, right):
         try:
@@ -246,6 +266,7 @@ def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) 
 
 
 def _call(call: Call, scope: Scope) -> Value:
+    """The result of a function call: ``Present``, a function of the program, or a built-in one, in this order."""
     if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], Name):
         return Value(scope.present(call.arguments[0].name), "bool")
     own = scope.call(call)

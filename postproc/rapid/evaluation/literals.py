@@ -19,7 +19,10 @@ ROUNDED = 0.002  # of the length of a quaternion: two decimals of each number le
 
 
 def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
-    """A robtarget's numbers as they are written, or None if the text is more than numbers."""
+    """17 numbers of a robtarget as ((x, y, z), (q1..q4), (cf1, cf4, cf6, cfx), (eax_a..eax_f)), as they are written.
+
+    None if the text is anything else than literal numbers.
+    """
     found = literal(data, start, end)
     if found is None:
         return None
@@ -28,10 +31,10 @@ def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
 
 
 def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget, TargetSpans] | None:
-    """The robtarget at ``data[start:end]`` if it consists of numbers alone.
+    """The robtarget at ``data[start:end]`` and its place in the text; None if it does not consist of numbers alone.
 
     Raises:
-        Unknown: the numbers are no robtarget (orientation zero).
+        Unknown: the numbers are no robtarget (too large, orientation zero or no unit quaternion).
     """
     parts = literal_parts(source.data, start, end)
     if parts is not None:
@@ -54,13 +57,15 @@ Behind = tuple[Quat, tuple[int, int, int, int], Ax6, bool]
 
 @lru_cache(maxsize=4096)
 def _written(behind: bytes) -> Behind:
-    """As ``_behind``, of a text: few programs have as many orientations as targets."""
+    """What ``_behind`` returns, from the text ``[q1,..],[cf1,..],[eax_a,..]`` behind a position; repeats are kept."""
     return _behind([float(number) for number in behind.translate(None, b"[]").split(b",")])
 
 
 def _behind(n: Sequence[float]) -> Behind:
-    """Orientation, configuration, external axes and whether the orientation is rough, from the 14 numbers behind a
-    position. The same as ``to_robtarget``, without its checks: there are as many numbers as targets need.
+    """Orientation, configuration, external axes, and whether the quaternion is off length 1 by ``ROUNDED``.
+
+    Args:
+        n: the 14 numbers of a robtarget that follow its position.
 
     Raises:
         Unknown: they are too large, or no orientation.
@@ -73,7 +78,7 @@ def _behind(n: Sequence[float]) -> Behind:
 
 
 def numbers_of(found: re.Match[bytes]) -> list[float]:
-    """The 17 numbers of a ``literal``."""
+    """The 17 numbers of a robtarget from a match that ``literal`` returned, as floats in the order of the text."""
     try:
         return [float(group) for group in found.groups()]
     except ValueError:  # signs that stand apart from their digits, hexadecimal numbers

@@ -29,7 +29,7 @@ from postproc.rapid.unknown import (
 
 
 def set_first(unknowns: Iterable[Unknown]) -> str | None:
-    """What helps against data that nothing sets on the way to here, if that is the first of the reasons."""
+    """Advice for people, if the first reason is data that nothing sets before it is read; else None."""
     unknown = next(iter(unknowns), None)
     if unknown is None or unknown.root.kind is not Kind.UNSET:
         return None
@@ -61,7 +61,8 @@ class Exit:
     """A way by which a routine is left.
 
     Args:
-        changed, ends: see ``Memory``. value: that it returns.
+        changed: values of data by key; ends: indices of the events after one of which the arm stands.
+        value: what it returns.
         goes_on: what called the routine goes on; not behind EXIT, an error, or where the way never ends.
     """
 
@@ -90,7 +91,7 @@ class CallFrame:
     supposed: bool = False
 
     def running(self) -> list[CallFrame]:
-        """The calls that have not ended, the last first."""
+        """This call and the calls that led to it, from the innermost to the outermost."""
         frames, frame = list[CallFrame](), self
         while True:
             frames.append(frame)
@@ -99,7 +100,7 @@ class CallFrame:
             frame = frame.caller
 
     def varying(self) -> set[str]:
-        """Names that may mean something else in another call or another turn of a loop."""
+        """Lower-case names of parameters and loop indices, which may differ in another call or turn of a loop."""
         names = {*self.bindings}
         for parameter in self.routine.parameters:
             names.add(parameter.name)
@@ -114,7 +115,9 @@ class Memory:
 
     Args:
         changed: only what has been assigned or forgotten, over the initial values.
-        unseen: how often something may have written data, of all ways together; reads, noted: see ``Scope``.
+        unseen: how often something may have written data, of all ways together.
+        reads, noted: causes of doubt of what was read in the present expression, and in all since ``noted`` was
+            emptied.
         ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
         conditional: how many of the conditions in force are not known.
         trial: nothing moves; returning: from the end of a loop to the first motion of its next turn.
@@ -137,40 +140,48 @@ class Memory:
 
     @property
     def records(self) -> Mapping[str, Fields]:
-        """See ``Scope``."""
+        """Fields (name, type) of each record type, by lower-case type name."""
         return self.constants.records
 
     def aside(self) -> Memory:
-        """The same to try something out: what functions write and move then does not count."""
+        """A copy to try something out in: writes to it do not reach the original, motions in it are not recorded."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings), exits=[])
         return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 
     def branch(self) -> Memory:
-        """Another way from here, on a condition that is not known."""
+        """A copy for another way from here, which depends on one more condition that is not known."""
         frame = replace(self.frame, bindings=dict(self.frame.bindings))
         return replace(self, frame=frame, changed=dict(self.changed), conditional=self.conditional + 1)
 
     def doubt(self) -> None:
-        """The arm may stand elsewhere, too."""
+        """Note that the arm may stand somewhere else than the recorded motions say: adds ``NOWHERE`` to ``ends``."""
         self.ends |= LOST
 
     def leave(self, value: Value | Unknown | None = None, goes_on: bool = True) -> None:
-        """The routine ends on this way."""
+        """Record that the routine ends here on this way, with its data now and the value that it returns.
+
+        Args:
+            goes_on: the caller continues; False behind EXIT, an error or an endless loop.
+        """
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Note that something may have written data, or (`UNSEEN`) all that code in none of the files can reach."""
+        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:
-        """How often something may have written data."""
+        """How often something may have written the data of this key unseen so far."""
         reached = UNSEEN in self.unseen and key in self.changes.exposed
         return self.unseen.get(key, 0) + (self.unseen[UNSEEN] if reached else 0)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 
     def lookup(self, name: Name) -> Value:
-        """See ``Scope``: parameters and loop indices first, then declared data, then what every controller has."""
+        """The value of a name: parameters and loop indices first, then declared data, then what every controller has.
+
+        Raises:
+            Unknown: it has none.
+        """
         bound = self.frame.bindings.get(name.name)
         if isinstance(bound, Unknown):
             raise bound.kept()
@@ -192,7 +203,11 @@ class Memory:
         raise Unknown(Kind.NOT_DECLARED, name.text, "", name.text, name.span)
 
     def program_displacement(self) -> Value:
-        """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""
+        """The value of ``C_PROGDISP``: the displacement that PDispSet, PDispOn and EOffsSet have set.
+
+        Raises:
+            Unknown: it is not known.
+        """
         pose, causes = without_causes(self.changed.get("@pdisp", Pose()))
         offset, more = without_causes(self.changed.get("@eoffs", (0.0,) * 6))
         for state in (pose, offset):
@@ -204,7 +219,11 @@ class Memory:
         return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """See ``Scope``: read alone where nothing has written the array."""
+        """The value of an element of an array, indices from 1; read alone from the text if nothing writes the array.
+
+        Raises:
+            Unknown: it has none.
+        """
         bound = self.frame.bindings.get(name.name)
         declaration = self.find(name.name) if bound is None else None
         if isinstance(bound, Reference) and all(isinstance(step, int) for step in bound.path):
@@ -228,18 +247,23 @@ class Memory:
         return Value(data, declaration.type, rank, declaration.key, indices)
 
     def call(self, call: Call) -> Value | None:
-        """See ``Scope``."""
+        """The result of a function that the program defines, which is run; None if it defines none of that name."""
         return self.function(call, self)
 
     def present(self, name: str) -> bool:
-        """See ``Scope``."""
+        """Whether the present call passes this optional parameter (lower-case name)."""
         return name in self.frame.present
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """What CalcRobT or CalcJointT gives under the displacements that are in force."""
+        """The result of CalcRobT or CalcJointT under the displacement, axis offset and units that are in force.
+
+        Raises:
+            Unknown: there is no arm, or that state is not known.
+        """
         causes: list[Unknown] = []
 
         def state(key: str) -> Data:
+            """Present value of state by its ``@`` key; notes causes of doubt; raises Unknown if it is not known."""
             data, why = without_causes(self.changed.get(key, Unknown(Kind.STATE_UNKNOWN, key)))
             if isinstance(data, Unknown):
                 raise data.kept()
@@ -252,7 +276,7 @@ class Memory:
     # -- declared data -------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Declaration | None:
-        """The declaration that a name means in the present routine."""
+        """The declaration that a name means in the present routine: its own, the module's, the task's, or None."""
         own, module, task = self.frame.routine.scopes
         names, low = self.program.names, name.lower()
         return names.get(own + low) or names.get(module + low) or names.get(task + low)
@@ -265,8 +289,8 @@ class Memory:
     def value(self, declaration: Declaration) -> Value:
         """The present value of declared data.
 
-        What something may write and nothing has set so far is assumed to be as it was declared; what a trap or a
-        handler writes is never certain.
+        If nothing has set it so far but something may, the declared value is assumed; data that a trap or a handler
+        writes is never certain.
 
         Raises:
             Unknown: it has none.
@@ -294,7 +318,7 @@ class Memory:
         return Value(data, declaration.type, len(declaration.dims), assumed=causes)
 
     def _writer(self, declaration: Declaration) -> Unknown:
-        """Why data that nothing has set so far is not certain."""
+        """Why data that nothing has set so far is not certain: the program writes it later, or something unseen may."""
         name, key = f"`{declaration.name}`", declaration.key
         writers = self.changes.writers.get(key, set())
         if "" in writers:
@@ -310,7 +334,7 @@ class Memory:
         return self.constants.value(declaration, self._home)
 
     def initialise(self, declaration: Declaration) -> None:
-        """Give a routine's own variable its initial value, as every call does."""
+        """Set a routine's own variable to its initial value, as every call does, if the program writes it at all."""
         if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
             return
         try:
@@ -329,11 +353,12 @@ class Memory:
 
 
 def part_of(tree: Expression, memory: Memory) -> tuple[str, Path, Causes] | None:
-    """Name of the data that an expression is or is a part of, the way to that part, and why that is not certain; None
-    for what is no data.
+    """Lower-case name, path and causes of doubt about the path of the data that an expression names, whole or in part.
+
+    None if the expression is anything else than a name with indices and components.
 
     Raises:
-        Unknown: which part it is.
+        Unknown: an index is not known.
     """
     path: Path = ()
     causes: Causes = ()

@@ -26,16 +26,16 @@ AT_START: Mapping[str, Data] = {
 
 
 def start_without(keys: Iterable[str]) -> Mapping[str, Data]:
-    """State after a program start, by ``@`` key, of which the given keys are not known."""
+    """State after a program start by ``@`` key, in which the given keys are Unknown."""
     unknown = {k: Unknown(Kind.STATE_UNKNOWN, f"what {SETTERS[k]} sets", key=k) for k in keys if k in AT_START}
     return {**AT_START, **unknown}
 
 
 def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
-    """Carry out one instruction of ``STATE``; what it sets may turn out to be assumed, or not to be known.
+    """Carry out an instruction of ``STATE``: set its ``@`` key in ``memory`` to the value, ``Assumed`` or Unknown.
 
     Args:
-        value: of an argument.
+        word: the instruction in lower case; pieces: its arguments; value: evaluates the expression at a span.
     """
     memory.noted.clear()
     try:
@@ -48,7 +48,11 @@ def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, va
 
 
 def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> Data:
-    """What the state of an instruction is behind it."""
+    """Value that the instruction ``word`` (lower case) gives to its state, in the form in which ``AT_START`` holds it.
+
+    Raises:
+        Unknown: it is not known; IndexError, TypeError or ValueError for arguments that do not fit.
+    """
     switches = {option[1:] for option, _, _ in pieces if option}
     plain = [span for option, span, _ in pieces if not option]
     match word:
@@ -85,7 +89,15 @@ def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Call
 
 
 def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
-    r"""PDispOn with ``\ExeP``: ``D`` with ``D P_programmed = P_executed``, translation only without ``\Rot``."""
+    r"""The pose ``D`` that PDispOn sets from its option ``\ExeP``: ``D P_programmed = P_executed``.
+
+    Args:
+        plain: spans of the positional arguments; rotated: ``\Rot`` is given, else ``D`` only translates.
+        value: evaluates the expression at a span.
+
+    Raises:
+        Unknown: without ``\ExeP`` it depends on where the arm stands.
+    """
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:
         raise Unknown(Kind.DISPLACED_FROM_HERE)

@@ -25,7 +25,10 @@ SET_BY_PROGRAM = frozenset(
 
 
 def moved_away(now: Data, data: Data) -> bool:
-    """Whether data that is known is given a value that is farther off than measuring explains."""
+    """Whether two known values differ by more than a new measurement explains (5 mm, 0.01 in a quaternion).
+
+    Texts and truth values differ if they are not equal.
+    """
     if isinstance(now, tuple) and isinstance(data, tuple) and len(now) == len(data):
         if len(now) == 4 and all(isinstance(item, float) for item in (*now, *data)):
             return any(abs(a - b) > MEASURED_TURN for a, b in zip(now, data, strict=True))
@@ -36,7 +39,7 @@ def moved_away(now: Data, data: Data) -> bool:
 
 
 def alike(a: Data, b: Data) -> bool:
-    """Whether two values are one as far as measuring tells; what is not known is like nothing."""
+    """Whether two values, fully known and of one type, agree within what a new measurement may change."""
     return unknown_part(a) is None and unknown_part(b) is None and type(a) is type(b) and not moved_away(a, b)
 
 
@@ -51,17 +54,22 @@ class Teaching:
     """
 
     def __init__(self, names: frozenset[str] = frozenset()) -> None:
+        """Start with the lower-case names of the data named by ``--taught``, and nothing moved or kept."""
         self.names = names
         self.place: tuple[Source, Span] | None = None
         self.moved: dict[str, tuple[Declaration, Source, Span]] = {}
         self.kept: set[str] = set()
 
     def covers(self, declaration: Declaration | None) -> bool:
-        """Whether data of a module is taught; data of a routine has its initial value in every call."""
+        """Whether declared data is module data that ``--taught`` names; None and data of routines never are."""
         return declaration is not None and not declaration.routine and declaration.name.lower() in self.names
 
     def written(self, declaration: Declaration, data: Data, value: Callable[[], Data]) -> Data:
-        """What taught data has after a write: its value in the file wherever the program does not tell another."""
+        """The value of ``--taught`` data after ``data`` is written: measured parts keep the value in the file.
+
+        Args:
+            value: gives the value in the file.
+        """
         try:
             in_file = value()
         except Unknown:
@@ -72,23 +80,23 @@ class Teaching:
         return filled
 
     def away(self, in_file: Data, data: Data) -> bool:
-        """Whether data is, or may be, another than in the file."""
+        """Whether data is unknown in part, or farther from the value in the file than measuring explains."""
         data, _ = without_causes(data)
         data = data.data if isinstance(data, PartlyUnknown) else data
         return unknown_part(data) is not None or moved_away(in_file, data)
 
     def moves(self, declaration: Declaration) -> None:
-        """Note that the present statement gives the data another value."""
+        """Record in ``moved`` that the statement at ``place`` gives the data another value than the file."""
         if self.place is not None:
             self.moved.setdefault(declaration.key, (declaration, *self.place))
 
     def mixed(self) -> Iterable[str]:
-        """Keys of data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
+        """Keys of ``--taught`` data that is moved somewhere and was taken as unchanged in a loop or behind a jump."""
         return self.kept & self.moved.keys()
 
 
 def _filled(data: Data, in_file: Data) -> Data:
-    """The same with the value in the file in place of what is not known because it is measured."""
+    """The data with the value in the file in place of parts that are unknown because they are measured at run time."""
     data, _ = without_causes(data)
     if isinstance(data, PartlyUnknown):
         filled = _filled(data.data, in_file)

@@ -49,7 +49,9 @@ class AddedMotions:
 
 
 class Execution(ABC):
-    """What is common to all statements; the ``recorder`` keeps every motion."""
+    """Executes calls, motions and functions; the ``recorder`` keeps every motion as an event, ``diagnostics`` the
+    findings.
+    """
 
     def __init__(
         self,
@@ -58,6 +60,13 @@ class Execution(ABC):
         added: AddedMotions | None = None,
         oracle: Oracle | None = None,
     ) -> None:
+        """Set up the walk of a program, with nothing executed yet.
+
+        Args:
+            changes: write effects of the program, worked out if None; added: motions and routines written into the
+                program.
+            oracle: answers what the text leaves open; by default nothing.
+        """
         self.program = program
         self.oracle = oracle or Oracle()
         self.added = added or AddedMotions()
@@ -82,7 +91,11 @@ class Execution(ABC):
         self.data = Accessor()
 
     def exhausted(self, source: Source) -> bool:
-        """Whether no more turns and calls are followed; the first time this is reported."""
+        """Whether more than ``MAX_STEPS`` steps are taken, so that no more turns and calls are followed (warns once).
+
+        Args:
+            source: the file at which the warning RAP033 is reported.
+        """
         if self.steps <= MAX_STEPS:
             return False
         text, help = "the program is too long to be followed to its end", "choose the routine to start with"
@@ -91,10 +104,10 @@ class Execution(ABC):
 
     @abstractmethod
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        """Run a routine's body; what it returns."""
+        """Run a routine's body on ``memory`` and return its value: Unknown if not known, None if it returns nothing."""
 
     def call(self, statement: Statement, memory: Memory) -> None:
-        """Run a statement that begins with a name: a motion, a routine, an instruction."""
+        """Run a statement that begins with a name on ``memory``: a motion, a call of a routine, or an instruction."""
         source = memory.frame.routine.source
         motion = self.program.motions.get((source.path, statement.span[0]))
         if motion is not None:
@@ -126,7 +139,7 @@ class Execution(ABC):
             self.from_elsewhere(statement, len(pieces), memory)
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion; what a search finds is not known."""
+        """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
@@ -134,13 +147,20 @@ class Execution(ABC):
             self.search(motion, memory)
 
     def search(self, motion: MotionStatement, memory: Memory) -> None:
-        """What a search finds is not known."""
+        """Make the data unknown to which a search instruction writes the position that it finds."""
         found = motion.argument("found")
         if found is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """An instruction of the controller's that may write what it is given, or a routine in none of the files."""
+        """Carry out an instruction of the controller, or a routine that is in none of the files, by what it may write.
+
+        Data that it is given becomes unknown. A routine in no file is reported once (RAP031) and taken not to move the
+        arm.
+
+        Args:
+            arguments: how many arguments the call has.
+        """
         source, word = memory.frame.routine.source, statement.word
         span = statement.span[0], statement.span[0] + len(word)
         name = source.data[slice(*span)].decode("latin-1")
@@ -163,13 +183,16 @@ class Execution(ABC):
             self.report_once(Diagnostic("RAP031", "info", text, source, span, help_, Matter.UNSEEN, name))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
-        """Report a name that gives a load or a displacement and is declared nowhere."""
+        """Report once a name without declaration if that is why the load or displacement ``data`` is Unknown."""
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
             meant = meant_name(data.missing, (d.name for d in self.program.declarations))
             self.diagnostics.append(undeclared("data", data.missing, source, data.span, meant))
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
-        """The routine that is called by a text; None if it is not known, or in none of the files."""
+        """Routine that a call by name (``%name%``, ``CallByVar``) means; None if the name or the routine is not known.
+
+        If None, what it may write becomes unknown, and RAP032 is reported.
+        """
         name = self.data.value_or_not(call.name, memory)
         number = self.data.value_or_not(call.number, memory) if call.number is not None else None
         word = name.split(":")[-1].strip() if isinstance(name, str) else ""
@@ -192,9 +215,13 @@ class Execution(ABC):
     def call_routine(
         self, routine: Routine, pieces: Sequence[Piece], memory: Memory, again: bool = True
     ) -> Value | Unknown | None:
-        """Run a routine with these arguments; what it returns.
+        """Run a routine with these arguments and return its value: None if it returns nothing.
+
+        A call that is too deep or may recur for ever is not run: what it writes becomes unknown, and so does its value.
 
         Args:
+            pieces: arguments of the call (option, span of expression, span of whole) in the file of the calling
+                routine.
             again: the call has been followed before.
         """
         frame = bound_frame(routine, pieces, memory, self.data.tree)
@@ -220,8 +247,9 @@ class Execution(ABC):
         return result
 
     def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: CallFrame, memory: Memory) -> None:
-        """Data that was passed by reference and that the call cannot have written through its parameter: of an
-        element that is not known, or a parameter that the caller got by value.
+        """Make data uncertain that the call may have written by reference through a parameter that is no sure one.
+
+        Such a parameter got an element with an unknown index, or one that the caller itself got by value.
         """
         written, data = self.changes.of_routine.get(routine.key, frozenset()), memory.frame.routine.source.data
         for parameter, span in paired(routine.parameters, pieces):
@@ -242,7 +270,7 @@ class Execution(ABC):
                 assume(memory, keys, f"`{routine.name}`")
 
     def function(self, call: Call, memory: Memory) -> Value | None:
-        """Value of a function of the program's own; None if it has none of that name.
+        """The result of a function of the program, which is run; None if the program has no function of that name.
 
         Raises:
             Unknown: the function has no known value here.
@@ -258,14 +286,18 @@ class Execution(ABC):
         raise result.kept() if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
     def report_once(self, found: Diagnostic) -> None:
-        """Add a finding that has not been made with these words."""
+        """Add a finding unless one with the same code and message was added before."""
         if (found.code, found.message) not in self.reported:
             self.reported.add((found.code, found.message))
             self.diagnostics.append(found)
 
 
 def _endless(frame: CallFrame, before: CallFrame) -> bool:
-    """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
+    """Whether a call of a running routine may never end: no arguments, its own data by reference, or a new condition.
+
+    Args:
+        frame: the new call; before: the call of that routine which has not ended.
+    """
     references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
     own = any(bound.declaration.routine.lower() == frame.routine.name.lower() for bound in references)
     return own or not frame.bindings or frame.conditional > before.conditional

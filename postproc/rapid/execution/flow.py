@@ -25,7 +25,11 @@ class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        """Run a routine's body; what it returns."""
+        """Run a routine's body on ``memory``, which then holds what is common to all ways out of the routine.
+
+        Returns:
+            Its value; Unknown if several RETURN statements may decide it, None if it returns nothing.
+        """
         self.entered.add(routine.key)
         for declaration in routine.declarations:
             memory.initialise(declaration)
@@ -41,7 +45,7 @@ class Flow(Loops):
         return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        """Run statements and change ``memory``; False where RETURN, EXIT or a jump leaves before their end."""
+        """Run statements on ``memory``; True if their end is reached, False if RETURN, EXIT or a jump leaves it."""
         if self.oracle.decides:
             return self.one_way(tuple(statements), memory)
         if self.depth > MAX_DEPTH:
@@ -56,7 +60,11 @@ class Flow(Loops):
         return reached
 
     def one_way(self, steps: Sequence[Statement], memory: Memory) -> bool:
-        """As ``body`` where every jump is taken as it stands."""
+        """Run statements on ``memory`` and follow every GOTO to its label, for a world that decides all conditions.
+
+        Returns:
+            Whether their end is reached; False with ``jump`` set if a GOTO leads to a label outside of them.
+        """
         at, labels = 0, dict[str, int]()
         while at < len(steps):
             if self.statement(steps[at], memory):
@@ -70,7 +78,7 @@ class Flow(Loops):
         return True
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
-        """Run one statement; False where it leaves the body that it stands in."""
+        """Run one statement on ``memory``; False if it leaves the body in which it stands."""
         path, span = memory.frame.routine.source.path, statement.span
         self.steps += (path, span[0]) not in self.added.motions
         if (path, span) in self.changes.by_unknown or (path, span) in self.changes.by_own:
@@ -108,7 +116,7 @@ class Flow(Loops):
         return True
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """What functions write in a statement's expressions, where these are not worked out once."""
+        """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
         self.forget_unseen(statement, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
@@ -121,13 +129,16 @@ class Flow(Loops):
         forget(memory, self.changes.of_functions(statement, routine), Kind.WRITTEN_BY_FUNCTION)
 
     def forget_unseen(self, statement: Statement, memory: Memory) -> None:
-        """What functions in none of the files write in a statement's expressions."""
+        """Make data unknown that functions in none of the files may write in a statement's expressions."""
         routine = memory.frame.routine
         keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
         forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{name}`")
 
     def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
-        """Report PERS data that decides on motions or data and that nothing in these files writes."""
+        """Report RAP036 for PERS data in a branch's conditions which nothing in these files writes, once per branch.
+
+        Only branches that move the arm or write data count.
+        """
         if place in self.told or not self.changes.of_one(statement, memory.frame.routine):
             return
         self.told.add(place)
@@ -143,7 +154,7 @@ class Flow(Loops):
                     self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
     def check_taught(self, statement: Statement, memory: Memory) -> None:
-        """Report taught data that the program moves on from where it is, which no calibration does."""
+        """Report RAP035 if a statement changes ``--taught`` data relative to itself, as in ``p.x:=p.x+1``."""
         source = memory.frame.routine.source
         self.teaching.place = (source, statement.span)
         if statement.kind == "assign":
@@ -166,14 +177,16 @@ class Flow(Loops):
             self.report_moved(declaration, source, statement.span)
 
     def report_moved(self, declaration: Declaration, source: Source, span: Span) -> None:
-        """RAP035: the value in the file is not what runs."""
+        """Report RAP035: the program moves ``--taught`` data, so that the value in the file is not what runs."""
         text = f"`{declaration.name}`, which is to be taught, is moved by the program"
         help_ = f"leave `--taught {declaration.name}` out, and set it from a CONST before the first motion"
         name = declaration.name
         self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
-        """Report taught data that a run leaves with another value than in the file: the next one begins with that."""
+        """Report ``--taught`` data whose value at the end of a run, where the next run begins, is not that in the
+        file.
+        """
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():
             declaration = self.program.names.get(key)
@@ -185,7 +198,7 @@ class Flow(Loops):
             self.report_moved(*self.teaching.moved[key])
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
-        """Run IF or TEST, every arm that may be taken; whether its end is reached."""
+        """Run IF or TEST: the arm that is known to be taken, else each that may be; False if none reaches the end."""
         place = (memory.frame.routine.source.path, statement.span[0])
         if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
@@ -222,7 +235,7 @@ class Flow(Loops):
         return True
 
     def meet(self, ways: Sequence[Memory], memory: Memory) -> None:
-        """Make of a state what holds where ways from it meet again."""
+        """Set ``memory`` to what is common to the ends of several ways that began from it and meet here."""
         conditional = [way.conditional - 1 for way in ways if way is not memory]
         memory.changed, memory.ends, memory.conditional = (
             joined([way.changed for way in ways], self.program),
@@ -231,7 +244,12 @@ class Flow(Loops):
         )
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
-        """Note a branch that moves nothing (see ``Choices.met``)."""
+        """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own
+        later.
+
+        Args:
+            arms: data at the end of each arm by its number, None for no arm; left: an arm ends the routine.
+        """
         routine, changes = memory.frame.routine, self.changes
         keys = changes.of_one(statement, routine)
         if "@moves" not in keys:
@@ -242,13 +260,16 @@ class Flow(Loops):
             self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
 
     def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
-        """Whether it is not known which arm is taken, and this may be the one."""
+        """Whether nothing decides which arm of a branch is taken, and arm number ``arm`` may be the one."""
         verdicts = [self.chosen(statement, b.conditions, memory) if b.conditions else True for b in statement.branches]
         possible = arm == len(verdicts) or verdicts[arm] is not False
         return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
 
     def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
-        """One arm of a branch (see ``SplitBranches``); whether its end is reached."""
+        """Run only the arm of a branch that ``choices.forced`` names; False if it does not reach its end.
+
+        What not every arm sets, or not to one value, becomes unknown.
+        """
         if not memory.trial and self.choices.again(place):
             memory.doubt()  # the arm may have come here by another choice
         arm, choice = self.choices.forced[place], self.choices.found[place]
@@ -257,7 +278,12 @@ class Flow(Loops):
         return reached
 
     def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
-        """Whether a branch is taken; None if that is not known."""
+        """Whether an arm of IF or TEST is taken; None if that is not known.
+
+        Args:
+            conditions: spans of the IF condition, or of the values of a CASE, one of which must equal the TEST
+                expression.
+        """
         if statement.kind == "if":
             return self.truth(conditions[0], memory)
         verdict: bool | None = False
@@ -273,18 +299,18 @@ class Flow(Loops):
         return verdict
 
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
-        """How many GOTOs lead to each label of a routine."""
+        """How many GOTO statements lead to each label of a routine, by lower-case label (only those with one)."""
         if routine.key not in self.jumps:
             self.jumps[routine.key] = jumps_in(routine)
         return self.jumps[routine.key]
 
     def label(self, statement: Statement, memory: Memory) -> None:
-        """What may have been written before a jump to here is not known."""
+        """At a label with a GOTO, make all unknown that the routine may write: it may have changed before the jump."""
         routine = memory.frame.routine
         if statement.word in self.jumps_of(routine):
             forget(memory, self.changes.of_routine[routine.key], Kind.CHANGED_BEFORE_JUMP)
             memory.doubt()
 
     def result(self, span: Span, memory: Memory) -> Value | Unknown | None:
-        """What RETURN gives, the expression at a span."""
+        """The value of the expression behind RETURN at this span; Unknown if not known, None without expression."""
         return self.data.evaluated(span, memory) if span[0] < span[1] else None

@@ -61,12 +61,13 @@ def follow(
     changes: WriteEffects | None = None,
     foreign: Set[str] = frozenset(),
 ) -> list[WorldMotion]:
-    """The motions that a program makes in a world, from its entry on, then from each procedure on that the pendant or
-    code in none of the files may start.
+    """The motions that a program makes in a world, which draws at random, repeatably, all that the text leaves open.
+
+    It starts at its entry (main if None), then at each procedure that the pendant or code outside the files may start.
 
     Args:
-        ordinals: numbers of the statements that the original program has, too; the others cost no steps, and no trap
-            runs behind them.
+        ordinals: numbers of the motion statements that the original program has; others (added ones) cost no steps, and
+            no trap runs behind them.
         changes: of the program, where they are known already.
         foreign: keys of the routines that the original does not have, in which statements cost no steps.
     """
@@ -88,10 +89,13 @@ def follow(
 
 
 def _runs_alone(routine: Routine) -> bool:
+    """Whether something outside the program may start a routine: a procedure without parameters, not read-only."""
     return routine.kind == "PROC" and not routine.parameters and not routine.source.read_only
 
 
 class _Follower(Flow):
+    """Follows one way through a program in which a world decides every condition, input and interrupt at random."""
+
     def __init__(
         self,
         program: Program,
@@ -100,6 +104,13 @@ class _Follower(Flow):
         changes: WriteEffects | None,
         foreign: Set[str],
     ) -> None:
+        """Set up the walk of a program in a world, with nothing executed yet.
+
+        Args:
+            ordinals: numbers of the original's motion statements by key; others cost no steps.
+            changes: write effects of the program, worked out if None.
+            foreign: keys of the routines that the original does not have.
+        """
         super().__init__(program, changes, oracle=world)
         self.foreign = foreign
         self.world = world
@@ -130,26 +141,36 @@ class _Follower(Flow):
     # -- statements ----------------------------------------------------------------------------------------------------
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
+        """Run one statement on ``memory``; False if it leaves its body.
+
+        Raises:
+            _Stop: it ends the program, or ``MOST_STATEMENTS`` have been run.
+        """
         self.count += memory.frame.routine.key not in self.foreign and not self.moves(statement, memory)
         if self.count > MOST_STATEMENTS or statement.kind == "leave":
             raise _Stop
         return super().statement(statement, memory)
 
     def moves(self, statement: Statement, memory: Memory) -> bool:
-        """Whether a statement is a motion."""
+        """Whether a statement of the routine that runs is itself a motion instruction; calls of routines are not."""
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """Functions of the program run where they are called; what others are given by name is drawn again."""
+        """Mark data as written anew that functions in no file get; the program's own run where they are called."""
         if not self.moves(statement, memory):
             self.forget_unseen(statement, memory)
 
     def unknown_turns(
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
     ) -> None:
-        """A loop of very many turns is passed over."""
+        """Do nothing: turns of a loop that are not followed, being more than ``MAX_TURNS``, are skipped in a world."""
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run a WHILE loop as long as the world says that its condition holds; False if its body is left.
+
+        Raises:
+            _Stop: ``MOST_STATEMENTS`` have been run.
+        """
         while not loop.parts or self.truth(loop.parts[0], memory):
             self.count += 1
             if self.count > MOST_STATEMENTS:
@@ -161,7 +182,12 @@ class _Follower(Flow):
     # -- motions -------------------------------------------------------------------------------------------------------
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion; then the procedure that it starts may run, and traps."""
+        """Record a motion, then run the procedure that it starts and the traps that the world lets interrupt behind
+        it.
+
+        Raises:
+            _Stop: ``MOST_MOTIONS`` motions of the original program are recorded.
+        """
         if motion.key in self.ordinals:
             # Added statements do not count: the written program goes as far as the original.
             self.count, self.own = self.count + 1, self.own + 1
@@ -190,7 +216,11 @@ class _Follower(Flow):
     def place(
         self, motion: MotionStatement, role: str, memory: Memory, jointed: bool = False
     ) -> RobTarget | JointTarget | None:
-        """The target of an argument; None where it is none."""
+        """The target of the argument with this role; None if there is no such argument or it has no value.
+
+        Args:
+            jointed: the argument is a jointtarget.
+        """
         if role not in motion.roles:
             return None
         read = self.maker.targets.jointtarget if jointed else self.maker.targets.robtarget
@@ -200,7 +230,7 @@ class _Follower(Flow):
     def frames(
         self, tool: Argument | None, wobj: Argument | None, memory: Memory
     ) -> tuple[ToolData | None, WobjData | None]:
-        """Tool and work object; None where the world has none."""
+        """Tool and work object of a motion, tool0 or wobj0 without argument; both None if one has no value."""
         try:
             held = ToolData() if tool is None else to_tool(tool.text, self.data.value(tool.span, memory))
             given = wobj is not None and passed_on(wobj.span, memory)
@@ -210,13 +240,13 @@ class _Follower(Flow):
         return held, frame
 
     def run(self, name: str, memory: Memory) -> None:
-        """A procedure that is not called where it runs."""
+        """Run the procedure of this name without arguments, if the program has one."""
         routine = self.program.routine(name, memory.frame.routine.module)
         if routine is not None:
             self.call_routine(routine, (), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Code in none of the files may move the arm, and may call procedures of these."""
+        """Carry out an instruction, or a routine in no file, which may move the arm or call procedures of the files."""
         super().from_elsewhere(statement, arguments, memory)
         if statement.word not in KNOWN:
             self.unseen(statement.word, memory)
@@ -224,14 +254,19 @@ class _Follower(Flow):
             self.adrift = True
 
     def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
-        """The routine that is called by a text; the world runs what it may be where that is in none of the files."""
+        """The routine that a call by name means; None if it is in no file: the world then draws what the call does."""
         routine = super().late_bound(call, statement, memory)
         if routine is None:
             self.unseen("%", memory)
         return routine
 
     def unseen(self, name: str, memory: Memory) -> None:
-        """What code in none of the files does with the arm: nothing, a motion, a procedure of these files."""
+        """Draw what code in no file does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40
+        %.
+
+        Args:
+            name: of the code, by which the world draws; such a procedure is not run inside another one run so.
+        """
         drawn = self.world.next(f"unseen {name}")
         chance = drawn.random()
         self.adrift = self.adrift or chance < MOVED
@@ -241,7 +276,11 @@ class _Follower(Flow):
             self.calling = False
 
     def interrupt(self, ordinal: int, memory: Memory) -> None:
-        """Traps behind a statement, now and then."""
+        """Run each trap routine behind a motion with probability ``INTERRUPTED`` (5 %), drawn by the world.
+
+        Args:
+            ordinal: number of the motion statement in the original program, by which the world draws.
+        """
         for trap in self.traps:
             if self.world.next(f"{trap.key} behind {ordinal}").random() < INTERRUPTED:
                 self.interrupted = True

@@ -16,15 +16,18 @@ Jump = tuple[Statement, tuple[Statement, ...]]
 
 
 def jumps_in(routine: Routine) -> Mapping[str, int]:
-    """How many GOTOs lead to each label of a routine."""
+    """How many GOTO statements lead to each label of a routine, by lower-case label; labels without one are missing."""
     return Counter(s.word for s in statements_of(routine) if s.kind == "goto")
 
 
 def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[Statement, ...]:
-    """A body with jumps between its own statements as what they do, where no other leads to the same label.
+    """The statements of a body in which loops and branches written with GOTO are replaced by WHILE and IF statements.
 
     ``l: S; IF c GOTO l;`` is S and then ``WHILE c`` S; ``l: S; GOTO l;`` is a loop without end; ``IF c GOTO l; S; l:``
     runs S unless c holds; ``l: S; IF c GOTO m; T; GOTO l; m:`` is S and then, as long as c does not hold, T and S.
+
+    Args:
+        jumps: number of GOTO statements by label; only a label with exactly one is rewritten.
     """
     if not jumps or not any(s.kind == "label" for s in body):
         return body
@@ -44,6 +47,7 @@ class _Rewritten:
     """
 
     def __init__(self, body: tuple[Statement, ...], jumps: Mapping[str, int]) -> None:
+        """Start before the first statement of the body; ``jumps`` counts the GOTO statements by label."""
         self.body, self.jumps, self.at = body, jumps, 0
         self.steps: list[Statement] = []
         self.sizes: list[int] = []
@@ -52,7 +56,7 @@ class _Rewritten:
         self.spare = MOST_SEEN * len(body)
 
     def take(self, statement: Statement) -> None:
-        """Add the next statement, and what it makes of those before it."""
+        """Append the next statement to ``steps``; if it closes a loop or branch, replace the steps belonging to it."""
         self.at += 1
         alone = self.jumps.get(statement.word) == 1
         if statement.kind == "label":
@@ -70,22 +74,26 @@ class _Rewritten:
         self.put(len(self.steps), [statement])
 
     def put(self, at: int, steps: Sequence[Statement]) -> None:
-        """Put steps in the place of all from ``at`` on."""
+        """Replace all steps from index ``at`` on by these."""
         self.steps[at:] = steps
         self.sizes[at:] = [len(statements_in([step])) if step.branches else 1 for step in steps]
 
     def place(self, places: Mapping[str, tuple[int, Statement]], word: str) -> int | None:
-        """Where a label, or the jump to it, still stands."""
+        """Index in ``steps`` of the label ``word``, or of the jump to it; None if it is not there any more.
+
+        Args:
+            places: ``labels`` or ``ahead``.
+        """
         at, statement = places.get(word, (0, None))
         return at if at < len(self.steps) and self.steps[at] is statement else None
 
     def looks(self, at: int) -> bool:
-        """Whether all from a step on may be looked at once more."""
+        """Take all statements from step ``at`` on from the budget ``spare``; whether that is not used up."""
         self.spare -= sum(self.sizes[at:])
         return self.spare >= 0
 
     def skips(self, label: Statement) -> bool:
-        """Make what stands between a jump and its label a branch."""
+        """Replace a conditional jump ahead and all steps up to its label by a branch; False if that is not possible."""
         at = self.place(self.ahead, label.word)
         if at is None or not self.looks(at):
             return False
@@ -98,13 +106,13 @@ class _Rewritten:
         return True
 
     def leads_before(self, statement: Statement, at: int) -> bool:
-        """Whether a statement jumps back to a label before a place: what it skips is part of a loop."""
+        """Whether a statement is a jump back to a label before step ``at``: what it skips is then part of a loop."""
         jump = _jump(statement)
         place = self.place(self.labels, jump[0].word) if jump is not None else None
         return place is not None and place < at
 
     def loops(self, statement: Statement, jump: Jump) -> bool:
-        """Make what stands between a label and the jump back to it a loop."""
+        """Replace the steps between a label and the jump back to it by a loop; False if that is not possible."""
         at = self.labels[jump[0].word][0]
         if not self.looks(at):
             return False
@@ -125,7 +133,14 @@ class _Rewritten:
         return True
 
     def until(self, part: tuple[Statement, ...], span: Span) -> tuple[Statement, ...]:
-        """A part that is repeated until a condition in it leads to the label behind it; empty if it is none."""
+        """Steps of an endless loop in which a condition jumps to the label right behind it, as a loop UNTIL it holds.
+
+        Args:
+            part: statements of the loop; span: of the loop statement to make.
+
+        Returns:
+            An empty tuple if no condition leads out of the loop that way.
+        """
         after = self.body[self.at] if self.at < len(self.body) else None
         if after is None or after.kind != "label" or self.jumps.get(after.word) != 1:
             return ()
@@ -139,7 +154,7 @@ class _Rewritten:
 
 
 def _jump(statement: Statement) -> Jump | None:
-    """The GOTO with which a statement or its only branch ends, and what that branch does before."""
+    """The GOTO that a statement is, or with which its only branch ends, and what that branch does before; else None."""
     if statement.kind == "goto":
         return statement, ()
     if statement.kind != "if" or len(statement.branches) != 1 or not statement.branches[0].body:

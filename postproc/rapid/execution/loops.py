@@ -24,32 +24,35 @@ MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; 
 
 
 class Loops(Execution):
-    """Executes loops."""
+    """Executes FOR and WHILE: turn by turn if the number of turns is known, else once for all turns."""
 
     @abstractmethod
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
-        """Run statements; whether the end of them is reached."""
+        """Run statements on ``memory``; True if their end is reached, False if something leaves before it."""
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
-        """Value of a condition; None where it is not known."""
+        """Whether a condition holds; None if it is not known."""
         data = self.deciding(condition, memory)
         return data if isinstance(data, bool) else self.asked(condition, memory)
 
     def deciding(self, span: Span, memory: Memory) -> Data:
-        """Value of an expression that decides on the way."""
+        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
+
+        In a world, and in added routines, an assumed value counts as certain.
+        """
         data = self.data.value_or_not(span, memory)
         if self.oracle.decides or memory.frame.routine.key in self.added.routines:
             return without_causes(data)[0]  # a place is worked out of places that are assumed
         return data
 
     def asked(self, condition: Span, memory: Memory) -> bool | None:
-        """A condition that no data decides."""
+        """The oracle's answer whether a condition holds that no data decides; None if it has none."""
         routine = memory.frame.routine
         words = routine.source.data[slice(*condition)].decode("latin-1")
         return self.oracle.condition(f"{routine.key} {words}")
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run a FOR loop; whether its end is reached."""
+        """Run a FOR loop on ``memory``; True if its end is reached, False if its body is left."""
         hidden = memory.frame.bindings.get(loop.word)
         turns = self.turns(loop, memory)
         reached = True
@@ -70,12 +73,12 @@ class Loops(Execution):
         return reached
 
     def turns(self, loop: Statement, memory: Memory) -> list[float] | None:
-        """Values of the index of a FOR loop; None where they are not known."""
+        """Values of the index of a FOR loop, one per turn; None if they are not known or more than ``MAX_TURNS``."""
         bounds = [self.deciding(span, memory) for span in loop.parts]
         return counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else self.oracle.turns()
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run WHILE; whether its end is reached."""
+        """Run a WHILE loop on ``memory``; True if its end is reached, False if its body is left or it never ends."""
         condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
@@ -101,7 +104,11 @@ class Loops(Execution):
         return True
 
     def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
-        """Whether the loop itself changes what its condition depends on."""
+        """Whether the loop's body may change data that its condition names.
+
+        Args:
+            keys: of the data that the loop may change.
+        """
         try:
             names = names_in(self.data.tree(condition, memory))
         except Unknown:
@@ -112,9 +119,12 @@ class Loops(Execution):
     def unknown_turns(
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
     ) -> None:
-        """A loop that runs nobody knows how often: its body once, for what every turn finds alike.
+        """Follow the body of a loop of unknown turns once, with all data unknown that differs between turns.
 
-        A second turn comes from the end of the first: it is followed to its first motion.
+        If it moves the arm, its beginning is followed again from its end, up to the first motion, as in a second turn.
+
+        Args:
+            bindings: values of loop indices in the body; certain: the body is known to run at least once.
         """
         keys = self.changes.of_one(loop, memory.frame.routine)
         memory.frame.bindings.update(bindings)
@@ -139,7 +149,7 @@ class Loops(Execution):
         memory.ends = self.recorder.either(memory.ends, begin)
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
-        """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
+        """Keys of data that may differ from one turn of a loop to the next, found by trials; at worst all ``keys``."""
         found: set[str] = {UNSEEN} & keys
         if not memory.trial and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
@@ -150,7 +160,11 @@ class Loops(Execution):
         return keys
 
     def tried(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str], unknown: set[str]) -> set[str]:
-        """Those of the keys that are not after a turn what they were before it; nothing moves, nothing is kept."""
+        """Keys whose values differ after one trial turn, in which no motion is recorded and nothing is kept.
+
+        Args:
+            keys: to compare; unknown: keys of data that is unknown at the start of the turn.
+        """
         trial = memory.aside()
         forget(trial, unknown, Kind.CHANGED_IN_LOOP)
         before = _values(trial, keys)
@@ -159,7 +173,7 @@ class Loops(Execution):
 
 
 def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
-    """What data and state of these keys (as ``WriteEffects`` names them) are now; their key where nothing set them."""
+    """The present values of data and state by key; a key itself stands for the value if nothing has set it."""
     found: dict[str, object] = {}
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key.startswith("%") else None
@@ -171,11 +185,12 @@ def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
 
 
 def _differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
-    """Keys that are not what they were; what is not known stays not known."""
+    """Keys whose value changed; an unknown value that is replaced by another unknown one counts as unchanged."""
     return {key for key, now in after.items() if before[key] is not now and not _alike(before[key], now)}
 
 
 def _alike(before: object, now: object) -> bool:
+    """Whether two values are equal, where any two unknown values (or parts) count as equal."""
     match before, now:
         case PartlyUnknown(), PartlyUnknown():
             return _alike(before.data, now.data)

@@ -17,12 +17,15 @@ _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robt
 
 
 def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
-    """RAP023 for each PERS data whose value at a motion only the running program has, by its key; at the first motion.
+    """Report RAP023 for PERS data whose value at some motion only the running program has.
 
-    Its help says how the value in the file is taken, and that is tried out: data that the program moves is not offered.
+    The help offers ``--taught``, except for data that the program moves, which is found by following it once more.
 
     Args:
         events: of the program, as followed from ``entry``.
+
+    Returns:
+        One finding for each such data, by its key, at the first motion that needs it.
     """
     waiting: dict[str, tuple[Declaration, MotionEvent, Unknown]] = {}
     for event in events:
@@ -45,10 +48,10 @@ def with_advice(
     program: Program,
     measured: Mapping[str, Diagnostic],
 ) -> list[Diagnostic]:
-    """Findings about statements that are left (CMP005), with what makes the data known that they wait for.
+    """The findings, those about statements left unchanged (CMP005) with the help that makes the missing data known.
 
     Args:
-        measured: see ``say_measured``.
+        measured: findings of ``say_measured`` by key of the data.
     """
     told: dict[tuple[Source | None, Span | None], str] = {
         (event.statement.source, event.statement.span): measured[declaration.key].help
@@ -60,6 +63,11 @@ def with_advice(
 
 
 def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
+    """The finding RAP023 for one data at one motion.
+
+    Args:
+        unknown: why it is not known; offered: names of data for which the help offers ``--taught``.
+    """
     name = declaration.name
     help_ = f"set it from a CONST before the first motion, as in `{name}:={name}0;`"
     if name in offered:
@@ -73,7 +81,7 @@ def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offere
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
-    """The PERS data of a module, with a value in its file, that a value which is not known was written to last."""
+    """The module's PERS data with a value in its file in which an unknown value was stored last, or None."""
     for key in _keys(unknown):
         found = program.names.get(key)
         stored = found is not None and found.storage == "PERS" and found.init is not None and not found.routine
@@ -83,7 +91,7 @@ def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
 
 
 def _keys(unknown: Unknown) -> Iterator[str]:
-    """Keys of the data behind an unknown value, the last that it was written to first."""
+    """Keys of the data in which an unknown value was stored (the last first), then of the data that caused it."""
     yield from reversed(unknown.held)
     yield unknown.key
     if isinstance(unknown.cause, Unknown):

@@ -11,12 +11,13 @@ class Oracle:
     """
 
     def __init__(self, decides: bool = False) -> None:
+        """Make an oracle that knows no answers; ``decides`` says whether a subclass answers every question."""
         self.decides = decides
 
     def condition(self, words: str) -> bool | None:
-        """Whether a condition holds that nothing decides."""
+        """Whether a condition, given by routine and text, holds; None: not known, so that both ways are followed."""
         return None
 
     def turns(self) -> list[float] | None:
-        """Values of the index of a FOR loop whose bounds are not known."""
+        """Values of the index of a FOR loop whose bounds are not known; None: not known, too."""
         return None

@@ -49,22 +49,23 @@ class SplitBranches:
     """
 
     def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
+        """Start a walk in which the branches in ``forced`` take these arms; ``found`` is shared by all walks."""
         self.forced = forced or {}
         self.found = {} if found is None else found
         self.taken: set[Place] = set()
 
     def again(self, place: Place) -> bool:
-        """Whether a forced branch has been met before."""
+        """Whether the forced branch at this place has been executed before in this walk; records that it is now."""
         before = place in self.taken
         self.taken.add(place)
         return before
 
     def met(self, place: Place, ends: Ends, keys: Set[str], written: Sequence[Set[str]], left: bool) -> None:
-        """Note a branch that moves nothing and of which several arms are possible.
+        """Record a branch that moves nothing and of which several arms are possible.
 
         Args:
-            ends: data at the end of each arm, None where none of them is taken.
-            keys: what the branch may change; written: the same of each arm.
+            ends: data by key at the end of each arm, by the arm's number; None for the way on which no arm is taken.
+            keys: of the data that the branch may change; written: the keys that each arm may change.
             left: an arm ends the routine.
         """
         if len(ends) > MOST:  # too many to follow, whatever they set
@@ -87,7 +88,7 @@ class SplitBranches:
         self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
 
     def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
-        """Branches, with their arms, that set what motions lack."""
+        """The arms, by place, of branches not forced, that decide data which some motion needs."""
         undecided = {
             unknown.root.key for event in events for unknown in event.unknowns if unknown.root.kind is Kind.UNDECIDED
         }
@@ -101,7 +102,7 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """One arm of each branch; nothing where they are too many."""
+    """Every choice of one arm for each branch, by place; none if there are more than ``MOST``."""
     if prod(map(len, branches.values())) > MOST:
         return []
     return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

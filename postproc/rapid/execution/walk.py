@@ -39,13 +39,14 @@ class Walk:
 def walk(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> list[MotionEvent]:
     """Every motion of a program in the order in which it runs.
 
-    ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
-    reached that way are walked one by one, so that every motion statement has at least one event. Of files that are
-    lent only what is called is walked.
+    ``main`` is executed if there is one, else every routine that nothing calls, in text order; routines that are never
+    reached that way are walked one by one, so that every motion statement has at least one event. Of read-only files
+    only what is called is walked.
 
     Args:
-        added: what of the program was written into another, which ends where that ends; its events then say where the
-            arm goes, not what the text calls that.
+        entry: name of the routine to execute instead of ``main``; then only its motions are returned.
+        added: motions and routines that were written into the program: they cost no steps, so that it is followed as
+            far as the original; events then lack the names by which the program calls numbers and places.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -54,7 +55,7 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
 
 
 def walk_program(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> Walk:
-    """As ``walk``, with the findings.
+    """The events that ``walk`` gives, with the findings made on the way.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -87,7 +88,10 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
 
 
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
-    """The routines run one after the other; once for every choice of what motions need (see ``SplitBranches``)."""
+    """The state after the routines are run in turn, repeated for every arm of branches that decide data motions need.
+
+    No arm is chosen where that would be too many combinations or steps; the data is then unknown.
+    """
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
     while True:
@@ -108,12 +112,16 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
 
 
 def forgiven(finding: Diagnostic) -> Diagnostic:
-    """An error where nothing leads: as a warning, for what is wrong there keeps nothing else from running."""
+    """The finding with an error turned into a warning, for code that nothing reaches."""
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
 def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
-    """Motions that no known way leads to, and routines that some call means which no known way leads to."""
+    """Follow traps and handlers, then routines with motions or calls that no known way has reached.
+
+    Args:
+        unknown: state at their start, by ``@`` key.
+    """
     for routine in flow.program.all_routines():
         if not routine.source.read_only:
             _interrupt(flow, routine, unknown)
@@ -125,7 +133,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
-    """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
+    """The recorded events, marked if their statement also runs on ways that are not followed, to other places."""
     events, recorder = flow.recorder.events, flow.recorder
     marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
@@ -139,7 +147,7 @@ def _marked(flow: Flow) -> list[MotionEvent]:
 
 
 def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
-    """Numbers of statements that are others on ways that are not followed: no displacement may go with them."""
+    """Names of numbers, by statement, with other values on ways not followed: no correction may depend on them."""
     events, found = flow.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if flow.recorder.others else {}
     for key, target, numbers in flow.recorder.others:
@@ -154,10 +162,10 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
 
 
 def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
-    """Run a routine as if somebody had started it; its parameters are not known.
+    """Run a routine as if it were started from outside, with unknown parameters; the memory at its end.
 
     Args:
-        supposed: see ``CallFrame``.
+        state: at its start by ``@`` key; supposed: the routine has run before, only what is new in it counts.
     """
     memory = _memory(flow, routine, state)
     memory.frame.supposed = supposed
@@ -166,7 +174,7 @@ def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bo
 
 
 def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """Data and state before a routine that somebody has started; taught data that may be written is as in the file."""
+    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file."""
     frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():
@@ -178,7 +186,7 @@ def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
 
 
 def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
-    """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
+    """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown."""
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):
             continue
@@ -189,7 +197,7 @@ def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
-    """Code that no known way leads to: every motion on its own, whatever ran before."""
+    """Record each motion of a routine that has no event yet, on its own, with written data and arm position unknown."""
     forget(memory, flow.changes.everything, Kind.UNCERTAIN)
     for statement in statements_of(routine):
         if statement.kind == "for":
@@ -202,7 +210,7 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
 
 
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
-    """Motion statements of a routine that have no event yet."""
+    """Motion statements of a routine, in text order, that have no event yet."""
     path, known = routine.source.path, flow.program.motions
     for statement in statements_of(routine):
         key = (path, statement.span[0])
@@ -211,7 +219,7 @@ def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
 
 
 def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
-    """The places from which each routine is called by its name."""
+    """Places (path, offset) of the statements that call each routine by its name, by routine key."""
     found: dict[str, set[tuple[str, int]]] = {}
     names = {name for _, name in program.routines}
     for routine in program.all_routines():
@@ -224,7 +232,7 @@ def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
 
 
 def _uncalled(program: Program) -> list[Routine]:
-    """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
+    """Procedures that no call, CONNECT or motion of the program names, without those of files that are only lent."""
     named: set[str] = set()
     for motion in program.statements:
         if "procedure" in motion.roles:
@@ -240,7 +248,7 @@ def _uncalled(program: Program) -> list[Routine]:
 
 
 def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:
-    """Add the routines that a statement names which is no motion."""
+    """Add to ``named`` the lower-case names of all routines that a call or CONNECT statement may mean."""
     named.add(statement.word)
     late = late_call(statement, source.data, program, "")
     if late is not None and statement.word == "callbyvar":

@@ -49,6 +49,11 @@ class World(Oracle):
     """
 
     def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
+        """Make a world from its seed; nothing is drawn yet.
+
+        Args:
+            taught: keys of data that an operator may change; words: that a string may be.
+        """
         super().__init__(decides=True)
         self.seed = seed
         self.taught = taught
@@ -58,30 +63,34 @@ class World(Oracle):
         """What the last run or something unseen has left in data, by how often that may have been and which it was."""
 
     def generator(self, thing: str) -> random.Random:
-        """Source of the values of a thing, whenever it is asked for."""
+        """A random generator that depends only on the world's seed and the name ``thing``: alike at every call."""
         return random.Random(f"{self.seed} {thing}")
 
     def next(self, thing: str) -> random.Random:
-        """Source of the next value of a thing."""
+        """A random generator for ``thing`` that is another one at each call, counted per name."""
         count = self.counts[thing] = self.counts.get(thing, 0) + 1
         return self.generator(f"{thing} {count}")
 
     def condition(self, words: str) -> bool:
-        """A condition as this world has it: drawn by its words."""
+        """Whether a condition holds: even odds, drawn by its routine and text, anew each time it is asked for."""
         return self.next(words).random() < 0.5
 
     def turns(self) -> list[float]:
-        """Two turns."""
+        """The index values 1 and 2, for a FOR loop whose bounds are not numbers."""
         return [1.0, 2.0]
 
     def beside(self, target: RobTarget) -> RobTarget:
-        """A place some way beside a target, where something else has brought the arm."""
+        """The target moved at random by up to ``BESIDE_MM`` along each axis, where another motion took the arm."""
         drawn = self.next("beside")
         x, y, z = (axis + drawn.uniform(-BESIDE_MM, BESIDE_MM) for axis in target.trans)
         return replace(target, trans=(x, y, z))
 
     def varied(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
-        """Data of a type with other numbers: places a few millimetres away, whole numbers near by."""
+        """Data of type ``kind`` with other values drawn at random; an Unknown counts as zero.
+
+        Positions move by up to 3 mm along each axis, whole numbers by up to 6, others by up to 20 %; orientations and
+        configurations stay.
+        """
         if isinstance(data, Unknown):
             data = zero(kind, records)
         if isinstance(data, tuple):
@@ -116,7 +125,7 @@ class World(Oracle):
 
 
 def each(change: Callable[[Data], Data], data: Data, rank: int) -> Data:
-    """Data, or each element of an array of it, changed."""
+    """Apply ``change`` to the data, or to every element of an array of ``rank`` dimensions."""
     if rank and isinstance(data, tuple):
         return tuple(each(change, item, rank - 1) for item in data)
     return change(data)
@@ -126,12 +135,17 @@ class WorldDeclared(DeclaredValues):
     """Declarations as they are in a world: targets touched up, data that nothing writes set by an operator."""
 
     def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:
+        """Read a program's declarations in a world; ``written`` are the keys of data that the program may write."""
         super().__init__(program)
         self.world = world
         self.written = written
 
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
-        """The value that a declaration gives, as an operator may have changed it."""
+        """The value that a declaration gives in this world, in which an operator may have changed it.
+
+        Raises:
+            Unknown: the declaration gives none.
+        """
         value = super().initial(declaration, span, home)
         if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
             return value
@@ -145,7 +159,7 @@ class WorldDeclared(DeclaredValues):
         return replace(value, data=each(changed, value.data, value.rank))
 
     def _touched_up(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
-        """Data with every target in it moved a little."""
+        """Data of type ``kind`` in which the position of every robtarget is moved by up to 3 mm along each axis."""
         fields = records.get(kind, ())
         if not isinstance(data, tuple) or len(fields) != len(data):
             return data
@@ -154,7 +168,7 @@ class WorldDeclared(DeclaredValues):
         return tuple(self._touched_up(item, part, records, drawn) for item, (_, part) in zip(data, fields, strict=True))
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """None: an element is taken from the value of the whole, of which each part has moved."""
+        """Return None, so that an element is taken from the whole value, in which every part has been varied."""
         return None
 
 
@@ -165,7 +179,7 @@ class WorldMemory(Memory):
     world: World = field(default_factory=lambda: World(0, frozenset()))
 
     def value(self, declaration: Declaration) -> Value:
-        """The present value of declared data; what is not known is drawn, and stays."""
+        """Present value of declared data: drawn at random if unknown and, in half of the cases, if assumed."""
         key, rank = declaration.key, len(declaration.dims)
         if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
             return self._declared(declaration)
@@ -180,7 +194,7 @@ class WorldMemory(Memory):
         return Value(data, declaration.type, rank)
 
     def _left(self, declaration: Declaration, unseen: bool) -> Data:
-        """What the last run has left in data that nothing has set so far, or something unseen."""
+        """Value that the last run left in data not set so far or, if ``unseen``, that code in no file has written."""
         at = declaration.key, self.invalidated(declaration.key), unseen
         if at not in self.world.left:
             data = self._declared(declaration).data
@@ -189,6 +203,7 @@ class WorldMemory(Memory):
         return self.world.left[at]
 
     def _declared(self, declaration: Declaration) -> Value:
+        """The declared value of data; if there is none, a value of its type drawn by its key."""
         try:
             return self.declared(declaration)
         except Unknown:
@@ -197,12 +212,13 @@ class WorldMemory(Memory):
             return Value(data, declaration.type, len(declaration.dims))
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
+        """The data varied at random; the draw depends on its key and on how often something may have written it."""
         key, kind, rank = declaration.key, declaration.type, len(declaration.dims)
         drawn = self.world.generator(f"{key} {self.invalidated(key)}")
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:
-        """Value of a name; that of a signal or a parameter that nobody gave is drawn."""
+        """The value of a name; for a signal (0 or 1) and for a parameter without argument it is drawn."""
         try:
             return Memory.lookup(self, name)  # super() does not know a class with slots
         except Unknown:  # a signal, or a parameter that nobody gave
@@ -215,7 +231,10 @@ class WorldMemory(Memory):
             return value
 
     def call(self, call: Call) -> Value | None:
-        """Result of a function; of one that nobody can follow it is drawn."""
+        """The result of a function of the program, which is run; of one that cannot be evaluated it is drawn.
+
+        None for a built-in function that is evaluated from its arguments.
+        """
         own = self.function(call, self)
         if own is not None or call.name in FUNCTIONS:
             return own

@@ -61,6 +61,7 @@ class Arrivals:
     """
 
     def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+        """Work out where the arm may stand before each motion of a program; ``changes`` are its write effects."""
         self.program = program
         self.changes = changes or WriteEffects(program)
         effects, constants = StatementEffects(program, self.changes), Constants(program)
@@ -79,7 +80,7 @@ class Arrivals:
         self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_elsewhere()
 
     def before(self, key: StatementKey) -> State:
-        """The motions that may be the last before a motion statement; nothing where no way leads to it."""
+        """Motions that may come last before a statement, with what may be written since; empty if none leads there."""
         if self._adrift:
             return LOST
         routine, state = self._before.get(key, ("", {}))
@@ -87,8 +88,8 @@ class Arrivals:
 
     @cached_property
     def resumed_behind_errors(self) -> frozenset[str]:
-        """Keys of routines in which a statement that fails may be passed over: a handler of their own, or of a routine
-        to which their errors come, holds ``TRYNEXT``.
+        """Keys of routines in which a failing statement may be passed over by TRYNEXT, in a handler of their own or of
+        a routine that their errors reach.
         """
         pending = [key for key, routine in self._routines.items() if routine.graph.skips]
         found = set(pending)
@@ -102,8 +103,8 @@ class Arrivals:
         return frozenset(found)
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
-        """Whether all data that a text names at a statement, and the displacement of the program, are as they were
-        when the arm came to where the statement begins, by whichever way.
+        """Whether neither data that ``text`` names at a statement nor the program displacement may have been written
+        since the last motion before it, on any way that leads there.
         """
         since = NOTHING.union(*self.before(statement.key).values())
         if not since and not self.changes.volatile and not self.changes.unseen_any_time:
@@ -114,7 +115,7 @@ class Arrivals:
         return all(self._holds(name, routine, since) for name in identifiers(text.encode("latin-1")))
 
     def _holds(self, name: str, routine: Routine, since: frozenset[str]) -> bool:
-        """Whether nothing that is written changes what a name means in a routine."""
+        """Whether a name in a routine keeps its value although everything in ``since`` may have been written."""
         if self.program.routine(name, routine.module) is not None and since - {CALLED}:
             return False  # a function of the program's own may read anything
         parameter = next((p for p in routine.parameters if p.name == name), None)
@@ -132,6 +133,7 @@ class Arrivals:
         return since.isdisjoint((declared.key, f"#{name}"))
 
     def _find_callers(self) -> Mapping[str, set[str]]:
+        """Keys of the routines that call each routine, by its key."""
         callers: dict[str, set[str]] = {key: set() for key in self._routines}
         for key, routine in self._routines.items():
             for step in _steps(routine.graph):
@@ -141,7 +143,9 @@ class Arrivals:
         return callers
 
     def _find_moving(self) -> None:
-        """Which routines may move the arm, and whose handlers."""
+        """Set ``moves`` and ``handled`` of each routine: whether it (calls included) or its handlers may move the
+        arm.
+        """
         pending = []
         for key, routine in self._routines.items():
             routine.moves = any(_moves(step, {}) for step in _steps(routine.graph))
@@ -155,7 +159,7 @@ class Arrivals:
             routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
 
     def _summarise(self) -> None:
-        """Work out where the arm stands behind each routine, those first that are called."""
+        """Compute the states of all routines, relative to their entry, until none changes."""
         pending = dict.fromkeys(self._routines)
         while pending:
             key, _ = pending.popitem()
@@ -167,7 +171,7 @@ class Arrivals:
                 pending |= dict.fromkeys(self._callers[key])
 
     def _states(self, routine: _Routine) -> list[State]:
-        """The state at the begin of each block of a routine."""
+        """The state at the begin of each block of a routine, from its ``ENTRY``; empty if no way leads there."""
         graph = routine.graph
         states: list[State] = [{} for _ in graph.blocks]
         reached = [False] * len(states)
@@ -189,7 +193,7 @@ class Arrivals:
         return states
 
     def _behind(self, step: Step, state: State, routine: _Routine) -> State:
-        """The state behind a step; nothing where it never ends."""
+        """The state behind a step that begins in ``state``; empty if nothing goes on behind it."""
         if isinstance(step, Go):
             return LOST if step.unresolved_start or routine.graph.skips else {step.statement.key: NOTHING}
         if not isinstance(step, CallStep):
@@ -202,13 +206,13 @@ class Arrivals:
         return joined([returned(self._at(step, state, routine), exit_, step.keys) for exit_ in exits])
 
     def _at(self, step: Step, state: State, routine: _Routine) -> State:
-        """The state in which a step begins, where a handler may have repeated it from elsewhere."""
+        """The state in which a step begins: ``LOST`` if a handler may repeat it after the arm has moved."""
         graph = routine.graph
         again = routine.handled or (isinstance(step, CallStep) and _moves(step, self._routines))
         return LOST if state and (graph.retries or graph.skips) and again else state
 
     def _find_entries(self) -> Mapping[str, State]:
-        """Where the arm may stand when each routine is entered; notes the states before motions on the way."""
+        """The state in which each routine may be entered, by key; also fills ``_before`` for all motions."""
         calls: dict[str, list[tuple[str, State]]] = {}
         for key, routine in self._routines.items():
             for block, state in zip(routine.graph.blocks, routine.states, strict=True):
@@ -237,25 +241,25 @@ class Arrivals:
         return entries
 
     def _calls_elsewhere(self) -> bool:
-        """Whether anything is called that is in none of the files, or nobody knows which routine."""
+        """Whether some call may run a routine in none of the files, or any one of several routines."""
         calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, CallStep))
         return any(call.elsewhere or len(call.routines) != 1 for call in calls)
 
 
 def only(state: State) -> StatementKey | None:
-    """The one motion that arrives; None where there are several, or none, or the arm may come from anywhere."""
+    """The motion statement that is the last on every way; None if there are several or none, or it is not known."""
     key = next(iter(state), ANYWHERE)
     return key if len(state) == 1 and key != ANYWHERE else None
 
 
 def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
-    """All steps from a block on."""
+    """The steps of the blocks with index ``start`` and above, in the order of the blocks."""
     for block in graph.blocks[start:]:
         yield from block.steps
 
 
 def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
-    """Whether the arm may stand elsewhere behind a step."""
+    """Whether a step may move the arm: a motion, or a call of a routine that moves or is in no file."""
     if isinstance(step, CallStep):
         return step.elsewhere or any(key in routines and routines[key].moves for key in step.routines)
     return isinstance(step, Go)

@@ -22,14 +22,15 @@ class Constants:
     """Values of expressions in which nothing but constants of the text stand."""
 
     def __init__(self, program: Program) -> None:
+        """Take constants and record types from a program."""
         self.program = program
         self.records = known_records(program.modules)
 
     def value(self, routine: Routine, span: Span, hidden: frozenset[str]) -> Data | None:
-        """Value of an expression in a routine; None where anything else than constants decides it.
+        """Value of the expression at a span in a routine; None if anything else than constants of the text decides it.
 
         Args:
-            hidden: names of loop counters in force, lower case.
+            hidden: lower-case names of loop counters in force.
         """
         hidden |= {parameter.name for parameter in routine.parameters}
         scope = _Scope(self.program, self.records, (routine.module, routine.name), hidden)
@@ -39,12 +40,20 @@ class Constants:
             return None
 
     def truth(self, routine: Routine, span: Span, hidden: frozenset[str]) -> bool | None:
-        """Whether a condition holds; None where it is open."""
+        """Whether the condition at a span holds; None if more than constants decides it.
+
+        Args:
+            hidden: lower-case names of loop counters in force.
+        """
         value = self.value(routine, span, hidden)
         return value if isinstance(value, bool) else None
 
     def is_case(self, routine: Routine, subject: Span, cases: tuple[Span, ...], hidden: frozenset[str]) -> bool | None:
-        """Whether the subject of TEST is one of the values of a CASE; None where that is open."""
+        """Whether the TEST expression at ``subject`` equals one of the values at ``cases``; None if it is open.
+
+        Args:
+            hidden: lower-case names of loop counters in force.
+        """
         value, verdict = self.value(routine, subject, hidden), False
         for case in cases:
             other = self.value(routine, case, hidden)
@@ -55,7 +64,7 @@ class Constants:
 
 
 class _Scope:
-    """Names of constants."""
+    """The scope of an expression in which only constants have a value; everything else raises Unknown."""
 
     def __init__(
         self,
@@ -65,12 +74,22 @@ class _Scope:
         hidden: frozenset[str],
         depth: int = 0,
     ) -> None:
+        """Make the scope of an expression.
+
+        Args:
+            place: names of module and routine; hidden: lower-case names that are no constants; depth: of nested
+                constants.
+        """
         self.program, self.records, self.place, self.hidden, self.depth = program, records, place, hidden, depth
         self.reads: list[Unknown] = []
         self.noted: list[Unknown] = []
 
     def lookup(self, name: Name) -> Value:
-        """Value of a constant."""
+        """The value of a constant of a plain type (number, truth value, text).
+
+        Raises:
+            Unknown: the name means anything else.
+        """
         declared = None if name.name in self.hidden else self.program.declaration(name.name, *self.place)
         closed = declared is not None and declared.storage == "CONST" and declared.type.lower() in CLOSED_TYPES
         if declared is None or not closed or declared.init is None or declared.dims or self.depth > MOST_DEEP:
@@ -81,26 +100,30 @@ class _Scope:
         return Value(as_type(value.data, declared.type), declared.type)
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """None is known."""
+        """Always raise Unknown: elements of arrays do not count as constants."""
         raise Unknown(Kind.UNDECIDED)
 
     def call(self, call: Call) -> Value | None:
-        """None for the functions of the controller."""
+        """Return None, so that a built-in function is evaluated; raise Unknown for the program's own."""
         if self.program.routine(call.name, self.place[0]) is not None:
             raise Unknown(Kind.UNDECIDED)
         return None
 
     def present(self, name: str) -> bool:
-        """Open: any caller may give a parameter or not."""
+        """Always raise Unknown: some callers may pass the parameter, others not."""
         raise Unknown(Kind.UNDECIDED)
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """None is known."""
+        """Always raise Unknown: what an arm computes is no constant."""
         raise Unknown(Kind.UNDECIDED)
 
 
 def counted(first: float, last: float, step: float | None = None) -> list[float] | None:
-    """Values of the index of a FOR loop, counted in single precision; None where there are too many."""
+    """Values of the index of a FOR loop, counted in single precision; None if there are more than ``MAX_TURNS``.
+
+    Args:
+        step: by default 1, or -1 if ``last`` is less than ``first``.
+    """
     first, last = single(first), single(last)
     step = single(step) if step is not None else 1.0 if last >= first else -1.0
     turns: list[float] = []

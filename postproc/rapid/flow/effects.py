@@ -54,10 +54,11 @@ class StatementEffects:
     """Steps of statements of a program."""
 
     def __init__(self, program: Program, changes: WriteEffects) -> None:
+        """Take the program and its write effects."""
         self.program, self.changes = program, changes
 
     def steps(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """What a statement does, in the order in which it does it."""
+        """The steps (motion, write, call) of a statement in order, without the statements inside it."""
         yield from self.functions(statement, routine)
         if statement.kind == "call":
             motion = self.program.motions.get((routine.source.path, statement.span[0]))
@@ -71,7 +72,7 @@ class StatementEffects:
             yield LOSE
 
     def functions(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """What functions do that the statement's own expressions call."""
+        """At most one step: the call of functions in the statement's own expressions that may write data."""
         place = routine.source.path, statement.span
         own, unknown = self.changes.by_own.get(place, ()), self.changes.by_unknown.get(place)
         if not own and unknown is None:
@@ -80,6 +81,7 @@ class StatementEffects:
         yield CallStep(tuple(sorted({key for key, _ in own})), unknown is not None, keys)
 
     def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
+        """Steps of a motion statement: the motion, then the writes of a search or of the procedure that it starts."""
         roles, still = motion.roles, motion.interpolation == "none"
         if not still:
             yield Go(motion, "found" in roles)
@@ -87,6 +89,7 @@ class StatementEffects:
             yield from self._writes(statement, routine)
 
     def _writes(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        """A step with the keys that a statement may write; before it ``LOSE`` if code outside the files may run."""
         keys = self.changes.of_one(statement, routine)
         if UNSEEN in keys:
             yield LOSE
@@ -95,6 +98,7 @@ class StatementEffects:
             yield Write(keys)
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
+        """Step of a call that is no motion: the routines it may run, ``LOSE`` if the arm may be moved, or a write."""
         called, elsewhere = self.changes.called(statement, routine)
         keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
         if called:
@@ -106,8 +110,8 @@ class StatementEffects:
 
 
 def comes_back(trap: Routine, effects: StatementEffects) -> bool:
-    """Whether a trap leaves the arm where it found it: all that moves stands between ``StorePath`` and ``RestoPath``,
-    and ends where the arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
+    """Whether a trap leaves the arm where it was: all motions stand between ``StorePath`` and ``RestoPath``, and the
+    last goes to the place where the arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
     """
     stored, last = False, None
     for statement in trap.body:
@@ -123,7 +127,7 @@ def comes_back(trap: Routine, effects: StatementEffects) -> bool:
 
 
 def _goes_back(last: Statement | None, trap: Routine, effects: StatementEffects) -> bool:
-    """Whether a statement moves to where the arm stood; nothing moves where there is none."""
+    """Whether ``last``, the last motion, goes to a position read from the arm; True if there is no motion (None)."""
     motion = None if last is None else effects.program.motion(trap.source, last)
     if motion is None or "to" not in motion.roles:
         return last is None

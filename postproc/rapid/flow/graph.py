@@ -44,7 +44,7 @@ class Graph:
 
 
 def draw(routine: Routine, effects: StatementEffects, constants: Constants) -> Graph:
-    """The graph of a routine."""
+    """The flow graph of a routine's body and handlers."""
     return _Drawing(routine, effects, constants).graph
 
 
@@ -52,6 +52,7 @@ class _Drawing:
     """Draws a graph; ``now`` is the block that the next step comes to, None behind a statement that leaves."""
 
     def __init__(self, routine: Routine, effects: StatementEffects, constants: Constants) -> None:
+        """Draw the whole graph of a routine: its body from block 0 to ``EXIT``, then its handlers."""
         self.routine, self.effects, self.constants = routine, effects, constants
         self.graph = Graph([FlowBlock(), FlowBlock()])
         self.labels: dict[str, int] = {}
@@ -68,26 +69,29 @@ class _Drawing:
             self.leave(EXIT)
 
     def block(self) -> int:
-        """A new block."""
+        """Append an empty block to the graph and return its index."""
         self.graph.blocks.append(FlowBlock())
         return len(self.graph.blocks) - 1
 
     def leave(self, to: int) -> None:
-        """Go on at a block, and nowhere else."""
+        """Add an edge from the present block to block ``to``; no block is the present one afterwards."""
         if self.now is not None:
             self.graph.blocks[self.now].then.append(to)
         self.now = None
 
     def step(self, steps: Iterable[Step]) -> None:
+        """Append steps to the present block; without one (behind a jump or RETURN) they are dropped."""
         if self.now is not None:
             self.graph.blocks[self.now].steps += steps
 
     def body(self, statements: Sequence[Statement]) -> None:
+        """Add the statements to the graph; behind a jump, those without label or branches are skipped."""
         for statement in statements:
             if self.now is not None or statement.kind == "label" or statement.branches:
                 self.statement(statement)
 
     def statement(self, statement: Statement) -> None:
+        """Add one statement to the graph, with its blocks and edges if it branches, loops or jumps."""
         match statement.kind:
             case "if" | "test":
                 self.branches(statement)
@@ -111,12 +115,13 @@ class _Drawing:
                 self.step(self.effects.steps(statement, self.routine))
 
     def label(self, word: str) -> int:
+        """Index of the block that begins at this label (lower case), which is made when it is first asked for."""
         if word not in self.labels:
             self.labels[word] = self.block()
         return self.labels[word]
 
     def out(self, statement: Statement) -> None:
-        """RETRY and TRYNEXT go on in the body; behind RAISE, EXIT and ExitCycle nothing here goes on."""
+        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle: nothing follows it; its kind is noted as a flag."""
         text = self.routine.source.data[slice(*statement.span)].lower()
         self.graph.retries |= text.startswith(b"retry")
         self.graph.skips |= text.startswith(b"trynext")
@@ -124,7 +129,7 @@ class _Drawing:
         self.now = None
 
     def branches(self, statement: Statement) -> None:
-        """IF or TEST: each arm that is not ruled out."""
+        """Add IF or TEST with an edge to each arm that constants do not rule out."""
         self.step(self.effects.functions(statement, self.routine))
         start, behind = self.now, self.block()
         for branch in statement.branches:
@@ -144,6 +149,7 @@ class _Drawing:
         self.now = behind
 
     def verdict(self, statement: Statement, branch: Branch) -> bool | None:
+        """Whether constants decide that an arm is taken; True without conditions, None if they do not decide."""
         hidden = frozenset(self.counters)
         if not branch.conditions:
             return True
@@ -152,6 +158,7 @@ class _Drawing:
         return self.constants.is_case(self.routine, statement.parts[0], branch.conditions, hidden)
 
     def for_loop(self, loop: Statement) -> None:
+        """Add a FOR loop: its body may be skipped or repeated unless constants decide how often it runs."""
         self.step(self.effects.functions(loop, self.routine))
         bounds = [self.constants.value(self.routine, span, frozenset(self.counters)) for span in loop.parts]
         turns = _turns(bounds)
@@ -176,6 +183,7 @@ class _Drawing:
         self.now = behind
 
     def while_loop(self, loop: Statement) -> None:
+        """Add a WHILE loop: its body may be skipped or repeated unless constants decide its condition."""
         head, body, behind = self.block(), self.block(), self.block()
         self.leave(head)
         self.now = head
@@ -193,7 +201,7 @@ class _Drawing:
 
 
 def _turns(bounds: Sequence[Data | None]) -> int | None:
-    """How often a FOR loop runs: none, once, or twice and more often; None where that is open."""
+    """How often a FOR loop runs: 0, 1, or 2 for two turns and more; None if a bound (None) is not constant."""
     numbers = [bound for bound in bounds if isinstance(bound, float)]
     if len(numbers) < len(bounds):
         return None

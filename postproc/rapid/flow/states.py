@@ -26,7 +26,7 @@ REFERRED = "%*"  # some data that was handed over by reference
 
 
 def joined(states: Iterable[State]) -> State:
-    """What holds where ways meet; ``ANYWHERE`` takes in all else: a state only grows."""
+    """The state where ways meet: all their motions, each with all that may be written since; ``LOST`` if one is."""
     found: dict[StatementKey, Writes] = {}
     for state in states:
         if ANYWHERE in state:
@@ -40,27 +40,29 @@ def joined(states: Iterable[State]) -> State:
 
 
 def written(state: State, keys: Writes) -> State:
-    """A state behind something that may write data."""
+    """The state after data of these keys may have been written."""
     if not keys or ANYWHERE in state:
         return state
     return {key: since if keys <= since else bounded(since | keys) for key, since in state.items()}
 
 
 def bounded(writes: Writes) -> Writes:
-    """As it is, or ``ANYTHING`` where it is large."""
+    """The keys, or ``ANYTHING`` if there are more than ``MOST_WRITES``."""
     return ANYTHING if len(writes) > MOST_WRITES or "*" in writes else writes
 
 
 def entered(state: State) -> State:
-    """A state as a called routine finds it."""
+    """The caller's state as the called routine has it at its begin: parameters and counters are renamed."""
     return {key: bounded(_beyond(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
 
 
 def returned(before: State, exit_: State, keys: Writes) -> State:
-    """A state behind a call.
+    """The caller's state behind a call.
 
     Args:
-        exit_: of the called routine, see ``ENTRY``; keys: what the call may write, as the caller calls it.
+        before: the caller's state at the call.
+        exit_: state at the end of the called routine, in which ``ENTRY`` stands for where the arm was at the call.
+        keys: what the call may write, as the caller names it.
     """
     found: list[State] = []
     for key, writes in exit_.items():
@@ -77,7 +79,7 @@ def returned(before: State, exit_: State, keys: Writes) -> State:
 
 
 def substituted(state: State, entry: State) -> State:
-    """A state of a routine with what is known of where the arm stands when it is entered."""
+    """The state with ``ENTRY`` replaced by the state in which the routine is entered."""
     if ENTRY not in state:
         return state
     rest = {key: writes for key, writes in state.items() if key != ENTRY}
@@ -85,6 +87,6 @@ def substituted(state: State, entry: State) -> State:
 
 
 def _beyond(writes: Writes) -> Writes:
-    """Writes on the other side of a call: parameters and counters have other names there."""
+    """Keys on the other side of a call: parameters and loop counters become ``CALLED`` and ``REFERRED``."""
     here = frozenset(k for k in writes if k[0] not in "%#")
     return here | {CALLED, REFERRED} if any(k[0] == "%" for k in writes) else here | {CALLED}

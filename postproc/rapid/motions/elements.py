@@ -24,8 +24,11 @@ Choice = tuple[tuple[str, object, float], ...]
 
 
 def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, Memory]]:
-    """Every case of a statement whose targets are elements of arrays that nothing writes, with a memory in which the
-    numbers that choose them have their values; none where it is not that alone that is unknown.
+    """Every case of a motion statement whose targets are array elements of unknown index, in arrays nothing writes.
+
+    Returns:
+        For each combination of index values: the values, and a memory in which the indices have them. Empty if anything
+        else is unknown or there are more than ``MOST_ELEMENTS``.
     """
     arguments = [statement.argument(role) for role in ("to", "via")]
     try:
@@ -44,7 +47,7 @@ def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, M
 
 
 def _add_choosing(node: Index, memory: Memory, values: dict[str, range]) -> None:
-    """Add the unknown numbers in the indices of an element, each with the values that may choose one.
+    """Add to ``values`` the unknown numbers in the indices of an element, each with the range in which it may lie.
 
     Raises:
         Unknown: the array has no certain value.
@@ -59,10 +62,10 @@ def _add_choosing(node: Index, memory: Memory, values: dict[str, range]) -> None
 
 
 def _sizes(base: Expression, memory: Memory) -> list[int]:
-    """Numbers of elements along the dimensions of an array that nothing writes.
+    """Number of elements along each dimension of an array that nothing writes.
 
     Raises:
-        Unknown: it is anything else.
+        Unknown: the expression is anything else.
     """
     if isinstance(base, Name):
         bound = memory.frame.bindings.get(base.name)
@@ -80,6 +83,7 @@ def _sizes(base: Expression, memory: Memory) -> list[int]:
 
 
 def _known(name: Name, memory: Memory) -> bool:
+    """Whether the name has a value in this memory, certain or assumed."""
     try:
         memory.lookup(name)
     except Unknown:
@@ -88,6 +92,7 @@ def _known(name: Name, memory: Memory) -> bool:
 
 
 def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, Memory]]:
+    """Every combination of values of the numbers, with what memory now holds for them, and a memory with these."""
     held: list[object] = []
     for name in values:
         bound = memory.frame.bindings.get(name)
@@ -100,7 +105,7 @@ def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, M
 
 
 def _all_exist(indexed: Sequence[Index], memory: Memory) -> bool:
-    """Whether there are elements of these indices."""
+    """Whether all indices lie within their arrays in this memory."""
     for node in indexed:
         try:
             indices = [whole(evaluate(index, memory).data) for index in node.indices]

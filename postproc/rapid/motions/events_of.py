@@ -32,6 +32,7 @@ class EventMaker:
     """
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool) -> None:
+        """Make events of a program; findings are added to ``diagnostics``."""
         self.program = program
         self.named = named
         self.targets = Targets(named)
@@ -40,7 +41,11 @@ class EventMaker:
         self.last = Moment(_SET(AT_START))
 
     def event(self, statement: MotionStatement, memory: Memory, before: MotionEvent | None) -> MotionEvent:
-        """The event of one execution; ``before``: the one where the arm comes from, where that is one."""
+        """The event of one execution of a motion statement, with all values taken from ``memory`` as they are now.
+
+        Args:
+            before: the motion event from which the arm comes; None if that is not known or may be one of several.
+        """
         found: list[Diagnostic] = []
         reasons: list[Unknown] = []
         memory.noted.clear()
@@ -87,14 +92,17 @@ class EventMaker:
         )
 
     def moment(self, state: Mapping[str, Data]) -> Moment:
-        """What instructions have set so far; the same value as long as none sets anything."""
+        """The state of instructions by ``@`` key as a ``Moment``; the same object while no value changes."""
         now = _SET(state)
         if not all(map(is_, now, self.last.values)):
             self.last = Moment(now)
         return self.last
 
     def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
-        """What the program calls the target of the event before; None where that has no name or means another here."""
+        """The text by which the program names the target of the event ``before``, if it means that at ``here``, too.
+
+        None if that target has no name, or the name means something else at the statement ``here``.
+        """
         if before is None or not self.named:
             return None
         last, origin = before.statement, before.target_origin
@@ -111,7 +119,11 @@ class EventMaker:
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
-        """Target and circle point with their origins; without target where one of the two is not known."""
+        """Target, its origin, circle point and its origin; the target is None if one of the places is not known.
+
+        Args:
+            reasons: gets why they are not known; found: gets the findings about it.
+        """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles
         target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)

@@ -38,6 +38,7 @@ class Missing:
     """Collects findings about names without a value, along a program."""
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+        """Collect findings of a program in ``diagnostics``, with nothing reported yet."""
         self.program = program
         self.diagnostics = diagnostics
         self.reported: set[str] = set()
@@ -45,7 +46,11 @@ class Missing:
     def explain(
         self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
     ) -> None:
-        """Report why an argument has no value, where somebody can do something about it."""
+        """Report why an argument has no value if users can help it: an undeclared name, or numbers that are refused.
+
+        Args:
+            found: gets the finding, beside ``diagnostics``.
+        """
         if argument is None:
             return
         missing = None if error.missing is None else error.missing.lower()
@@ -59,7 +64,7 @@ class Missing:
             self._say_refused(error, argument, statement, found)
 
     def is_news(self, name: str) -> bool:
-        """Whether a name without a value is met for the first time."""
+        """Whether this name (any case) has not been reported before; it counts as reported afterwards."""
         news = name.lower() not in self.reported
         self.reported.add(name.lower())
         return news
@@ -67,7 +72,7 @@ class Missing:
     def _say_refused(
         self, error: Invalid, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
     ) -> None:
-        """Numbers with a typing error, where they stand: in a declaration or in the statement."""
+        """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement."""
         name = argument.text.split("{")[0].strip()
         declaration = self.program.declaration(name, statement.module, statement.routine)
         if declaration.type not in _RECORDS if declaration is not None else not argument.text.startswith("["):
@@ -83,7 +88,10 @@ class Missing:
         self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), found)
 
     def say_untimed(self, error: Unknown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
-        """A speed or zone that is not known: how the arm moves is a guess, where it goes is not."""
+        """Report RAP021 once for a speed or zone that is not known and the value that is taken instead.
+
+        The targets do not depend on it, only the timing of the motion.
+        """
         if not self.is_news(f"{argument.role} {argument.text}"):
             return
         as_if = "the speed of its statement" if argument.role == "weld" else f"{UNKNOWN_SPEED.v_tcp:g} mm/s"
@@ -97,7 +105,11 @@ class Missing:
         self._report(untold, found)
 
     def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
-        """What is taken for state that is not known and that no target depends on."""
+        """Report RAP022 once for VelSet, ConfL and ConfJ if their state is not known, with what is taken instead.
+
+        Args:
+            state: values by ``@`` key; found: gets the findings, beside ``diagnostics``.
+        """
         for key, assumed in _ASSUMED.items():
             value = state.get(key)
             if isinstance(value, Unknown) and key not in self.reported:
@@ -106,13 +118,16 @@ class Missing:
                 self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
 
     def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
+        """Add a finding to those of the statement (``found``) and to those of the program."""
         found.append(finding)
         self.diagnostics.append(finding)
 
 
 def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """Findings of a program that was followed, its routines that are in none of the files as one (RAP031), and that
-    only where something is not certain because of them.
+    """The findings with all RAP031 about routines in no file replaced by one, or none if no event has assumed values.
+
+    Args:
+        walked: findings of a program that was followed; events: its events.
     """
     unseen = [d for d in walked if d.matter is Matter.UNSEEN]
     found = [d for d in walked if d not in unseen]
@@ -128,10 +143,11 @@ def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) 
 
 
 def undeclared(what: str, name: str, source: Source, span: Span, meant: str) -> Diagnostic:
-    """A name whose value stands in none of the files.
+    """The finding RAP020 for a name whose value stands in none of the files.
 
     Args:
-        meant: the question for a misspelt name.
+        what: kind of data (tool, work object, target, data); an error for the first two, else a warning.
+        meant: "did you mean" question for a misspelt name, or empty.
     """
     severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
     give = (

@@ -29,6 +29,7 @@ class Moment:
     """
 
     def __init__(self, values: tuple[Data, ...]) -> None:
+        """Work out payload, displacement, speed and options from state values in the order of ``SETTERS``."""
         state = {key: without_causes(value) for key, value in zip(SETTERS, values, strict=True)}
         known = {key: None if causes or isinstance(value, Unknown) else value for key, (value, causes) in state.items()}
         self.values = values
@@ -50,14 +51,18 @@ class Moment:
         self._motions: dict[StatementShape, tuple[MotionSettings, InForce]] = {}  # the last of each shape
 
     def _or_else(self, known: tuple[Data, Causes], default: T, kind: Kind) -> tuple[T, Causes]:
-        """What an instruction has set, and why it is not certain; the default where it is not known."""
+        """The value of a state and why it is not certain; the default if it is Unknown, which is added to ``reasons``.
+
+        Args:
+            known: value and causes; kind: reason to add.
+        """
         if isinstance(known[0], Unknown):
             self.reasons.append(Unknown(kind, cause=known[0]))
             return default, ()
         return known
 
     def in_force(self, shape: StatementShape, settings: MotionSettings) -> InForce:
-        """What a motion of some shape runs with; the same value for all that run with the same."""
+        """Tool, frames, speed, load and state of a motion; one object for motions of equal shape and settings."""
         settled, found = self._motions.get(shape, (None, None))
         if found is None or not (settled is settings or settled == settings):
             found = self._with(settings, fixed_axes=FIXED_AXES in shape.roles)
@@ -65,6 +70,11 @@ class Moment:
         return found
 
     def _with(self, settings: MotionSettings, fixed_axes: bool) -> InForce:
+        r"""Settings joined with the state; ``\TLoad`` above 1 g replaces the tool's load and removes the payload.
+
+        Args:
+            fixed_axes: the motion ignores the offset of external axes (``\NoEOffs``).
+        """
         tool, gripload, total = settings.tool, self.gripload, settings.total
         if total is not None and total.mass > NO_MASS:
             tool, gripload = replace(tool, tload=total), LoadData()

@@ -33,6 +33,7 @@ class Recorder:
     """
 
     def __init__(self, maker: EventMaker) -> None:
+        """Start without events; ``maker`` makes each of them."""
         self.maker = maker
         self.events: list[MotionEvent] = []
         self.last = NOWHERE
@@ -46,7 +47,11 @@ class Recorder:
         self.only_new = False
 
     def move(self, statement: MotionStatement, memory: Memory) -> int:
-        """One execution; how many events it takes beyond the first."""
+        """Record one execution of a motion statement.
+
+        Returns:
+            How many events it takes beyond the first; 0 also if nothing is recorded (a trial, or not new).
+        """
         if memory.trial or (memory.returning and memory.ends <= LOST):
             return 0
         more = self._go(statement, memory)
@@ -55,6 +60,13 @@ class Recorder:
         return more
 
     def _go(self, statement: MotionStatement, memory: Memory) -> int:
+        """Record one execution, or one to each element that an unknown index may choose.
+
+        With ``only_new`` nothing is recorded for a statement with an event to this target.
+
+        Returns:
+            How many events it takes beyond the first.
+        """
         new, supposed = statement.key not in self.visited, memory.frame.supposed
         self.visited.add(statement.key)
         if not new and self.only_new:
@@ -81,11 +93,11 @@ class Recorder:
         return self._add(event, memory)
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
-        """The event after which the arm stands, where that is the last one."""
+        """The last event, if it is the only one after which the arm may stand; else None."""
         return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
-        """Add an event; how many it takes beyond the first."""
+        """Append an event, once per way by which the arm comes; returns how many events that takes beyond the first."""
         statement = event.statement
         events, before = self.events, len(self.events)
         memory.ends = self.go(event, memory.ends)
@@ -97,9 +109,12 @@ class Recorder:
         return len(events) - before - 1
 
     def _each(self, statement: MotionStatement, cases: Sequence[tuple[Choice, Memory]], memory: Memory) -> int:
-        """One execution to each of the elements that may be meant; how many events it takes beyond the first.
+        """Record an execution for each element that may be meant; returns how many events it takes beyond the first.
 
-        Where the motion before went by the same numbers, each case goes on from its own place.
+        If the motion before chose by the same numbers, each case goes on from the place of its own case.
+
+        Args:
+            cases: index values and memory of each element, from ``elements``.
         """
         begin, before = memory.ends, len(self.events)
         last = {} if begin <= LOST else self.cases.get(self.events[self.last].statement.key, {})
@@ -122,7 +137,10 @@ class Recorder:
         return max(0, len(self.events) - before - 1)
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
-        """The first event in which the statement went where it goes now; its first one where no target tells."""
+        """Index of the first event in which the statement went to its present target; None if it has not gone there.
+
+        Index of its first event at all if no robtarget tells executions apart.
+        """
         first = self.first[statement.key]
         known = self.events[first].target
         if "to" not in statement.roles or not isinstance(known, RobTarget):
@@ -133,8 +151,9 @@ class Recorder:
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None
 
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
-        """Ends of some ways together; of very many those alone that a motion after them tells from all: two at each of
-        the last places (see ``go``), and ``NOWHERE``.
+        """Indices of the events after one of which the arm stands where ways meet: the union of theirs.
+
+        Of more than ``MOST_KEPT`` only two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
         """
         found = ends[0].union(*ends[1:])
         if len(found) <= MOST_KEPT:
@@ -150,9 +169,12 @@ class Recorder:
         return frozenset(kept)
 
     def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
-        """Add a motion once for every way that leads to it; where the arm stands then.
+        """Append a motion once for every way that leads to it; returns the indices after which the arm then stands.
 
-        On a way other than from the event before, the arm first stands ``resumes_from`` where that way has brought it.
+        On a way other than from the event before, an event with ``resumes_from`` first puts the arm where that way led.
+
+        Args:
+            ends: indices of the events after one of which the arm stands now.
         """
         if _still(event):
             self.events.append(event)
@@ -165,6 +187,7 @@ class Recorder:
         return frozenset({self.last})
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
+        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come."""
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
@@ -179,12 +202,15 @@ class Recorder:
 
 
 def reached(event: MotionEvent) -> tuple[object, ...]:
-    """Where an event brings the arm, with what, and by which statement."""
+    """What tells the places apart to which events bring the arm: statement, target, tool, frames and load.
+
+    An event without a known target is a place of its own.
+    """
     if event.reason is not None or event.target is None:
         return (id(event),)
     return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)
 
 
 def _still(event: MotionEvent) -> bool:
-    """The arm stays where it is."""
+    """Whether the event, whose values are known, does not move the arm (interpolation ``none``)."""
     return event.statement.interpolation == "none" and event.reason is None

@@ -19,12 +19,11 @@ NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
-    """Numbers that tell where this execution goes, as RAPID may write them behind its target, with their values.
+    """Numbers, by RAPID expressions that may be written behind the target, that tell this execution from others.
 
-    They are variables, parameters and loop indices of type num at hand, what the statement's ``Offs`` or ``RelTool``
-    displaces by, the coordinates of the variable that is its target or is displaced, of its work object and of the
-    program displacement. There are none where one execution goes where the other does; of an element of an array its
-    coordinates alone tell that.
+    They are num variables, parameters and loop indices at hand, the amounts of ``Offs`` or ``RelTool``, the coordinates
+    of the target's variable, of its work object and of the program displacement. For an array element they are its
+    coordinates alone; there are none if all executions go to one place.
     """
     frames = [*_frames(statement, memory)]
     terms: list[Term] = []
@@ -68,6 +67,7 @@ def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
 
 
 def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
+    """Parameters, loop indices and num variables named in the statement or bound in its routine, as terms."""
     for word in sorted(identifiers(statement.source.data[slice(*statement.span)]) | memory.frame.bindings.keys()):
         bound = memory.frame.bindings.get(word)
         declaration = memory.find(word) if bound is None else None
@@ -78,6 +78,11 @@ def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
 
 
 def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
+    """Numbers that place a target expression, as terms (RAPID text, tree): amounts of Offs and RelTool, coordinates.
+
+    Args:
+        data: text in which the tree's spans count.
+    """
     text = data[slice(*tree.span)].decode("latin-1")
     match tree:
         case Call(_, "offs" | "reltool", (base, *amounts), options):
@@ -93,6 +98,6 @@ def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
 
 
 def _harmless(tree: Expression, text: str, memory: Memory) -> bool:
-    """Whether an expression may be written a second time: on one line, and no routine of the program runs twice."""
+    """Whether an expression may be evaluated a second time: it is on one line and calls no routine of the program."""
     routines = (memory.program.routine(name, memory.frame.routine.module) for name in names_in(tree))
     return "\n" not in text and "!" not in text and not any(routines)

@@ -18,7 +18,7 @@ FRAMED = frozenset({"tooldata", "wobjdata"})
 
 
 def rough_frames(program: Program) -> Iterator[Diagnostic]:
-    """RAP025 at every tool and work object whose quaternions have to be stretched by more than rounding."""
+    """Report RAP025 for every quaternion in a tool or work object whose length differs from 1 by more than rounding."""
     for declaration in program.declarations:
         if declaration.type.lower() in FRAMED and declaration.init is not None:
             try:
@@ -33,7 +33,7 @@ def rough_frames(program: Program) -> Iterator[Diagnostic]:
 
 
 def _quaternions(tree: Expression) -> Iterator[Aggregate]:
-    """Aggregates of four numbers inside an aggregate."""
+    """All aggregates of four literal numbers in an expression, itself included."""
     if isinstance(tree, Aggregate):
         if len(tree.items) == 4 and all(isinstance(item, Number) for item in tree.items):
             yield tree
@@ -42,12 +42,13 @@ def _quaternions(tree: Expression) -> Iterator[Aggregate]:
 
 
 def _rough(what: str, length: float, source: Source, span: Span) -> Diagnostic:
+    """The finding RAP025: the quaternion of ``what`` at this span has this length, not 1, and is scaled to 1."""
     text = f"{what} is no unit quaternion: its length is {length:.4g}, and it is scaled to 1"
     return Diagnostic("RAP025", "warning", text, source, span, "look for a typing error: a wrong digit turns the torch")
 
 
 def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
-    """RAP025 at every target of the events whose quaternion has to be stretched by more than rounding."""
+    """Report RAP025, once per place in the text, for every target whose quaternion is too far from length 1."""
     seen: set[tuple[str, int]] = set()
     for event in events:
         for origin in (event.target_origin, event.via_origin):

@@ -42,6 +42,7 @@ class SettingsReader:
     """Reads settings; values of names that cannot change are read once."""
 
     def __init__(self, program: Program, missing: Missing) -> None:
+        """Start with nothing read; names without a value are reported to ``missing``."""
         self.program = program
         self.missing = missing
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
@@ -50,7 +51,12 @@ class SettingsReader:
     def read(
         self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> MotionSettings:
-        """The data a statement names beside its target; remembered by its shape if they cannot change."""
+        """Tool, work object, speed, zone, duration, load and weld of a motion; kept by its shape if they cannot
+        change.
+
+        Args:
+            reasons: gets why some of them have no value; found: gets the findings about it.
+        """
         shape, routine = statement.shape, memory.frame.routine
         lasting = shape.words.isdisjoint(memory.frame.varying())
         if lasting and shape in self.settled:
@@ -59,6 +65,12 @@ class SettingsReader:
         count = len(reasons)
 
         def known(role: str, convert: Callable[[str, Data], T], default: T, times: bool = False) -> T:
+            """The converted value of the argument with this role; the default if there is none or it has no value.
+
+            Args:
+                times: only the timing depends on it, so that a missing value is reported but no reason to skip the
+                    statement.
+            """
             argument = arguments.get(role)
             if argument is None or (role.startswith("\\") and not passed_on(argument.span, memory)):
                 return default
@@ -92,7 +104,14 @@ class SettingsReader:
         return settings
 
     def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
-        """Value of an argument, remembered if the name it consists of cannot change."""
+        """The converted value of an argument; kept for the next time if it is a name whose value cannot change.
+
+        Args:
+            convert: makes it from name and data.
+
+        Raises:
+            Unknown: it has no value, or one of another type.
+        """
         routine = memory.frame.routine
         key = (argument.role, argument.text, routine.module, routine.name)
         low = argument.text.strip().lower()
@@ -111,7 +130,7 @@ class SettingsReader:
         return result
 
     def name(self, value: Value, argument: Argument) -> str:
-        """Name of the declared data behind an argument, as it is declared."""
+        """Declared name of the data or element that an argument's value comes from; else the argument's text."""
         if value.declaration is None:
             return argument.text.strip()
         declared = self.program.names[value.declaration]
@@ -120,7 +139,11 @@ class SettingsReader:
         return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
 
     def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
-        """Phase of the seam and the speed while welding: the first number of welddata."""
+        """Phase of the seam and welding speed [mm/s], the first number of welddata; None if it does not weld.
+
+        Args:
+            found: gets the finding if the speed is not known.
+        """
         signature = statement.signature
         if not signature.phase:
             return None
@@ -137,16 +160,19 @@ class SettingsReader:
 
 
 def _data(convert: Callable[[Data], T]) -> Callable[[str, Data], T]:
+    """A converter of data alone as a converter of name and data."""
     return lambda name, data: convert(data)
 
 
 def _number(name: str, data: Data) -> float | None:
+    """The data as a float; raises Unknown if it is no number."""
     if isinstance(data, bool) or not isinstance(data, (int, float)):
         raise Unknown(Kind.NO_NUMBER, name)
     return float(data)
 
 
 def _first(name: str, data: Data) -> float | None:
+    """The first number of a record if it is positive, else None."""
     if isinstance(data, tuple) and data and isinstance(data[0], float) and data[0] > 0:
         return data[0]
     return None

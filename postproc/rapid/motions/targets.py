@@ -30,11 +30,12 @@ class Targets:
     """
 
     def __init__(self, rooted: bool) -> None:
+        """Start with nothing read; ``rooted``: also find the target that Offs, RelTool or the like displaces."""
         self.rooted = rooted
         self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
 
     def robtarget(self, source: Source, span: Span, memory: Memory) -> tuple[RobTarget | Unknown, Origin]:
-        """Value (or why there is none) and origin of a robtarget argument."""
+        """The robtarget (or why there is none, as Unknown) at a byte span, and the origin of its value."""
         try:
             literal = read_literal_target(source, *span) if source.data[span[0] : span[0] + 1] == b"[" else None
             if literal is not None:
@@ -60,11 +61,12 @@ class Targets:
             return error.kept(), _runtime(declaration)
 
     def _root(self, tree: Expression, target: RobTarget, memory: Memory) -> Root | None:
-        """What ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace; None
-        where another function is among them.
+        """The target that a nest of ``Offs``, ``RelTool`` and functions that only displace their argument starts from.
+
+        None if any other function is in it.
 
         Args:
-            target: value of the tree; memory: as it was before.
+            target: value of the whole expression ``tree``; memory: as it was before that was evaluated.
         """
         lever: Vec3 = (0.0, 0.0, 0.0)
         origin = Origin("expression")
@@ -87,6 +89,11 @@ class Targets:
         return Root(target, origin, lever)
 
     def _of_value(self, value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        """The robtarget that a value is, and its origin: a declaration, an argument handed over, or an expression.
+
+        Raises:
+            Unknown: the value is no robtarget.
+        """
         handed = value.handed
         if value.declaration is None:
             written = read_literal_target(handed.source, *handed.span) if handed is not None else None
@@ -97,6 +104,11 @@ class Targets:
         return target, origin if handed is None else replace(origin, handed=handed)
 
     def _declared(self, name: str, at: tuple[int, ...], value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        """The robtarget of declared data, read from its literal numbers or converted from ``value``, and its origin.
+
+        Args:
+            name: key of the declaration; at: indices of the part, from 1, () for all of it.
+        """
         done = self.declared.get((name, at))
         if done is None:
             declaration = memory.program.names[name]
@@ -109,7 +121,7 @@ class Targets:
     def _written(
         self, declaration: Declaration, at: tuple[int, ...], memory: Memory
     ) -> tuple[RobTarget, Origin] | None:
-        """The target that stands as numbers in a declaration, or in a part of it."""
+        """The target and its origin, if the declaration, or its part ``at``, is literal numbers; else None."""
         span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         if literal is None:
@@ -119,7 +131,7 @@ class Targets:
         return found
 
     def jointtarget(self, source: Source, span: Span, memory: Memory) -> tuple[JointTarget | Unknown, Origin]:
-        """Value (or why there is none) and origin of a jointtarget argument."""
+        """The jointtarget (or why there is none, as Unknown) at a byte span, and the origin of its value."""
         declaration = None
         try:
             tree = read_whole_expression(source.data, *span, "the target")
@@ -137,7 +149,7 @@ class Targets:
 
 
 def _named(tree: Expression, memory: Memory) -> Declaration | None:
-    """The declaration behind a plain name or an element of it; None for parameters."""
+    """The declaration that a name, or the array of an element, means; also by reference; else None."""
     base = tree.base if isinstance(tree, Index) else tree
     if not isinstance(base, Name):
         return None
@@ -151,7 +163,10 @@ _TRIED = Pose((7.0, -11.0, 13.0), about(0, 2.0))  # any move tells one that disp
 
 
 def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarget, memory: Memory) -> bool:
-    """Whether a function of the program moves and turns as its first argument does, tried out with another value.
+    """Whether a function of the program displaces its first argument and does no more: tried with a moved argument.
+
+    Args:
+        inner: the first argument; before: its value; after: the function's result for it.
 
     Raises:
         Unknown: with another value it has no result.
@@ -171,6 +186,7 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
 
 
 def _runtime(declaration: Declaration | None) -> Origin:
+    """An origin for a value known only at run time, with the declaration that the argument names, if any."""
     if declaration is None:
         return RUNTIME
     return Origin("runtime", None, declaration.key, declaration.storage)

@@ -66,13 +66,13 @@ def target_matrix(event: MotionEvent) -> Array:
 
 
 def via_matrix(event: MotionEvent) -> Array:
-    """As ``target_matrix``, for the circle point that the event has."""
+    """``T_frame_tcp`` (4, 4) [m] of the circle point, which the event must have; frames as in ``target_matrix``."""
     assert event.via is not None
     return object_matrix(event.wobj, event.displacement) @ pose_matrix(event.via.trans, event.via.rot)
 
 
 def target_matrices(events: Sequence[MotionEvent]) -> Array:
-    """``target_matrix`` of many events at once, (n, 4, 4) [m].
+    """``T_frame_tcp`` (n, 4, 4) [m] of the targets of events; ``T_tool0_tcp`` where the robot holds the work object.
 
     Raises:
         ValueError: an event has no robtarget.
@@ -84,6 +84,11 @@ def target_matrices(events: Sequence[MotionEvent]) -> Array:
 
 
 def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
+    """The target of each event in order.
+
+    Raises:
+        ValueError: one of them is no robtarget.
+    """
     targets = [event.target for event in events if isinstance(event.target, RobTarget)]
     if len(targets) < len(events):
         raise ValueError("the event has no robtarget")
@@ -91,7 +96,7 @@ def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
 
 
 def object_matrices(events: Sequence[MotionEvent]) -> Array:
-    """``object_matrix`` of many events at once, (n, 4, 4) [m]."""
+    """``T_frame_object`` (n, 4, 4) [m] of events, with the program displacement; ``T_tool0_object`` of held objects."""
     every = [event.in_force for event in events]
     row = {now: i for i, now in enumerate(dict.fromkeys(every))}
     return np.stack([object_matrix(now.wobj, now.displacement) for now in row])[[row[now] for now in every]]

@@ -19,7 +19,9 @@ SETTING = "wrist_in_joints"
 
 
 def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    r"""The events with the setting where a line or arc needs it, of programs that use it somewhere.
+    r"""The events, with ``SingArea\Wrist`` switched on where a line or arc would change the sign of axis 5.
+
+    Nothing changes in a program that never switches it on.
 
     Returns:
         The events, and RAP026 at each statement for which it is assumed.
@@ -42,7 +44,7 @@ def assume_wrist(events: Sequence[MotionEvent]) -> tuple[list[MotionEvent], list
 
 
 def _flips(before: MotionEvent, event: MotionEvent) -> bool:
-    """Whether the ends of a line or arc, whose configurations count, state different signs of axis 5."""
+    """Whether a line or arc, monitored by ConfL, has ends whose configurations state different signs of axis 5."""
     in_space = event.statement.interpolation in ("line", "arc") and not event.first and event.resumes_from is None
     if not in_space or not all(e.options.get("conf_l") is not False for e in (before, event)):
         return False

@@ -15,10 +15,14 @@ Piece = tuple[str, Span, Span]
 
 
 def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
-    r"""Arguments of the statement that goes on at ``start``, behind its name, and ends before ``end``, `;` or not.
+    r"""The arguments of a statement, in the order of the text.
+
+    Args:
+        data: bytes of the file; start: offset behind the instruction's name; end: of the statement, ``;`` included or
+            not.
 
     Returns:
-        For each: ``\name`` of an optional argument or nothing, span of the expression, span of the whole argument.
+        For each: ``\name`` of an optional argument or an empty text, span of the expression, span of the argument.
     """
     found: list[Piece] = []
     end -= data[end - 1 : end] == b";"
@@ -53,14 +57,18 @@ class MotionReader:
     """Reads the motion statements of one file; what stands beside the targets once for all that read alike."""
 
     def __init__(self, source: Source) -> None:
+        """Start without shapes; all statements are read from this file."""
         self.source = source
         self.shapes: dict[tuple[object, ...], StatementShape] = {}
         self.ends: dict[tuple[int, ...], tuple[int, ...]] = {}  # one tuple for all that are equal
 
     def read(self, span: Span, word: str, module: str, routine: str) -> MotionStatement:
-        """The motion statement at ``span`` of an instruction of ``SIGNATURES``.
+        """The motion statement at ``span``, whose instruction is in ``SIGNATURES``.
 
         Positional arguments beyond the signature get the role ``extra``.
+
+        Args:
+            word: the instruction in lower case; module, routine: names of where it stands.
         """
         signature = SIGNATURES[word]
         data, start = self.source.data, span[0]
@@ -85,7 +93,11 @@ class MotionReader:
 
 
 def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
-    """Arguments with their places as ``StatementShape`` counts them, from targets that end at ``ends``."""
+    """The arguments with spans relative to the end of the target before each (or to ``start``, that of the statement).
+
+    Args:
+        ends: where the targets end, counted from ``start``.
+    """
     found = []
     for i, (name, span, whole) in enumerate(pieces):
         before, behind = (start + (0, *ends)[min(k, len(ends))] for k in (i, i + 1))
@@ -96,7 +108,11 @@ def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[P
 def _shape(
     signature: Signature, home: tuple[str, str], names: frozenset[str], counted: Sequence[Piece]
 ) -> StatementShape:
-    """What statements share that have these arguments, in a module and a routine of these names."""
+    """The common shape of statements with these arguments, with the role of each argument by the signature.
+
+    Args:
+        home: names of module and routine; names: words beside the targets; counted: arguments with relative spans.
+    """
     count = len([1 for name, _, _ in counted if not name])
     given = signature.older if signature.older and count == len(signature.older) else signature.roles
     rest = iter(given)

@@ -42,14 +42,17 @@ _NO_PLACE = re.compile(rb"(?i)\.\s*(?:extax|robconf)\b")
 
 
 def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:
-    """Calls of functions that may write data in a file: the program's own, and those that are in none of the files."""
+    """A pattern that matches calls in this file of functions that may write data; None if there is none.
+
+    They are the program's own functions and those in none of the files, without the controller's that only read.
+    """
     names = {name.lower() for name in _CALLED.findall(source.data)} - {name.encode() for name in READING}
     kinds = {r.name.lower().encode("latin-1"): r.kind for r in program.all_routines()}
     return _calls_of({name for name in names if kinds.get(name, "FUNC") == "FUNC"})
 
 
 def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
-    """Calls of some functions in a statement's own expressions: name and span of the arguments."""
+    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions."""
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
             continue
@@ -64,10 +67,13 @@ def acting_functions(
     changed: Mapping[str, Set[str]],
     calls: Mapping[str, Set[tuple[str, tuple[tuple[str, str], ...]]]],
 ) -> re.Pattern[bytes] | None:
-    """Calls of the program's functions that do more than calculate: they wait, set a signal, move, write data.
+    """A pattern that matches calls of the program's functions that do more than calculate; None if there is none.
+
+    They wait, set a signal, move the arm or write data, or call a routine that does.
 
     Args:
-        routines: by key; changed: keys that each changes; calls: what each calls (see ``WriteEffects``).
+        routines: by key; changed: keys of the data that each changes.
+        calls: by key of each routine, the routines that it calls, with data passed by reference.
     """
     names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
     acting = set()
@@ -84,12 +90,13 @@ def acting_functions(
 
 
 def _calls_of(names: Set[bytes]) -> re.Pattern[bytes] | None:
+    """A pattern, blind to case, of a call of one of these functions up to its parenthesis; None without names."""
     words = b"|".join(map(re.escape, sorted(names)))
     return re.compile(rb"(?<![\w\x80-\xff.])(" + words + rb")\s*\(", re.IGNORECASE) if names else None
 
 
 def _expressions(statement: Statement) -> Iterator[Span]:
-    """Where a statement's own expressions stand; a call with all of its arguments."""
+    """Spans of a statement's own expressions; of a call everything behind its name."""
     if statement.kind == "call":
         yield statement.span[0] + len(statement.word), statement.span[1]
     yield from statement.parts
@@ -98,7 +105,7 @@ def _expressions(statement: Statement) -> Iterator[Span]:
 
 
 def _closings(text: bytes) -> dict[int, int]:
-    """Where each parenthesis closes that is closed, by where it opens."""
+    """Offset of the closing parenthesis by the offset of its opening one; those that are not closed are missing."""
     found: dict[int, int] = {}
     opened: list[int] = []
     for mark in re.finditer(rb"[()]", text):
@@ -110,9 +117,9 @@ def _closings(text: bytes) -> dict[int, int]:
 
 
 def measured_places(program: Program) -> frozenset[str]:
-    """Keys of data that is assigned what CRobT, CPos or CJointT give or what a search finds, or from such data.
+    """Keys of data that may hold where the arm stands: from CRobT, CPos, CJointT or a search, or copied from such.
 
-    A routine that reads the position may hand it on: to what it is called with, and where its value is assigned.
+    A routine that reads the position may pass it on: to the data in its call, and to where its value is assigned.
     """
     routines = list(program.all_routines())
     reading = {r.name.lower() for r in routines if _READS_POSITION.search(r.source.data, *r.span)}
@@ -142,7 +149,10 @@ def measured_places(program: Program) -> frozenset[str]:
 
 
 def _written(statement: Statement, routine: Routine, program: Program) -> tuple[set[str], bytes]:
-    """Names of the data that a statement may write, and the text that its value comes from."""
+    """Lower-case names of the data that a statement may write, and the text from which the value comes.
+
+    Both are empty for statements other than assignments and calls of the program's routines.
+    """
     data = routine.source.data
     if statement.kind == "assign":
         if _NO_PLACE.search(data, *statement.parts[0]):
@@ -155,6 +165,6 @@ def _written(statement: Statement, routine: Routine, program: Program) -> tuple[
 
 
 def _keys(names: set[str], routine: Routine, program: Program) -> set[str]:
-    """Keys of the data that names mean in a routine."""
+    """Keys of the declared data that these names mean inside a routine; undeclared names are dropped."""
     declared = (program.declaration(name, routine.module, routine.name) for name in names)
     return {declaration.key for declaration in declared if declaration is not None}

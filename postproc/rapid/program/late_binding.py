@@ -33,7 +33,11 @@ class LateCall:
 
 
 def late_call(statement: Statement, data: bytes, program: Program, module: str) -> LateCall | None:
-    """The call by name that a statement is, if it is one."""
+    """The call by name (``%name%`` or ``CallByVar``) that a statement is; None if it is any other statement.
+
+    Args:
+        data: bytes of its file; module: name of the module in which it stands.
+    """
     start, end = statement.span
     if statement.kind != "call" or statement.word not in ("%", "callbyvar"):
         return None
@@ -53,7 +57,7 @@ def late_call(statement: Statement, data: bytes, program: Program, module: str) 
 
 
 def text_template(expression: bytes) -> Template:
-    """The template of an expression of type string: literals in quotes, None between them."""
+    """The template of a string expression: its literals in lower case, None for each part computed at run time."""
     parts: list[str | None] = []
     for i, part in enumerate(TEXT.split(expression)):  # every other part is outside quotes: it is worked out
         if i % 2:
@@ -64,7 +68,7 @@ def text_template(expression: bytes) -> Template:
 
 
 def _joined(parts: Sequence[str | None]) -> Template:
-    """Neighbouring literals as one; of a name in a module (``module:name``) the name."""
+    """The template with neighbouring literals joined, and without a module's name in front (``module:name``)."""
     joined: list[str | None] = []
     for part in parts:
         if part is not None and ":" in part:
@@ -77,7 +81,7 @@ def _joined(parts: Sequence[str | None]) -> Template:
 
 
 def may_be(template: Template, name: str) -> bool:
-    """Whether a text of a template may be a name; costs no more than reading the name once for each literal."""
+    """Whether a name (any case) fits a template, in which None stands for any text; takes linear time per literal."""
     name, at, free = name.lower(), 0, False
     for i, part in enumerate(template):
         if part is None:

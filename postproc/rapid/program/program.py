@@ -65,7 +65,7 @@ class Program:
     elsewhere: Elsewhere = Elsewhere()
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
-        """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
+        """The data that ``name`` (any case) means inside a routine: its own, the module's, the task's, or None."""
         low, where = name.lower(), module.lower()
         return (
             (self.names.get(f"{where}.{routine.lower()}.{low}") if routine else None)
@@ -74,12 +74,12 @@ class Program:
         )
 
     def routine(self, name: str, module: str = "") -> Routine | None:
-        """The routine that ``name`` means inside a module."""
+        """The routine that ``name`` (any case) means inside a module; None if the program has none."""
         low = name.lower()
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
     def hides(self, name: str, module: str, routine: str) -> bool:
-        """Whether a name means something of the program's own inside a routine, or in a module: no built-in."""
+        """Whether the program gives the name a meaning in this routine or module, so that it is no built-in there."""
         inside = self.routine(routine, module) if routine else None
         own = () if inside is None else names_of(inside)
         return (
@@ -89,7 +89,7 @@ class Program:
         )
 
     def place(self, source: Source, offset: int) -> tuple[str, str]:
-        """Names of the module and the routine at a byte of a file; empty outside of them."""
+        """Names of the module and the routine that contain this byte of a file; empty where it lies outside of them."""
         for module in self.modules:
             if module.source.path == source.path and module.span[0] <= offset < module.span[1]:
                 inside = (r.name for r in module.routines if r.span[0] <= offset < r.span[1])
@@ -97,7 +97,7 @@ class Program:
         return "", ""
 
     def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
-        """The motion statement that a statement of a file is; None for any other."""
+        """The motion statement that this statement of a file is; None if it is no motion."""
         return self.motions.get((source.path, statement.span[0]))
 
     def all_routines(self) -> Iterator[Routine]:
@@ -107,17 +107,17 @@ class Program:
 
 
 def is_shared(declared: Declaration) -> bool:
-    """Whether data is one object in all tasks of a controller that declare its name and type."""
+    """Whether data is one object in all tasks of a controller that declare its name and type: global PERS data."""
     return declared.storage == "PERS" and not declared.scope and not declared.routine
 
 
 def named(declared: Declaration) -> tuple[str, str]:
-    """Name and type of data, in lower case."""
+    """Name and type of data, both in lower case, by which tasks share it."""
     return declared.name.lower(), declared.type.lower()
 
 
 def names_of(routine: Routine) -> frozenset[str]:
-    """What a routine itself gives a name, lower case: parameters, data, labels, loop variables."""
+    """Lower-case names that a routine itself declares: parameters, data, labels and loop variables."""
     given = [parameter.name for parameter in routine.parameters]
     given += [declared.name for declared in routine.declarations]
     given += [s.word for s in statements_of(routine) if s.kind in ("label", "for")]
@@ -145,12 +145,12 @@ def statements_of(routine: Routine) -> Sequence[Statement]:
 
 
 def is_encrypted(data: bytes) -> bool:
-    """Whether a module is stored encrypted: a first byte that no text begins with, and control bytes behind it."""
+    """Whether a file is an encrypted module: its first byte begins no text, and control bytes follow."""
     return data[:1] >= b"\xf8" and not is_utf16(data) and any(byte < 9 for byte in data[:256])
 
 
 def is_utf16(data: bytes) -> bool:
-    """Whether bytes are UTF-16 text."""
+    """Whether bytes are UTF-16 text: a byte order mark, and zeros in at least a third of the next 64 bytes."""
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
@@ -160,12 +160,12 @@ def read_program(
     arm: ControllerArm | None = None,
     elsewhere: Elsewhere = Elsewhere(),
 ) -> Program:
-    """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
+    """Read the files of one task; nothing is raised, findings are collected in ``diagnostics``.
 
     Args:
         taught: names of data that calibration routines set to the value in the text, as the user states.
-        arm: that runs it.
-        elsewhere: what other tasks of its controller have of its data.
+        arm: the arm that runs the program, for functions that need its kinematics.
+        elsewhere: data of this task that other tasks of its controller share or write.
     """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
@@ -188,7 +188,11 @@ def read_program(
 
 
 def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
-    """The same program with other text in its files, by path."""
+    """Read the program again with the same settings from other contents of its files.
+
+    Args:
+        text: new bytes of each file, by path.
+    """
     files = [replace(source, data=text[source.path]) for source in program.sources]
     return read_program(files, program.taught, program.arm, program.elsewhere)
 
@@ -196,7 +200,11 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
 def _read_motions(
     modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
 ) -> dict[StatementKey, MotionStatement]:
-    """The motion statements of all files, by their key."""
+    """The motion statements of all files by their key; calls of a user's routine with such a name are none.
+
+    Args:
+        routines: by lower-case (module, name).
+    """
     motions: dict[StatementKey, MotionStatement] = {}
     for module in modules:
         reader = MotionReader(module.source)
@@ -211,12 +219,13 @@ def _read_motions(
 
 
 def _in_text_order(motions: Mapping[StatementKey, MotionStatement]) -> tuple[MotionStatement, ...]:
-    """File by file, as they come."""
+    """The motion statements sorted by their place in the text, file after file."""
     files = {path: number for number, path in enumerate(dict.fromkeys([path for path, _ in motions]))}
     return tuple([motions[key] for key in sorted(motions, key=lambda key: (files[key[0]], key[1]))])
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
+    """Modules of one file and the findings about it; no modules if it is empty, encrypted, binary or no RAPID text."""
     data = source.data
     if not data.strip():
         return [], [_no_module("RAP001", "the file is empty", source, "give a RAPID module")]
@@ -244,10 +253,12 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
 
 
 def _no_module(code: str, text: str, source: Source, help_: str) -> Diagnostic:
+    """The finding, an error, that a file holds no module that can be read."""
     return Diagnostic(code, "error", text, source, None, help_, Matter.NO_MODULE)
 
 
 def _incomplete(motion: MotionStatement) -> Diagnostic:
+    """The finding RAP014: a motion statement lacks arguments, or has more than its instruction takes."""
     wanted = ", ".join(motion.signature.roles)
     text, help = f"does not have the arguments it needs: {wanted}", "check commas and backslashes of this statement"
     return Diagnostic("RAP014", "error", f"`{motion.instruction}` {text}", motion.source, motion.span, help)

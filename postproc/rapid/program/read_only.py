@@ -20,7 +20,9 @@ Values = dict[tuple[str, str], set[bytes]]
 
 
 def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...]]) -> Elsewhere:
-    """What other tasks of the controller have of a task's data: which of it they declare, too, and which they write.
+    """Which of a task's global PERS data other tasks of the controller declare too, and which of it they may change.
+
+    It counts as changed if another task may write it or declares it with another value.
 
     Args:
         sources: all files of the task; others: all files of each other task, background tasks included.
@@ -38,7 +40,7 @@ def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...
 
 @lru_cache(maxsize=16)
 def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, str]]]:
-    """The PERS data that a task shares, and which of it the task may write."""
+    """Values of the global PERS data that a task declares, and name and type of those that it may write."""
     values = _values(files)
     if not values:
         return values, frozenset()
@@ -48,6 +50,7 @@ def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, 
 
 
 def _values(sources: Iterable[Source]) -> Values:
+    """Texts, without blanks, of all values that these files give global PERS data, by lower-case name and type."""
     found: Values = {}
     for source in sources:
         for _, declared in _shared(source):
@@ -57,7 +60,7 @@ def _values(sources: Iterable[Source]) -> Values:
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
-    """RAP037: data that motion statements name and another task may change, at the first of them."""
+    """Report RAP037 for data that motion statements name and another task may change, at the first of these."""
     found: dict[str, Diagnostic] = {}
     for statement in program.statements if program.elsewhere.written else ():
         for name, span in names_at(statement.source, statement.span):
@@ -73,13 +76,13 @@ def say_written_elsewhere(program: Program) -> list[Diagnostic]:
 
 
 def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]]) -> list[Source]:
-    """Data that a task declares without a value, as other tasks declare it.
+    """Files that give the data a value which the task declares without one, taken from its other tasks.
 
     Args:
         sources: all files of the task; others: reads those of the other tasks, which is done only where it may help.
 
     Returns:
-        these files with everything else blanked out, so that places in them stay what they are.
+        Read-only copies of the others' files in which all but these declarations is blank, so that offsets stay.
     """
     if not any(_OPEN.search(source.data) for source in sources):
         return []
@@ -99,5 +102,6 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
 
 
 def _shared(source: Source) -> Iterator[tuple[Module, Declaration]]:
+    """Module and declaration of all global PERS data in a file."""
     for module in parse(source)[0]:
         yield from ((module, d) for d in module.declarations if is_shared(d))

@@ -58,9 +58,9 @@ class Use:
 
 
 def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tuple[Use, ...]]:
-    """All uses of every declared data that may hold a target, and every parameter, by its key; unused data is missing.
+    """All uses of data that may hold a target and of every parameter, by key; data that is not used is missing.
 
-    What reads or writes components that have nothing to do with targets (the speed in a record beside one) is left out.
+    Uses of components that have nothing to do with targets (the speed in a record beside one) are left out.
     """
     found: dict[str, list[Use]] = {}
     records = known_records(program.modules)
@@ -91,12 +91,13 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
 
 
 def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
+    """Add a use to those of the declared data if it may read or write a target; nothing for None."""
     if declaration is not None and _touches_target(use, declaration.type, records):
         found.setdefault(declaration.key, []).append(use)
 
 
 def _touches_target(use: Use, kind: str, records: Records) -> bool:
-    """Whether a use of data of some type may read or write a target; uses of components beside all targets do not."""
+    """Whether a use of data of type ``kind`` may read or write a robtarget, not only components beside one."""
     named = _COMPONENTS.match(use.source.data, use.span[1])
     components = re.findall(IDENTIFIER, named[1]) if named else []
     for component in components:
@@ -111,12 +112,18 @@ def _touches_target(use: Use, kind: str, records: Records) -> bool:
 
 
 def _holds_target(kind: str, records: Records, depth: int) -> bool:
+    """Whether a type is ``robtarget`` or a record that contains one; records deeper than ``MOST_LEVELS`` count as
+    such.
+
+    Args:
+        kind: type in lower case; depth: how many records it stands in.
+    """
     inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
     return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
 
 
 def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]]:
-    """Uses of some names in the arguments of a motion statement."""
+    """Uses of the given lower-case names in the arguments of a motion statement, as pairs of name and use."""
     source, shape, found = motion.source, motion.shape, list[tuple[str, Use]]()
     some = len(motion.ends) if shape.words.isdisjoint(names) else len(shape.roles)
     for role, i in zip(shape.roles, range(some), strict=False):
@@ -135,7 +142,7 @@ def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]
 def _of_statement(
     program: Program, changes: WriteEffects, routine: Routine, statement: Statement
 ) -> Iterator[tuple[str, Use]]:
-    """Uses of data in a statement that is no motion."""
+    """Uses of data in a statement that is no motion, as pairs of lower-case name and use."""
     source = routine.source
     own = {p.name for p in routine.parameters}
     spans: tuple[Span, ...] = statement.parts
@@ -157,7 +164,7 @@ def _of_statement(
 
 
 def _handed_over(program: Program, routine: Routine, statement: Statement) -> Mapping[int, str]:
-    """Parameters of a called routine by the offset of the data that is handed over to them as it is."""
+    """Keys of the parameters to which a call passes plain data, by the byte offset of that data in the call."""
     called = program.routine(statement.word, routine.module)
     if called is None:
         return {}
@@ -171,16 +178,20 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
 
 
 def _is_plain(text: bytes) -> bool:
-    """Whether an argument is a name, an element or a component, nothing else around it."""
+    """Whether a text is only a name, with an index or components at most."""
     return _PLAIN.fullmatch(text.strip()) is not None
 
 
 def _numbers_only(source: Source, span: Span) -> bool:
+    """Whether the text at a span is an aggregate in which no names stand."""
     return source.data[span[0] : span[0] + 1] == b"[" and bool(_NUMBERS_ONLY.fullmatch(source.data, *span))
 
 
 def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
-    """Names of data and routines in a piece of text: no components, no option names, nothing in strings."""
+    """Lower-case name and span of each data or routine named in a piece of text.
+
+    Components, option names, words in strings and comments, and the argument of Dim are left out.
+    """
     for found in _WORDS.finditer(source.data, *span):
         if found[2] and not found[1]:
             yield found[2].decode("latin-1").lower(), found.span(2)

@@ -13,12 +13,13 @@ Typed = TypeVar("Typed", Declaration, RoutineParameter, Routine)
 
 
 def without_aliases(modules: list[Module]) -> list[Module]:
-    """The same with the types that ALIAS renames by their own names."""
+    """The modules with every type that an ALIAS defines replaced by the type for which it stands."""
     aliases = {r.name: r.fields[0][1] for m in modules for r in m.records if r.fields and not r.fields[0][0]}
     if not aliases:
         return modules
 
     def meant(item: Typed) -> Typed:
+        """The item with the original type in place of an alias."""
         return replace(item, type=aliases.get(item.type.lower(), item.type))
 
     return [
@@ -50,7 +51,11 @@ def all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
 
 
 def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
-    """Data by its key, see ``Program.names``; names that are given twice are added to the findings."""
+    """Declarations by lower-case key, ``module.routine.name`` or ``module..name``; if not LOCAL by ``..name``, too.
+
+    Args:
+        diagnostics: gets RAP012 for names that are declared twice.
+    """
     names: dict[str, Declaration] = {}
     declarations = list(all_declarations(modules))
     # PERS data of one name is one in all tasks, and only one of them need give its value.
@@ -84,7 +89,11 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
 
 
 def check_taught(taught: Collection[str], names: Mapping[str, Declaration]) -> Iterator[Diagnostic]:
-    """RAP034 for names of taught data that no module declares with a value."""
+    """Report RAP034 for each name stated by ``--taught`` that no module declares with a value.
+
+    Args:
+        taught: names as the user states them; names: declarations by key.
+    """
     known = {d.name.lower(): d for d in names.values() if not d.routine} if taught else {}
     for name in dict.fromkeys(taught):
         declared = known.get(name.lower())
@@ -99,7 +108,7 @@ def check_taught(taught: Collection[str], names: Mapping[str, Declaration]) -> I
 
 
 def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
-    """Routines by module and name; those that the whole task sees by their name alone, too."""
+    """Routines by lower-case (module, name); those that are not LOCAL by ("", name), too."""
     routines: dict[tuple[str, str], Routine] = {}
     for module in modules:
         for routine in module.routines:
@@ -111,8 +120,10 @@ def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
 
 
 def _value_text(declaration: Declaration) -> bytes:
+    """The text of the declared value as it is written, empty if there is none."""
     return b"" if declaration.init is None else declaration.source.data[slice(*declaration.init)]
 
 
 def _shared(declaration: Declaration) -> bool:
+    """Whether data is global PERS data, which all tasks of a controller share."""
     return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine

@@ -22,6 +22,7 @@ SEARCHED = "where a search stops is known only at run time"
 
 
 def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
+    """The roles of the circular form of an instruction: ``via`` stands in front of ``to``."""
     at = roles.index("to")
     return (*roles[:at], "via", *roles[at:])
 
@@ -29,7 +30,12 @@ def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
 def _three(
     stem: str, roles: tuple[str, ...], tail: str = "", after: tuple[str, ...] = (), other: tuple[str, ...] = ()
 ) -> list[Signature]:
-    """Joint, linear and circular form of one instruction; ``other`` may stand after the common roles instead."""
+    """Signatures of the joint, linear and circular form of one instruction, named ``stem`` + J, L or C + ``tail``.
+
+    Args:
+        roles: of the common arguments; after: those that follow; other: what S4 programs may write instead of
+            ``after``.
+    """
     forms: tuple[tuple[str, Interpolation, tuple[str, ...]], ...] = (
         ("J", "joint", roles), ("L", "line", roles), ("C", "arc", _circular(roles))
     )  # fmt: skip
@@ -40,7 +46,7 @@ def _three(
 
 
 def _arcs(number: str) -> list[Signature]:
-    """ArcLStart .. ArcCEnd of one arc system (``ArcL1Start`` belongs to the first numbered one)."""
+    """Signatures ArcLStart to ArcCEnd of one arc system; ``number`` is empty, or a digit as in ``ArcL1Start``."""
     found = []
     for suffix, phase in (("Start", "start"), ("", "weld"), ("End", "end")):
         found.append(Signature(f"ArcL{number}{suffix}", "line", ARC, phase, OLD_ARC))
@@ -49,6 +55,7 @@ def _arcs(number: str) -> list[Signature]:
 
 
 def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:
+    """Signatures without arguments, one for each name in ``names``; ``why`` says why their targets never change."""
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 

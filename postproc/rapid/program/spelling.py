@@ -13,12 +13,12 @@ SURE = 0.8  # of two long names that mean different things, most letters are the
 
 
 def if_not(meant: str, otherwise: str) -> str:
-    """The question for a misspelt name, if there is one, and what to do where it was spelt right."""
+    """Help text: the "did you mean" question (if any) followed by what to do otherwise."""
     return f"{meant} If not, {otherwise}" if meant else otherwise
 
 
 def meant_name(name: str, known: Iterable[str]) -> str:
-    """The question for a misspelt name, as ``did_you_mean``.
+    """A "did you mean" question with the known name that is most similar, or an empty text.
 
     Names that differ in their digits alone, ``p10`` and ``p20``, are no misspellings of each other.
     """
@@ -27,7 +27,7 @@ def meant_name(name: str, known: Iterable[str]) -> str:
 
 
 def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:
-    """The question for data of one of the types (of any, without types) that can be seen in a routine."""
+    """A "did you mean" question with data of one of the types (any if empty) that a routine sees, or an empty text."""
     of_type = (d for d in program.declarations if not types or d.type in types)
     seen = (d.name for d in of_type if program.declaration(d.name, module, routine) is not None)
     predefined = (n for n, (type_, _) in PREDEFINED.items() if not types or type_ in types)
@@ -35,11 +35,12 @@ def meant_data(program: Program, name: str, types: frozenset[str], module: str, 
 
 
 def meant_routine(program: Program, name: str) -> str:
-    """The question for a routine that is called: a procedure of the program that no statement calls by its name."""
+    """A "did you mean" question with a procedure that no statement calls by its name, or an empty text."""
     called = {s.word for r in program.all_routines() for s in statements_of(r) if s.kind == "call"}
     uncalled = (r for r in program.all_routines() if r.kind.upper() == "PROC" and r.name.lower() not in called)
     return meant_name(name, (r.name for r in uncalled))
 
 
 def _without_digits(name: str) -> str:
+    """The name in lower case with 0 in place of every number."""
     return re.sub(r"\d+", "0", name.lower())

@@ -46,19 +46,19 @@ _REFERENCE = re.compile(rb"\s*+([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+(?:[.{].*)
 
 
 def argument_name(data: bytes, span: Span) -> str:
-    """The data an argument names if it is a plain reference (with index or component), else nothing."""
+    """Lower-case name of the data that an argument is, or is a part of; empty for other expressions."""
     found = _REFERENCE.fullmatch(data, *span)
     return found[1].decode("latin-1").lower() if found else ""
 
 
 def component_path(data: bytes, span: Span) -> tuple[str, ...]:
-    """The components that lead to a part of a record (``a.b.c``); empty for anything else."""
+    """The component names of a reference (``b``, ``c`` of ``a.b.c``) in lower case; empty for anything else."""
     name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
     return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
 
 
 def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> Iterator[tuple[RoutineParameter, Span]]:
-    """Parameters with the argument each gets in a call."""
+    """Each parameter that a call passes, with the span of its argument: optional ones by name, others in order."""
     by_name = {p.name: p for p in parameters if p.optional}
     required = iter(p for p in parameters if not p.optional)
     for option, span, _ in pieces:
@@ -68,8 +68,8 @@ def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> I
 
 
 def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
-    """Data that an instruction of ``BY_NAME`` may mean (``SetDataVal "p"+ValToStr(n),pNew``), as far as its text and
-    the type of the data that it hands over tell; nothing for other statements.
+    """Module data whose name fits the first argument of GetDataVal, SetDataVal or SetAllDataVal and that has the type
+    of the data passed (any if unknown), as in ``SetDataVal "p"+ValToStr(n),pNew``; nothing for other statements.
     """
     if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
         return
@@ -88,7 +88,7 @@ def named_by_text(statement: Statement, routine: Routine, program: Program) -> I
 
 
 def holds_word(source: Source, body: Sequence[Statement], *words: bytes) -> bool:
-    """Whether a handler has a statement of one of these words."""
+    """Whether a body contains, blocks included, a statement that begins with one of these lower-case words."""
     return any(source.data[slice(*statement.span)].lower().startswith(words) for statement in statements_in(body))
 
 
@@ -103,6 +103,7 @@ class WriteEffects:
     """
 
     def __init__(self, program: Program) -> None:
+        """Work out what each routine of the program may change, calls included."""
         self.program = program
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
         # The components that are written of each declaration; what is written as a whole has an empty path.
@@ -156,8 +157,8 @@ class WriteEffects:
 
     @cached_property
     def exposed(self) -> frozenset[str]:
-        """What code in none of the files may write: data of modules that is not LOCAL, data that routines of these
-        files write which such code may call (all but main and those that are LOCAL), and all state.
+        """Keys of all that code in none of the files may write: module data that is not LOCAL, data written by
+        routines that it may call (all but main and LOCAL ones), and all state.
         """
         data = {d.key for d in self.program.declarations if _is_exposed(d)}
         called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}
@@ -165,12 +166,12 @@ class WriteEffects:
         return frozenset(data | within | SETTERS.keys())
 
     def may_be_written_any_time(self, key: str) -> bool:
-        """Whether a trap, a handler, what a motion starts or another task may write data, whatever runs."""
+        """Whether a trap, a handler, a procedure that a motion starts or another task may write data at any moment."""
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
     def measured(self) -> frozenset[str]:
-        """Keys of data that is set to where the arm stands (see ``measured_places``)."""
+        """Keys of data that may hold where the arm stands: by CRobT and the like, by a search, or by copying."""
         return measured_places(self.program)
 
     @cached_property
@@ -185,14 +186,14 @@ class WriteEffects:
         return frozenset(written)
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
-        """As ``of`` for one statement, kept for the next time it is executed."""
+        """Keys that one statement, with those inside it, may change; kept for the next time it is executed."""
         key = (routine.source.path, statement.span)
         if key not in self._kept:
             self._kept[key] = frozenset(self.of([statement], routine))
         return self._kept[key]
 
     def of(self, body: Sequence[Statement], routine: Routine) -> set[str]:
-        """Keys that the statements may change."""
+        """Keys of data, state and parameters that these statements of a routine, and what they call, may change."""
         changed: set[str] = set()
         calls: set[CalledWith] = set()
         for statement in statements_in(body):
@@ -202,13 +203,14 @@ class WriteEffects:
         return changed
 
     def called(self, statement: Statement, routine: Routine) -> tuple[set[str], bool]:
-        """Keys of the routines of which a call runs one, and whether that may be one in none of the files."""
+        """Keys of the routines that a call may run, and whether it may run one that is in none of the files."""
         changed: set[str] = set()
         calls: set[CalledWith] = set()
         self._of_call(statement, routine, changed, calls)
         return {key for key, _ in calls}, UNSEEN in changed
 
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        """Add the keys that a statement may change to ``changed``, the routines that it calls to ``calls``."""
         if routine.source.path in self._writing:
             writing, places = self._writing[routine.source.path]
             if bisect_left(places, statement.span[0]) < bisect_left(places, statement.span[1]):
@@ -224,7 +226,7 @@ class WriteEffects:
     def _through_call(
         self, below: Set[str], passed: Iterable[tuple[str, str]], routine: Routine, changed: set[str]
     ) -> None:
-        """Add what a called routine changes, its parameters by reference as the data passed."""
+        """Add what a called routine changes (``below``), its parameters by reference as the data ``passed``."""
         changed |= {k for k in below - changed if not k.startswith("%")}
         for parameter, name in passed:
             if "%" + parameter in below:
@@ -233,6 +235,7 @@ class WriteEffects:
     def _add(
         self, name: str, routine: Routine, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
     ) -> None:
+        """Add to ``changed`` what a name means in a routine, data or parameter, and note who writes it."""
         if any(p.name == name for p in routine.parameters):
             changed.add("%" + name)
             return
@@ -241,12 +244,14 @@ class WriteEffects:
     def _add_data(
         self, declaration: Declaration | None, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
     ) -> None:
+        """Add declared data to ``changed`` unless it is CONST, and note who writes which of its components."""
         if declaration is not None and declaration.storage != "CONST":
             changed.add(declaration.key)
             self.paths.setdefault(declaration.key, set()).add(path)
             self.writers.setdefault(declaration.key, set()).add(writer)
 
     def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        """Add the keys that a call or motion may change to ``changed``, the routines that it may run to ``calls``."""
         data = routine.source.data
         motion = self.program.motions.get((routine.source.path, statement.span[0]))
         if motion is not None:
@@ -297,7 +302,7 @@ class WriteEffects:
         changed: set[str],
         calls: set[CalledWith],
     ) -> None:
-        """What procedures may write one of which is called by its name in a text."""
+        """Add what a call by name may write and run: every procedure whose name fits the template."""
         found = self._procedures(template)
         for called in found:
             self._hand_over(called, pieces, routine, changed, calls)
@@ -307,13 +312,14 @@ class WriteEffects:
             self._hand_over(None, pieces, routine, changed, calls, writer=LATE)
 
     def _procedures(self, template: Template) -> Sequence[Routine]:
-        """Procedures whose name a text may be; of a text without gaps they are not searched for."""
+        """Procedures whose name fits the template of a text."""
         if len(template) == 1 and template[0] is not None:
             return self._by_name.get(template[0], [])
         return [r for procedures in self._by_name.values() for r in procedures if may_be(template, r.name)]
 
     @cached_property
     def _by_name(self) -> dict[str, list[Routine]]:
+        """All procedures by lower-case name."""
         return grouped((r.name.lower(), r) for r in self.program.all_routines() if r.kind == "PROC")
 
     def _of_functions(
@@ -324,7 +330,7 @@ class WriteEffects:
         changed: set[str],
         calls: set[CalledWith],
     ) -> None:
-        """What functions in the statement's own expressions write."""
+        """Add what the functions that match ``writing`` may write where the statement's expressions call them."""
         for name, span in called_in(writing, statement, routine.source.data):
             pieces = read_arguments(routine.source.data, *span)
             called = self.program.routine(name, routine.module)
@@ -343,7 +349,7 @@ class WriteEffects:
             calls |= through
 
     def of_functions(self, statement: Statement, routine: Routine) -> set[str]:
-        """Keys that functions of the program change where the expressions of a statement call them."""
+        """Keys that the program's own functions change when a statement's own expressions call them."""
         changed: set[str] = set()
         for called, passed in self.by_own.get((routine.source.path, statement.span), ()):
             self._through_call(self.of_routine[called], passed, routine, changed)
@@ -359,7 +365,7 @@ class WriteEffects:
         *,
         writer: str = "",
     ) -> None:
-        """Add what is called with arguments: a routine, or what is in no file and may write all that it is given."""
+        """Add a called routine to ``calls``; of one in no file (None) all data in its arguments to ``changed``."""
         data = routine.source.data
         if called is None:
             for _, span, _ in pieces:
@@ -371,21 +377,22 @@ class WriteEffects:
 
 
 def named_writers(writers: Iterable[str]) -> str:
-    """Writers for people: names in backticks."""
+    """The first two names, sorted and in backticks, joined by "and", for messages."""
     return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
 
 
 def _shared_keys(program: Program, names: Collection[tuple[str, str]]) -> frozenset[str]:
-    """Keys of the program's own declarations of data that tasks share, by name and type."""
+    """Keys of the program's declarations of global PERS data whose lower-case (name, type) is in ``names``."""
     return frozenset({d.key for d in program.declarations if named(d) in names and is_shared(d)} if names else ())
 
 
 def _is_exposed(declaration: Declaration) -> bool:
+    """Whether code in none of the files may write data: module data that is neither LOCAL nor CONST."""
     return not declaration.routine and declaration.scope != "LOCAL" and declaration.storage != "CONST"
 
 
 def _assigned_in(source: Source, span: Span) -> Iterator[str]:
-    """Names before ``:=`` in text that is not understood."""
+    """Lower-case names that stand before ``:=`` in text that could not be read."""
     for found in re.finditer(
         rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
     ):

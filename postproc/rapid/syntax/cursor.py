@@ -11,7 +11,7 @@ from postproc.rapid.syntax.tokens import skip
 
 
 def text(data: bytes) -> str:
-    """Bytes as text; every byte is a letter of ISO 8859-1."""
+    """Bytes decoded as ISO 8859-1, in which every byte is a character."""
     return data.decode("latin-1")
 
 
@@ -19,6 +19,7 @@ class Cursor:
     """Position in a file; the methods step over small pieces."""
 
     def __init__(self, source: Source) -> None:
+        """Start at the first byte of the file, outside any module."""
         self.source = source
         self.data = source.data
         self.end = len(source.data)
@@ -30,11 +31,11 @@ class Cursor:
         self.depth = 0
 
     def report(self, code: str, severity: Severity, message: str, span: Span, help: str = "") -> None:
-        """Add a finding about a span of the file."""
+        """Add a finding about a byte span of the file to ``diagnostics``."""
         self.diagnostics.append(Diagnostic(code, severity, message, self.source, span, help))
 
     def peek(self) -> tuple[bytes, int, int]:
-        """Next word in lower case with its span; an empty word when something else comes."""
+        """The next word in lower case with begin and end, without moving; an empty one if something else comes."""
         found = patterns.WORD.match(self.data, self.at)
         if found is None:
             at = skip(self.data, self.at, self.end)
@@ -42,13 +43,13 @@ class Cursor:
         return found[1].lower(), found.start(1), found.end(1)
 
     def semicolon(self) -> None:
-        """Step over an optional ``;`` (some files have one after ENDIF)."""
+        """Move behind a ``;`` if one comes next (some files have one after ENDIF)."""
         at = skip(self.data, self.at, self.end)
         if self.data[at : at + 1] == b";":
             self.at = at + 1
 
     def to_semicolon(self, start: int) -> tuple[int, bool]:
-        """End of the statement that starts at ``start`` (before the semicolon), and whether it has one."""
+        """Offset at which the statement that starts at ``start`` ends (without semicolon), and whether it has one."""
         found = patterns.TO_SEMICOLON.match(self.data, start)
         end = found.end() if found else start
         if self.data.find(b"\n", start, end) >= 0:
@@ -58,7 +59,11 @@ class Cursor:
         return end, end < self.end
 
     def close_statement(self, start: int, behind: int) -> int:
-        """Step behind the statement that starts at ``start`` and goes on at ``behind``; where its semicolon stands."""
+        """Move behind a statement and its semicolon, reporting RAP008 without one; returns where its text ends.
+
+        Args:
+            start: begin of the statement; behind: an offset inside it from which to search.
+        """
         end, closed = self.to_semicolon(behind)
         if not closed:
             self.report("RAP008", "error", "the statement has no `;`", (start, end), "add the missing semicolon")
@@ -66,12 +71,16 @@ class Cursor:
         return end
 
     def part(self, start: int, end: int) -> Span:
-        """The text between two places without blanks and comments around it."""
+        """The span from ``start`` to ``end`` without the blanks and comments at both ends."""
         first = skip(self.data, start, end)
         return first, max(first, patterns.trimmed(self.data, first, end))
 
     def opaque(self, start: int) -> Statement:
-        """Keep what cannot be read as it stands, up to the semicolon or the next certain beginning."""
+        """Move behind text that cannot be read, up to its semicolon or the next line that certainly begins something.
+
+        Returns:
+            A statement of kind ``opaque``; the text is reported as RAP003 and kept as it stands.
+        """
         end, closed = self.to_semicolon(start)
         self.at = max(end + 1 if closed else end, min(start + 1, self.end))
         span = (start, max(start, self.at))
@@ -81,7 +90,13 @@ class Cursor:
         return Statement("opaque", span)
 
     def head(self, pattern: re.Pattern[bytes], at: int, word: int) -> tuple[Span, bool]:
-        """Expression before a word of ``word`` letters; the cursor goes behind the word if it is there."""
+        """Span of the expression from ``at`` to a keyword of ``word`` letters, and whether the keyword is there.
+
+        If it is, the cursor moves behind it.
+
+        Args:
+            pattern: matches the text before the keyword.
+        """
         found = pattern.match(self.data, at)
         end = found.end() if found else at
         hit = end < self.end and self.data[end : end + 1] != b";"

@@ -16,7 +16,7 @@ class Edit:
 
 
 def edited(data: bytes, edits: Iterable[Edit]) -> list[bytes]:
-    """The text with all edits made, in parts; several insertions at one place keep the order in which they are given.
+    """The text with all edits made, as parts to be joined; insertions at one offset keep their order.
 
     Raises:
         ValueError: edits overlap or reach outside the data.

@@ -51,7 +51,11 @@ RESERVED = frozenset({*PRECEDENCE, "not", "true", "false", "then", "do", "to", "
 
 
 def number(text: str) -> float:
-    """Value of a numeric literal, hexadecimal, octal and binary included."""
+    """Value of a numeric literal without a sign, hexadecimal (0x), octal (0o) and binary (0b) ones included.
+
+    Raises:
+        ExpressionError: it is too large.
+    """
     try:
         return float(int(text, 0)) if text[:2].lower() in ("0x", "0o", "0b") else float(text)
     except OverflowError as error:
@@ -59,7 +63,7 @@ def number(text: str) -> float:
 
 
 def read_expression(data: bytes, start: int, end: int) -> Expression:
-    """The longest expression at ``data[start:end]``; its span tells where it ends.
+    """The longest expression that begins ``data[start:end]``; its span says where it ends.
 
     Raises:
         ExpressionError: there is none, or it is nested deeper than ``MAX_NESTING``.
@@ -71,7 +75,7 @@ def read_whole_expression(data: bytes, start: int, end: int, what: str = "the ex
     """The expression that fills ``data[start:end]``.
 
     Args:
-        what: it is, for people.
+        what: words for it in the message.
 
     Raises:
         Unknown: the text is something else, or goes on after the expression.
@@ -90,7 +94,10 @@ def read_whole_expression(data: bytes, start: int, end: int, what: str = "the ex
 
 
 class _Reader:
+    """Reads an expression by recursive descent; ``kind``, ``word`` and ``span`` are those of the present token."""
+
     def __init__(self, data: bytes, start: int, end: int) -> None:
+        """Start at the first token of ``data[start:end]``."""
         self.tokens: Iterator[tuple[str, Span]] = tokenize(data, start, end)
         self.data = data
         self.end = end
@@ -101,6 +108,7 @@ class _Reader:
         self.step()
 
     def step(self) -> None:
+        """Move to the next token that is neither blank nor comment; its kind is ``end`` behind the last one."""
         self.last = self.span[1]
         for kind, span in self.tokens:
             if kind not in ("blank", "comment"):
@@ -110,21 +118,25 @@ class _Reader:
         self.kind, self.word, self.span = "end", "", (self.end, self.end)
 
     def take(self, word: str) -> bool:
+        """Move on and return True if the present token is this operator; else return False."""
         if self.word == word and self.kind == "operator":
             self.step()
             return True
         return False
 
     def expect(self, word: str) -> None:
+        """Move behind this operator; raise ExpressionError if another token is present."""
         if not self.take(word):
             raise ExpressionError(f"`{word}` is missing before `{self.word}`")
 
     def deeper(self) -> None:
+        """Count one more level of nesting; raise ExpressionError beyond ``MAX_NESTING``."""
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise ExpressionError("the expression is nested too deeply")
 
     def binary(self, level: int) -> Expression:
+        """Read an expression of operators that bind more tightly than ``level`` (see ``PRECEDENCE``); 0 reads all."""
         self.deeper()
         left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
         while True:
@@ -141,7 +153,11 @@ class _Reader:
             left = Binary((left.span[0], right.span[1]), operator, left, right)
 
     def negated(self, level: int) -> Expression:
-        """NOT and the logical term behind it; behind an operator a relation that no AND follows."""
+        """Read NOT and its operand: at ``level`` 0 up to the next OR or XOR, behind an operator a relation only.
+
+        Raises:
+            ExpressionError: AND follows the relation, so that the meaning is not clear.
+        """
         start, first = self.span[0], level == 0
         self.step()
         operand = self.binary(PRECEDENCE["or"] if first else PRECEDENCE["and"])
@@ -150,6 +166,7 @@ class _Reader:
         return Unary((start, operand.span[1]), "not", operand)
 
     def signed(self) -> Expression:
+        """Read an operand with any number of signs in front; the sign of a number becomes part of its value."""
         if self.kind == "operator" and self.word in "+-":
             sign, start = self.word, self.span[0]
             self.step()
@@ -163,6 +180,7 @@ class _Reader:
         return self.postfix(self.primary())
 
     def postfix(self, base: Expression) -> Expression:
+        """Read the indices ``{..}`` and components ``.name`` behind an expression that has been read."""
         parts = 0
         while self.kind == "operator" and self.word in ("{", "."):
             parts += 1
@@ -180,6 +198,7 @@ class _Reader:
         return base
 
     def listed(self, close: str) -> tuple[Expression, ...]:
+        """Read expressions separated by commas and the bracket ``close`` behind them."""
         items: list[Expression] = []
         if self.take(close):
             return ()
@@ -190,6 +209,7 @@ class _Reader:
             self.expect(",")
 
     def primary(self) -> Expression:
+        """Read a number, text, truth value, name, call, aggregate, ``*`` or an expression in parentheses."""
         kind, word, span = self.kind, self.word, self.span
         if kind == "number":
             self.step()
@@ -220,6 +240,7 @@ class _Reader:
         raise ExpressionError(f"`{word}` is not expected here" if word else "an expression is missing")
 
     def call(self, span: Span, name: str) -> Expression:
+        """Read the arguments of a function call, whose name (at ``span``) has been read, and its parentheses."""
         self.expect("(")
         arguments: list[Expression] = []
         options: list[tuple[str, Expression | None]] = []
@@ -239,5 +260,5 @@ class _Reader:
 
 
 def unquote(literal: str) -> str:
-    """Value of a string literal; ``\\\\hh`` character codes stay as they are written."""
+    r"""Value of a string literal, doubled quotes and backslashes single; character codes ``\hh`` stay as written."""
     return literal[1:-1].replace('""', '"').replace("\\\\", "\\")

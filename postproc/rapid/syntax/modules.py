@@ -26,7 +26,7 @@ class FileReader(StatementReader):
     """Modules and routines of one file."""
 
     def file(self) -> list[Module]:
-        """Every module of the file; data and routines outside of one are in modules without a name."""
+        """Read every module of the file; data and routines outside of modules become modules without a name."""
         modules: list[Module] = []
         header = HEADER.match(self.data)
         if header is not None:
@@ -55,13 +55,17 @@ class FileReader(StatementReader):
                 self.at = max(line.end() if line else start, start + 1)
 
     def module_at(self, head: re.Match[bytes]) -> Module:
-        """The module whose head this is."""
+        """Read the module whose head (``MODULE name(attributes)``) this match of ``MODULE_HEAD`` is."""
         self.at = head.end()
         attributes = tuple(re.findall(r"\w+", text(head[2]).upper())) if head[2] else ()
         return self.items(text(head[1]), head.span(), attributes)
 
     def items(self, name: str, head: Span, attributes: tuple[str, ...]) -> Module:
-        """Everything up to ENDMODULE (which is consumed) or the end of the file."""
+        """Read data, routines and records up to and including ENDMODULE, or to the end of the file, as a module.
+
+        Args:
+            head: span of ``MODULE name(attributes)``; attributes: in upper case.
+        """
         self.module, self.routine = name, ""
         records: list[Record] = []
         declarations: list[Declaration] = []
@@ -108,7 +112,7 @@ class FileReader(StatementReader):
         return Module(self.source, (head[0], self.at), head, name, attributes, *parts)
 
     def record(self, at: int) -> Record:
-        """The RECORD behind that word."""
+        """Read a RECORD with its fields up to ENDRECORD; ``at`` is the offset behind the word RECORD."""
         self.at = at
         name, _, self.at = self.peek()
         fields = []
@@ -128,7 +132,11 @@ class FileReader(StatementReader):
         return Record(text(name), tuple(fields))
 
     def routine_at(self, item: int, start: int, scope: str) -> Routine | None:
-        """The routine that begins at ``start``, and its scope at ``item``; None where it has no head."""
+        """Read the routine whose PROC, FUNC or TRAP begins at ``start``; None if its head cannot be read.
+
+        Args:
+            item: where its declaration begins, scope word included; scope: LOCAL, TASK or empty.
+        """
         head = patterns.ROUTINE_HEAD.match(self.data, start)
         if head is None:
             self.opaque(start)
@@ -189,6 +197,6 @@ def parameters(head: bytes) -> tuple[RoutineParameter, ...]:
 
 
 def parse(source: Source) -> tuple[list[Module], list[Diagnostic]]:
-    """Modules of one file and what was found wrong with it."""
+    """Read the modules of one file; returns them and the findings about its syntax."""
     reader = FileReader(source)
     return reader.file(), reader.diagnostics

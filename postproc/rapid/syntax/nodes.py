@@ -56,6 +56,7 @@ class Declaration:
     key: str = field(init=False)
 
     def __post_init__(self) -> None:
+        """Set ``key`` to ``module.routine.name`` in lower case; the routine is empty for data of a module."""
         object.__setattr__(self, "key", f"{self.module}.{self.routine}.{self.name}".lower())
 
 
@@ -93,6 +94,7 @@ class Routine:
     scopes: tuple[str, str, str] = field(init=False)
 
     def __post_init__(self) -> None:
+        """Set ``key`` and ``scopes`` from the names of module and routine, in lower case."""
         module, name = self.module.lower(), self.name.lower()
         object.__setattr__(self, "key", f"{module}.{name}")
         object.__setattr__(self, "scopes", (f"{module}.{name}.", f"{module}..", ".."))

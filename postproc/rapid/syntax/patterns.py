@@ -11,6 +11,7 @@ DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array i
 
 
 def _nested(depth: int) -> bytes:
+    """A pattern of text in brackets ``[({``, nested up to ``depth``; those in strings and comments do not count."""
     inner = b"|" + _nested(depth - 1) if depth > 1 else b""
     return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
 
@@ -21,7 +22,7 @@ EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" +
 
 
 def up_to(word: bytes) -> re.Pattern[bytes]:
-    """Text before the next ``word`` that is outside strings and comments, or before the end of the statement."""
+    """A pattern of the text before the next ``word`` (any case) outside strings and comments, or semicolon."""
     first = word[:1]
     both = first.lower() + first.upper()
     other = rb"[^\"!;" + both + rb"]++"
@@ -30,12 +31,12 @@ def up_to(word: bytes) -> re.Pattern[bytes]:
 
 
 def _spaced(*parts: bytes) -> re.Pattern[bytes]:
-    """The parts in order, with blanks and comments between them."""
+    """A compiled pattern of the parts in order, with any blanks and comments between them."""
     return re.compile(GAP.join(parts))
 
 
 def _maybe(part: bytes) -> bytes:
-    """An optional part, and the blanks behind it."""
+    """A pattern of an optional part, followed by blanks and comments if it is there."""
     return rb"(?:" + part + GAP + rb")?"
 
 
@@ -83,7 +84,10 @@ PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|"
 
 
 def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
-    """Spans of what stands between commas outside brackets, without blanks around it; nothing may stand there."""
+    """Spans of the items in ``data[start:end]`` between commas outside brackets, without blanks around them.
+
+    The span of an empty item is empty.
+    """
     spans = []
     at = start
     while at < end:
@@ -96,7 +100,7 @@ def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
 
 
 def trimmed(data: bytes, start: int, end: int) -> int:
-    """``end`` moved back over blanks and trailing comments."""
+    """The offset ``end`` moved back over blanks and comments, not before ``start``."""
     piece = data[start:end]
     if b"!" in piece:
         at = start

@@ -14,6 +14,7 @@ _COMMA = _GAP + b"," + _GAP
 
 
 def _list(count: int) -> bytes:
+    """A pattern of ``count`` numbers in square brackets, each a group, with any blanks and comments between."""
     return rb"\[" + _GAP + _COMMA.join([_NUMBER] * count) + _GAP + rb"\]"
 
 
@@ -26,12 +27,15 @@ _PARTS = re.compile(rb"\[\[" + b",".join([_DECIMAL] * 3) + rb"\],(" + _BEHIND + 
 
 
 def literal(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
-    """A robtarget that consists of numbers alone, each of the 17 a group; None if the text is anything else."""
+    """A match of a robtarget of numbers alone, with each of the 17 numbers a group; None for other text."""
     return _TIGHT.fullmatch(data, start, end) or _LITERAL.fullmatch(data, start, end)
 
 
 def literal_parts(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
-    """The same for a robtarget as nearly everybody writes it: a group for x, y and z each and one for all the rest."""
+    """A match of a robtarget of plain decimals without blanks: groups x, y, z and the text of the other 14 numbers.
+
+    None for any other text, also for robtargets that are written otherwise.
+    """
     return _PARTS.fullmatch(data, start, end)
 
 

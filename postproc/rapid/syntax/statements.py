@@ -40,7 +40,10 @@ class StatementReader(Cursor):
     """Reads one construct per method and moves the cursor behind it."""
 
     def block(self) -> list[Statement]:
-        """Statements up to the next word that ends a block, which is left for the caller."""
+        """Read statements up to the next word that ends a block, before which the cursor stays.
+
+        Data declarations among them go to ``local_data`` instead.
+        """
         statements: list[Statement] = []
         self.depth += 1
         while (statement := self.statement()) is not None:
@@ -50,7 +53,10 @@ class StatementReader(Cursor):
         return statements
 
     def statement(self) -> Statement | None:
-        """The next statement, or None at a word that ends the block or at the end of the file."""
+        """Read the next statement; None at a word that ends the block or at the end of the file.
+
+        A data declaration goes to ``local_data`` and is returned as a statement of kind ``data``.
+        """
         data = self.data
         lead = patterns.LEAD.match(data, self.at)
         name = lead[1] if lead else None
@@ -88,7 +94,7 @@ class StatementReader(Cursor):
         return Statement("assign", (start, self.at), text(word), (target, value))
 
     def odd_statement(self, at: int) -> Statement | None:
-        """A statement that does not start with a word: late binding, placeholder, lone semicolon."""
+        """Read a statement without a first word: ``%name%`` call, placeholder or semicolon; None at the file's end."""
         data = self.data
         if at >= self.end:
             return None
@@ -108,7 +114,11 @@ class StatementReader(Cursor):
         return self.opaque(at)
 
     def nested(self, word: bytes, start: int, end: int) -> Statement:
-        """A statement that holds others; opaque where it is nested too deeply."""
+        """Read an IF, TEST, FOR or WHILE statement; opaque if blocks are nested deeper than ``MAX_NESTING``.
+
+        Args:
+            word: the keyword in lower case; start, end: its span.
+        """
         if self.depth > MAX_NESTING:
             self.report("RAP009", "error", f"blocks are nested deeper than {MAX_NESTING}", (start, end))
             return self.opaque(start)
@@ -119,7 +129,7 @@ class StatementReader(Cursor):
         return self.loop_at(word, start, end)
 
     def close(self, word: bytes, start: int) -> None:
-        """Consume the END word of the block that began at ``start``."""
+        """Move behind the END word (lower case) of the block that began at ``start``; else report RAP010."""
         found, _, end = self.peek()
         if found == word:
             self.at = end
@@ -130,7 +140,7 @@ class StatementReader(Cursor):
             self.report("RAP010", "error", told, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
-        """IF with its branches, or ``IF condition statement``."""
+        """Read IF with its branches, or ``IF condition statement``; ``start``, ``end``: span of the word IF."""
         condition, has_then = self.head(TO_THEN, end, 4)
         if not has_then:
             return self.compact_if(start, end)
@@ -151,7 +161,11 @@ class StatementReader(Cursor):
         return Statement("if", (start, self.at), branches=tuple(branches))
 
     def compact_if(self, start: int, end: int) -> Statement:
-        """``IF condition statement``: the condition ends where no operator follows."""
+        """Read ``IF condition statement``, in which the longest expression is the condition; opaque if there is none.
+
+        Args:
+            start, end: span of the word IF.
+        """
         stop, _ = self.to_semicolon(end)
         try:
             condition = read_expression(self.data, end, stop)
@@ -166,7 +180,11 @@ class StatementReader(Cursor):
         return Statement("if", (start, self.at), branches=(Branch((condition.span,), (inner,)),))
 
     def loop_at(self, word: bytes, start: int, end: int) -> Statement:
-        """FOR or WHILE with its body."""
+        """Read a FOR or WHILE loop with its body; opaque if its head cannot be read.
+
+        Args:
+            word: the keyword in lower case; start, end: its span.
+        """
         self.at = end
         if word == b"while":
             condition, ok = self.head(TO_DO, end, 2)
@@ -188,7 +206,7 @@ class StatementReader(Cursor):
         return Statement(text(word), (start, self.at), name, tuple(parts), (Branch((), body),))
 
     def test_at(self, start: int, end: int) -> Statement:
-        """TEST with its cases."""
+        """Read TEST with its cases; ``start`` and ``end`` are the span of the word TEST."""
         found = TO_TEST_BODY.match(self.data, end)
         self.at = found.end() if found else end
         subject = self.part(end, self.at)
@@ -213,7 +231,11 @@ class StatementReader(Cursor):
         return Statement("test", (start, self.at), parts=(subject,), branches=tuple(branches))
 
     def declaration(self, start: int, scope: str) -> Declaration | None:
-        """The data declaration at the cursor; None where it cannot be read."""
+        """Read the data declaration at the cursor; None, with an opaque finding, if it cannot be read.
+
+        Args:
+            start: where it begins, scope word included; scope: LOCAL, TASK or empty.
+        """
         at = skip(self.data, self.at, self.end)
         found = patterns.DECLARATION.match(self.data, at)
         if found is None:

@@ -12,7 +12,7 @@ from postproc.diagnostics import Span
 
 
 def many(choices: bytes) -> bytes:
-    """Any number of one of several pieces, without coming back to what was matched.
+    """A pattern of any number of the alternatives ``choices`` (separated by ``|``), without backtracking into a match.
 
     An atomic group: Python before 3.11.5 loses its place in a possessive one where a piece fails half-way (cpython
     gh-106052); single characters (``[a-z]*+``) are safe.
@@ -57,7 +57,7 @@ def skip(data: bytes, at: int, end: int) -> int:
 
 
 def number_text(data: bytes, span: Span) -> str:
-    """A number as it is written, with one sign at most and nothing between that and its digits."""
+    """The number at a span as it is written, with a minus sign or none, and without blanks between sign and digits."""
     text = data[span[0] : span[1]].decode("latin-1")
     try:
         float(text)
@@ -75,5 +75,5 @@ def identifiers(data: bytes) -> set[str]:
 
 
 def word_set(text: str) -> frozenset[str]:
-    """The words of a text, for long lists of names."""
+    """The words of a text that blanks separate."""
     return frozenset(text.split())
