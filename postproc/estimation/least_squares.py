@@ -71,7 +71,7 @@ def fit_model(
 
 
 def _enough(data: Measurements) -> Measurements:
-    """The rows of some poses where there are more than a fit takes; where most repeat few poses, some of all rows."""
+    """Return the data, thinned to about `ROWS` rows where it has more; by poses with their repeats where these suffice."""
     if len(data) <= ROWS:
         return data
     step = -(-len(data) // ROWS)
@@ -81,6 +81,7 @@ def _enough(data: Measurements) -> Measurements:
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
+    """Fit the model with further effects on all given rows; once more with weights of a smaller noise if that was too large."""
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
@@ -95,9 +96,9 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
 
 
 def _quieter(fit: Fit) -> Noise | None:
-    """The noise by what the model leaves, where that is clearly less than the scatter of repeats; None elsewhere.
+    """Return the noise estimated from what the model leaves within repeats, where it is clearly below their raw scatter.
 
-    Repeats of another time, temperature or force differ by what the model tells.
+    Repeats at another time, temperature or force differ by what the model explains. None where it is no smaller.
     """
     left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
@@ -105,6 +106,11 @@ def _quieter(fit: Fit) -> Noise | None:
 
 
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
+    """Fit a problem from its starting frames on, with the likeliest smoothness of each free function.
+
+    Args:
+        figures: the noise; fresh: keys of effects that no fit has seen.
+    """
     problem, figures = blurred(start_frames(problem), figures)
     every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
@@ -126,6 +132,7 @@ def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Term
 
 
 def _place(effect: Effect) -> int:
+    """Return the sorting key of an effect: of two that do the same, the one with the larger key is held."""
     if effect.roughness() is not None:
         return 100
     return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50
@@ -145,7 +152,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
-    """An evaluation with the rows that cannot be right beside the others, set aside: where they lie is told."""
+    """Return the evaluation with the rows that cannot be right added and set aside, so that their errors are reported."""
     used = data.usable
     values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
     values[used] = fit.problem.weights.values
@@ -159,6 +166,7 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
 
 
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
+    """Return `evaluate` of usable rows: the model unchanged, frames it lacks fitted, an instrument set up elsewhere moved."""
     figures = estimate_noise(data, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
@@ -184,10 +192,10 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
 
 
 def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
-    """Frames fitted to positions alone where these determine them; orientations tell the turn of the tool then.
+    """Return a fit of frames to the positions alone where these determine them, the tool then turned by orientations.
 
-    What orientations have in common, such as a probe that was mounted anew, would turn the instrument, and move the
-    points with it.
+    An error that all orientations share, such as a probe mounted anew, would else turn the instrument and move the
+    points.
     """
     data, terms = problem.data, Terms(masks, robust=True)
     if len(data.observations) == 1 or data.observed.name != "position":
@@ -210,7 +218,7 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
-    """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
+    """Return (p,) the entries of an effect that a fit moves by default: all that any variant of its form frees."""
     if type(effect).structures():
         return np.ones(len(effect.vector()), dtype=bool)
     chosen = np.zeros(len(effect.vector()), dtype=bool)

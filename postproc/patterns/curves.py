@@ -135,7 +135,7 @@ def line(signal: Signal, origin: float = 0.0) -> Block:
 
 
 def of_signal(signal: Signal) -> Iterator[Block]:
-    """Yield all curves of one signal but waves: lines, powers, breaks, windows; of up to four values, line and levels."""
+    """Yield all curves of one signal but waves: lines, powers, breaks, windows; of up to four values, levels."""
     x = signal.values
     if len(signal.distinct) <= 4:
         # Approach sides, payloads, sessions: their own value, and being one of them.
