@@ -34,7 +34,7 @@ ELSEWHERE, FAR = 100, 3.0
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Return findings on the data of a fit: an impossible noise, rows set aside, and rows that stand out of the residual."""
+    """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model."""
     from scipy.special import fdtrc
 
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
@@ -85,7 +85,7 @@ def too_loud(fit: Fit) -> list[Diagnostic]:
 
 
 def one_path(fit: Fit) -> list[Diagnostic]:
-    """Return DAT032 where rows of a moving arm are predicted over three times better than poses between their angles."""
+    """Return DAT032 where rows of a moving arm are predicted over 3 times better than poses between their angles."""
     state = fit.data.state
     if not is_record(state) or fit.observed.name != "position":
         return []
@@ -113,7 +113,7 @@ def _ratio(own: Noise, stated: Noise) -> float:
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:
-    """Return the indices of used rows that lie farther off than noise explains (chi-square, corrected for their number)."""
+    """Return indices of used rows that lie farther off than noise explains (chi-square, corrected for their number)."""
     from scipy.special import chdtrc
 
     used = fit.problem.weights.used

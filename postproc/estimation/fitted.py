@@ -45,7 +45,7 @@ class NoiseParts:
 
     @property
     def level(self) -> float | None:
-        """Standard deviation of one measured number, instrument and arm together [m], [rad] of angles; None where unknown."""
+        """Standard deviation of one measured number, instrument and arm together [m], [rad]; None where unknown."""
         if self.noise.sigma is not None or self.repeatability is None or self.noise.instrument is None:
             return self.noise.sigma
         return float(np.hypot(self.noise.instrument, self.repeatability))
@@ -101,7 +101,7 @@ class Fit(Solution):
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] by which predictions may be off since the data does not settle a drafted formula.
+        """Standard deviation per axis [m] by which predictions may be off where a drafted formula is not settled.
 
         It is the difference to a formula that is worse by odds of 50 to 1; 0 where the model has no drafted effect.
         """

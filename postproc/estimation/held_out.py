@@ -31,7 +31,7 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
 
 
 def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
-    """Return (N,) held-out residuals divided by their standard deviations in units of the noise; arguments as `hold_out`.
+    """Return (N,) held-out residuals over their standard deviations in units of the noise; arguments as `hold_out`.
 
     Those are the square roots of the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
     """

@@ -71,7 +71,7 @@ def fit_model(
 
 
 def _enough(data: Measurements) -> Measurements:
-    """Return the data, thinned to about `ROWS` rows where it has more; by poses with their repeats where these suffice."""
+    """Return the data, thinned to about `ROWS` rows where it has more; whole poses with repeats where these suffice."""
     if len(data) <= ROWS:
         return data
     step = -(-len(data) // ROWS)
@@ -81,7 +81,10 @@ def _enough(data: Measurements) -> Measurements:
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
-    """Fit the model with further effects on all given rows; once more with weights of a smaller noise if that was too large."""
+    """Fit the model with further effects on all given rows.
+
+    Where the model explains part of the scatter of repeats, it is fitted once more with weights of the smaller noise.
+    """
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
@@ -96,7 +99,7 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
 
 
 def _quieter(fit: Fit) -> Noise | None:
-    """Return the noise estimated from what the model leaves within repeats, where it is clearly below their raw scatter.
+    """Return the noise by what the model leaves within repeats, where that is clearly below their raw scatter.
 
     Repeats at another time, temperature or force differ by what the model explains. None where it is no smaller.
     """
@@ -152,7 +155,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
-    """Return the evaluation with the rows that cannot be right added and set aside, so that their errors are reported."""
+    """Return the evaluation with the rows that cannot be right added and set aside, to report their errors."""
     used = data.usable
     values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
     values[used] = fit.problem.weights.values
@@ -166,7 +169,10 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
 
 
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
-    """Return `evaluate` of usable rows: the model unchanged, frames it lacks fitted, an instrument set up elsewhere moved."""
+    """Return the model beside usable rows with nothing fitted but frames.
+
+    These are the frames that the model lacks, and the instrument's where it was set up elsewhere.
+    """
     figures = estimate_noise(data, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]

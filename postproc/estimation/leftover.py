@@ -112,7 +112,7 @@ class _Field:
         return int(self.U.shape[0] - self.U.shape[1])
 
     def restricted(self, covariance: Array) -> tuple[float, float]:
-        """Return the log restricted likelihood of a covariance (N, N), and the noise variance at which it is largest."""
+        """Return the log restricted likelihood of a covariance (N, N), and the noise variance that maximizes it."""
         from scipy.linalg import cholesky, solve_triangular
 
         lower = cholesky(covariance, lower=True, check_finite=False)

@@ -39,7 +39,7 @@ class Linear:
 
     @cached_property
     def freedom(self) -> int:
-        """Degrees of freedom: independent entries minus fitted parameters, times the share left by correlation in a record."""
+        """Degrees of freedom: independent entries minus fitted parameters, less what a record's correlation takes."""
         return round(self.serial * (round(self.independent * len(self.residual)) - self.parameters))
 
     @cached_property
@@ -61,7 +61,7 @@ class Linear:
 
     @cached_property
     def _rows(self) -> tuple[int, NDArray[np.int_]]:
-        """Number of entries of each measured row (0 where rows differ in it), and the index at which each row begins."""
+        """Number of entries of each measured row (0 where it differs), and the index at which each row begins."""
         starts = np.flatnonzero(np.diff(self.row, prepend=-1))
         count = np.diff(starts, append=len(self.row))
         return int(count[0]) if len(set(count.tolist())) == 1 else 0, starts
@@ -72,7 +72,7 @@ class Linear:
         return float(self.residual @ self.rest)
 
     def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
-        """Return the fit with more columns (N, m); directions that keep less than ``rank`` of their length are left out.
+        """Return the fit with more columns (N, m), without directions that keep less than ``rank`` of their length.
 
         With M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also
         where a

@@ -49,7 +49,7 @@ class Sight:
 
     @classmethod
     def of(cls, rest: Equilibrium) -> Sight:
-        """Return the sight of a model's predicted points; predicted, since measured ones would explain their own noise."""
+        """Return the sight of the points a model predicts; measured ones would explain their own noise."""
         frame = rest.deflection.instrument
         # Where it drifts, by millimetres: on average.
         T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
@@ -64,7 +64,7 @@ class Sight:
         return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)
 
     def moves(self) -> dict[str, Array]:
-        """Return (n, 3) displacement of the point by a unit error of each reading (azimuth, elevation, distance, scale)."""
+        """Return (n, 3) displacement of the point by a unit error, by reading: azimuth, elevation, distance, scale."""
         x, y, z = self.point.T
         level, whole = np.maximum(np.hypot(x, y), 1e-9), np.maximum(np.linalg.norm(self.point, axis=1), 1e-9)
         return {
@@ -121,7 +121,7 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
 
 
 def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Block]:
-    """Yield the curves of a signal and its waves up to order ``most``, all bound to one place; none if it is constant."""
+    """Yield the curves of a signal and its waves up to order ``most``, bound to one place; none if it is constant."""
     if varies(signal.values):
         some = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
         yield from (b.with_(where=where) for b in (*of_signal(signal), some))

@@ -59,7 +59,7 @@ class PatternScreen:
         self.tried = tuple(one for where in self.moves for one in self._screened(where, anywhere))
 
     def suspects(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns that explain most of the residual, strongest first, one suspect for each of their channels.
+        """Return the patterns that explain most of the residual, strongest first, once for each of their channels.
 
         Args:
             asked: log evidence below which a pattern may come back on its coarse grid of numbers, not refined.
@@ -73,7 +73,7 @@ class PatternScreen:
         return self.last
 
     def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
-        """Yield the best `MOST` patterns with one size at a place, and every pattern with several sizes that makes sense there.
+        """Yield the best `MOST` patterns with one size at a place, and all with several sizes that make sense there.
 
         Args:
             anywhere: (P,) the largest fall of each pattern at any place so far; updated here. It selects the patterns
@@ -98,7 +98,7 @@ class PatternScreen:
         yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
-        """Return a suspect of a pattern at a place with its fall and log evidence, named by the pattern's first channel."""
+        """Return the suspect of a pattern at a place, under the pattern's first channel."""
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
     def _at(self, where: str, form: Pattern) -> Suspect:
@@ -150,7 +150,10 @@ class PatternScreen:
         return best
 
     def _seen(self, where: str) -> Place:
-        """Return the prepared `Place` of a name, made once; at the ends of arm bodies a constant displacement is fitted, too."""
+        """Return the prepared `Place` of a name, made once.
+
+        At the ends of arm bodies a constant displacement is fitted beside it.
+        """
         if where not in self.prepared:
             place = self.problem.whiten(self.moves[where])
             linear = self.linear.extended(place) if off_everywhere(where) else self.linear
@@ -187,14 +190,14 @@ class PatternScreen:
         return [*found, *(self._at(where, best.form) for where in others)]
 
     def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
-        """Return the log evidence of a suspect if its fall were ``times`` as large, among ``tries`` times as many patterns."""
+        """Return the log evidence of a suspect with ``times`` its fall, among ``tries`` times as many patterns."""
         seen = self._seen(one.where)
         most = min(times * one.fall, 0.99 * seen.linear.square)
         worth = float(_worth(seen.linear.square, most, seen.count, seen.linear))
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
-        """Return the suspect with its numbers refined level by level; the best of every level is appended to ``found``."""
+        """Return the suspect with its numbers refined level by level; appends the best of every level to ``found``."""
         best = one
         while near := sharper(one.form):
             price = near.of_blocks(lambda b: self.every.price(b.like))
@@ -204,7 +207,7 @@ class PatternScreen:
         return best
 
     def _switched(self, one: Suspect, least: float) -> list[Suspect]:
-        """Return the best product of the pattern, or of one of its factors, with a switch, at the price of all switches.
+        """Return the best product of the pattern, or of a factor of it, with a switch, at the price of all switches.
 
         Args:
             least: log evidence that it must be able to reach; else, or where no switch fits, the list is empty.
@@ -244,7 +247,7 @@ def _worth(before: float, fall: Array | float, count: int, linear: Linear) -> Ar
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
-    """Return the first suspect again under each channel whose rank correlation with its only channel exceeds `TOGETHER`."""
+    """Return the first suspect again under each channel that goes with its own (rank correlation over `TOGETHER`)."""
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [
         replace(s, channel=name)

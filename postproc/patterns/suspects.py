@@ -55,7 +55,7 @@ class Suspect:
 
     @property
     def drafts(self) -> tuple[Draft, ...]:
-        """Expressions of a state that give the values, one per part; empty where a state alone does not determine them."""
+        """Expressions of a state that give the values, one per part; empty where a state alone has them not."""
         return self.form.drafts
 
     @property
@@ -65,7 +65,7 @@ class Suspect:
 
     @cached_property
     def pattern(self) -> str:
-        """Description of the pattern for people, with a note where its channel only varies along with the pattern's own."""
+        """Description of the pattern for people, with a note where the channel only varies along with its own."""
         said = self.form.told(tuple(self.alike())).rstrip(",")
         together = self.channel not in self.form.channels
         return f"{said}; {self.channel} goes with {self.form.channels[0]} here" if together else said
@@ -89,7 +89,7 @@ class Suspect:
         return replace(self, fall=fall).by_each_channel(above(linear))
 
     def by_each_channel(self, left: float) -> list[Suspect]:
-        """Return the suspect once per channel, with the share of the excess sum of squares ``left`` that it explains."""
+        """Return the suspect once per channel, with the share that it explains of the excess sum of squares ``left``."""
         return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
 
 

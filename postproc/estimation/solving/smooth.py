@@ -62,7 +62,11 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
 
 
 def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
-    """The strength of one form that is likeliest."""
+    """Return a free function of one resolution with the likeliest strength of its penalty.
+
+    Args:
+        known: residual and basis without it; few: the problem of its rows; form: the function with null amplitudes.
+    """
     rough = form.roughness()
     assert rough is not None
     columns = few.columns(form, np.ones(len(rough), dtype=bool)) * (form.scale() / rough)
@@ -80,20 +84,23 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 
 def enough_for_smoothness(problem: Problem) -> Problem:
-    """One pose in every so many of a problem, as many as the choice needs; itself where it has no more."""
+    """Return every k-th pose of a problem, about `ENOUGH` measured numbers; the problem itself where it has no more."""
     step = -(-len(problem.residual) // ENOUGH)
     return problem if step < 2 else problem.some(problem.data.one_in(step))
 
 
 def effective_parameters(fit: Fit, key: str) -> float:
-    """How many parameters of a free function the data moves: fewer than it has, since a penalty holds them."""
+    """Return the effective number of parameters of a free function, below its count since a penalty holds them."""
     own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
     others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
     return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
 
 
 def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
-    """What is to be told, y = r + A x, columns and penalties of all effects but one."""
+    """Return (y, columns, penalties): the residual with all linear shares put back, and those of all effects but one.
+
+    The effect of ``key`` is part of y = r + A x, and has no columns.
+    """
     problem = fit.problem
     columns, y = [problem.taken], problem.residual.copy()
     for effect in problem.model.effects:
