@@ -42,7 +42,7 @@ class Weights:
         return self.values > 0
 
     def whiten(self, numbers: Array) -> Array:
-        """Return numbers (n, r, k) in measured units as independent numbers of variance 1, 0 where they are not used."""
+        """Return numbers (n, r, k) in measured units as independent ones of variance 1, 0 where they are not used."""
         scaled: Array = numbers * self.values[:, :, None]
         if self.turn is None:
             return scaled
@@ -214,7 +214,7 @@ class Problem:
         return columns if self.beside is None else columns - inside @ (inside.T @ columns)
 
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """Return (N, p) whitened derivatives by parameters of an effect that the model may lack, patterns not projected out.
+        """Return (N, p) whitened derivatives by parameters of an effect that the model may lack.
 
         Its load acts on springs no stiffer than is ordinary: a compliance that the missing load has pushed towards zero
         would
@@ -243,7 +243,7 @@ class Problem:
         return whitened.reshape(used.size, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
 
     def at(self, effects: Iterable[Effect]) -> Problem:
-        """Return the problem with the given effects added to the model; those of the same key are replaced."""
+        """Return the problem with these effects in place of all effects of its model."""
         return replace(self, model=self.model.with_effects(*effects))
 
     def some(self, rows: NDArray[np.bool_] | NDArray[np.int_]) -> Problem:

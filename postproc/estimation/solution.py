@@ -75,7 +75,7 @@ class Solution:
 
     @cached_property
     def unknown(self) -> tuple[tuple[str, int], ...]:
-        """Parameters (effect, index) that the data does not determine: held ones, and fixed ones that no row could show.
+        """Parameters (effect, index) that the data does not determine: held ones, and fixed ones no row could show.
 
         Lost motion of a joint that was always approached from one side, for example, is left null in a fit of the
         others'.
@@ -143,7 +143,7 @@ class Solution:
 
     @cached_property
     def freedom(self) -> float:
-        """Degrees of freedom: informative numbers minus fitted parameters (effective ones where a penalty holds them)."""
+        """Degrees of freedom: informative numbers minus fitted parameters, effective ones under a penalty."""
         return self.told * len(self.problem.residual) - self.linear.parameters
 
     @cached_property

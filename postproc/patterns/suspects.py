@@ -89,7 +89,7 @@ class Suspect:
         return replace(self, fall=fall).by_each_channel(above(linear))
 
     def by_each_channel(self, left: float) -> list[Suspect]:
-        """Return the suspect once per channel, with the share that it explains of the excess sum of squares ``left``."""
+        """Return the suspect once per channel, with the share that it explains of an excess sum of squares ``left``."""
         return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
 
 

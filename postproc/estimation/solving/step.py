@@ -89,7 +89,10 @@ class Slope:
         return other
 
     def solved(self, right: Array) -> Array:
-        """Return (A^T A + anchor^2)^-1 b for b (p,) or (p, k), by the semi-normal equations (Bjoerck 1996, Sec. 2.4.6)."""
+        """Return (A^T A + anchor^2)^-1 b for b (p,) or (p, k).
+
+        It solves the semi-normal equations with `factor` (Bjoerck 1996, Sec. 2.4.6).
+        """
         from scipy.linalg import cho_solve
 
         scaled = (right.T / self.length).T
@@ -128,7 +131,7 @@ class Slope:
         return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
-        """Return (p,) the step to the least cost of the linear model inside the bounds, and parameters that stop at one.
+        """Return (p,) the step to the least cost of the linear model inside the bounds, and what stops at a bound.
 
         Least squares in a box. Of what would leave it, x_B, the rest is eliminated: the cost is (x_B - a_B)^T K^-1
         (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This small problem is solved with
@@ -168,7 +171,7 @@ def sizes(problem: Problem, effect: Effect) -> Array:
 
 
 def _reach(effect: Effect) -> Array:
-    """Return (p,) how far parameters may go in one step: amplitudes without limit, knees and points by half their value."""
+    """Return (q,) how far parameters may go in one step: amplitudes anywhere, knees and points by half their value."""
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
 
 
