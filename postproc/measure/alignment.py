@@ -101,7 +101,7 @@ def spread_of(points: Array) -> float:
 
 
 def linear_design(R: Array, y: Array, tool: bool) -> Array:
-    """Return (n, 3, 15) derivatives of p = A y - c - R t by the nine numbers of A (row by row), c and t; A is any matrix.
+    """Return (n, 3, 15) derivatives of p = A y - c - R t by the nine numbers of A (row by row), c and t.
 
     Args:
         R: (n, 3, 3); y: (n, 3); tool: whether t has columns that are not zero.

@@ -18,7 +18,7 @@ STEPS = 10.0 ** np.arange(0, -7, -1)
 
 
 def going_on(times: Sequence[Array | None]) -> list[Array | None]:
-    """Return times of several clocks, shifted so that each that was set back starts `PAUSE_S` after the last of all before."""
+    """Return times of several clocks as one: one that was set back starts `PAUSE_S` after the end of those before."""
     end, result = -np.inf, []
     for time in times:
         if time is not None and len(time):

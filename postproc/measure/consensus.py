@@ -64,7 +64,7 @@ class Agreement:
 
 
 def agreement(data: Measurements, robot: Robot) -> Agreement:
-    """Return which rows agree on where the arm is; each session is placed by itself, with the tool of the largest one."""
+    """Return which rows agree on where the arm is; sessions are placed one by one, with the tool of the largest."""
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
@@ -103,7 +103,7 @@ def _sessions(data: Measurements) -> NDArray[np.str_]:
 
 
 def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
-    """Return (n,) mask of rows that cannot be right; none where the arm as a whole is off, one at most if there are few.
+    """Return (n,) rows that cannot be right: one at most of few poses, none where the arm as a whole is elsewhere.
 
     Args:
         found: the alignment with the residuals; T: (n, 4, 4) flanges; q: (n, 6) [rad]; few: whether there are few
@@ -181,14 +181,14 @@ def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) ->
 
 
 def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
-    """Return (n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm, at any scale."""
+    """Return (n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm."""
     y = position - np.median(position, axis=0)
     design = linear_design(T[:, :3, :3], y / spread_of(y), tool)
     return _closest_half(design, T[:, :3, 3] - np.median(T[:, :3, 3], axis=0), 8 if tool else 6)
 
 
 def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
-    """Return (n,) the half of the rows that one solution x of design x = wanted fits best, of those random samples give.
+    """Return (n,) the half of the rows that one solution x of design x = wanted fits best, among random samples.
 
     Args:
         design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.

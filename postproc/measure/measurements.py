@@ -112,7 +112,7 @@ class Measurements:
         return some[0] if some else self.observations[0]
 
     def numbers(self, kind: Observation) -> Array:
-        """Return (n, k) measured numbers of one kind, NaN where not measured; orientations as matrices (n, 9), row by row."""
+        """Return (n, k) measured numbers of one kind, NaN where not measured; orientations as matrices (n, 9)."""
         if kind.name == "position":
             return self.position
         values = self.rotation if kind.name == "orientation" else self.joint
@@ -137,7 +137,7 @@ class Measurements:
 
     @cached_property
     def order(self) -> NDArray[np.int_]:
-        """(n,) indices of the rows in an order that does not depend on that of the file, unless the user says that it counts.
+        """(n,) indices of the rows in an order that depends on the file only if the user says that its order counts.
 
         Sessions one after another, in each by `time_s`, or by the number of the row where that counts. Without either
         the rows are exchangeable: they are sorted by a hash of their angles, repeats of a pose together.
@@ -180,7 +180,7 @@ class Measurements:
 
     @cached_property
     def step(self) -> float:
-        """Step [rad] of which all joint angles are multiples: a decimal place of a degree or radian from 1 to 1e-4, else 0."""
+        """Step [rad] of which all joint angles are multiples, 1 to 1e-4 of a degree or radian by tens; 0 for none."""
         if len(self) < FEWEST or not np.isfinite(self.state.q).all():
             return 0.0
         for place in np.geomspace(1.0, 1e-4, 5):

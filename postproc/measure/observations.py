@@ -28,7 +28,7 @@ class Observation:
 
 
 def observations(rotation: bool, joint: bool) -> tuple[Observation, ...]:
-    """Return the kinds of numbers in a row of measurements, in the order of their columns; positions always have columns.
+    """Return the kinds of numbers in a row of measurements, in the order of their columns; positions always exist.
 
     Args:
         rotation, joint: whether orientations, and joint angles on the output side, have columns.

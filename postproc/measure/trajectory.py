@@ -29,7 +29,7 @@ Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, 
 
 
 def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
-    """Return the state with speeds, accelerations and approach sides where rows are a time-stamped record of moving joints.
+    """Return the state with speeds, accelerations and approach sides, where rows with times record moving joints.
 
     Speeds are differences of second order, one-sided at the ends of a record. Accelerations are those of the parabola
     through the rows around (Savitzky & Golay 1964). What the table states itself is kept. A clock that restarts is
@@ -69,7 +69,7 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
 
 
 def is_record(state: State) -> bool:
-    """Return whether rows are a record of a moving arm: the median time step is at most `GAP_S`, and most of them move."""
+    """Return whether rows record a moving arm: in the median at most `GAP_S` apart, and with a joint moving."""
     if state.v is None or state.time is None or not len(state):
         return False
     close = np.median(np.diff(np.sort(state.time), prepend=-np.inf)) <= GAP_S
@@ -134,7 +134,7 @@ def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
 
 
 def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
-    """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 where a record has not moved it yet."""
+    """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 before a record has moved it."""
     side = np.where(np.abs(v) > STILL, np.sign(v), 0.0)
     first = np.concatenate([np.full(run.stop - run.start, run.start) for run in _runs(joined)])[:, None]
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)

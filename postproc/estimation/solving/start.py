@@ -120,6 +120,6 @@ def turned_tool(problem: Problem) -> Problem:
 
 
 def _vector(place: Alignment) -> Array:
-    """Return (6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base seen by the instrument."""
+    """Return (6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base for the instrument."""
     T = place.T_instrument_base
     return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()])

@@ -89,7 +89,7 @@ def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diag
 
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
-    """Return DAT005 for rows that lack angles or measurements, and DAT006 for the first rows that repeat another digit by digit."""
+    """Return DAT005 for rows without angles or measurements, DAT006 for rows that repeat another digit by digit."""
     found = []
     commanded = _asked(data, measured=False)
     for lacking, what in ((~commanded, "no joint angles"), (commanded & ~_asked(data, measured), "nothing measured")):
@@ -262,7 +262,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
 
 
 def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
-    """Return findings on rows that cannot be right: DAT007 to leave them out of fits, DAT009 where too many disagree."""
+    """Return findings on rows that cannot be right: DAT007 where fits leave them out, DAT009 where too many disagree."""
     if not agreed.near or not agreed.wrong.any():
         return []
     mixed = _check_mixed(data, agreed, unit)

@@ -129,7 +129,7 @@ def other_reading(
 
 
 def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] | None:
-    """Return (steps before k, steps after k, k) where points from row k on, or up to it, belong to angles of other rows.
+    """Return (steps before k, steps after k, k) where points from row k on, or up to it, belong to other rows.
 
     One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
     twice, moves all that follow. The first third of the rows, or the last, tells where the instrument stands. None
@@ -155,7 +155,7 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
 
 
 def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
-    """Return the names of library arms that the points fit best in place of this one; several if their lengths are equal."""
+    """Return names of library arms that the points fit best in place of this one; several of equal lengths."""
     found: dict[str, float] = {}
     for name in list_robots():
         try:
@@ -179,7 +179,7 @@ def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float
 
 
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
-    """Yield (angles (n, 6) [rad], what the table then looks like, help) of other readings of joint angles, simplest first."""
+    """Yield other readings of joint angles, the simplest first: angles (n, 6) [rad], what they look like, help."""
     yield q, "", ""
     if np.nanmax(np.abs(q)) < RADIANS_BELOW:
         yield np.rad2deg(q), *RADIANS
@@ -203,7 +203,7 @@ def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
 
 
 def _negated(q: Array, counts: Iterable[int]) -> Iterator[tuple[Array, str, str]]:
-    """Yield readings with the signs of 1, 2, .. joints reversed, as `_joints` does; counts: of how many joints at once."""
+    """Yield readings as `_joints` does, with the signs of some joints reversed; counts: of how many at once."""
     for count in counts:
         for some in combinations(range(6), count):
             other = q.copy()

@@ -38,13 +38,13 @@ class Noise:
 
     @property
     def stated(self) -> float | None:
-        """Standard deviation that the user has stated [m], without the share of rounding; None where the user stated none."""
+        """Standard deviation that the user has stated [m], without the share of rounding; None where not stated."""
         known = self.sigma is not None and self.origin == "user"
         return float(np.sqrt((self.sigma or 0.0) ** 2 - self.rounding**2)) if known else None
 
     @property
     def repeatability(self) -> float | None:
-        """Standard deviation of the arm's own repeatability [m]; None where `sigma_mm` and the whole are not both known."""
+        """Standard deviation of the arm's own repeatability [m]; None where its sum with `sigma_mm` is not known."""
         if self.instrument is None or self.sigma is None:
             return None
         return float(np.sqrt(max(self.sigma**2 - self.rounding**2 - self.instrument**2, 0.0)))
@@ -119,7 +119,7 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
 
 
 def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
-    """Return pooled variance and degrees of freedom within groups, without what significantly follows own columns (F test)."""
+    """Return pooled variance and degrees of freedom within groups, less what follows own columns (F test)."""
     from scipy.special import fdtrc
 
     square, dof = pooled_scatter(values, groups)
@@ -155,7 +155,7 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
 
 
 def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None = None) -> tuple[float, float]:
-    """Return the pooled variance of values (n, k) about the mean of each group, and its degrees of freedom; NaN is ignored.
+    """Return the pooled variance of values (n, k) about their group's mean, and its degrees of freedom; NaN is ignored.
 
     Args:
         groups: (n,) number of the group of each row.
@@ -180,7 +180,7 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None
 
 
 def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> float | None:
-    """Return the pooled standard deviation per axis [rad] of orientations in groups; None below 9 degrees of freedom."""
+    """Return the pooled standard deviation per axis [rad] of orientations; None below 9 degrees of freedom."""
     if data.rotation is None:
         return None
     square, dof = pooled_scatter(_turned(data, groups), groups)

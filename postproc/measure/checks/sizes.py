@@ -35,7 +35,7 @@ def check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnost
 
 
 def _wrong(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray[np.bool_], str, str]]:
-    """Yield severity, (n,) mask of the rows concerned, message about the first of them, and help; masks may be empty."""
+    """Yield severity, (n,) mask of the rows concerned (may be empty), message about the first of them, and help."""
     state, n = data.state, len(data)
     unit = "give the unit in a column map"
     if state.payload_mass is not None:
