@@ -179,7 +179,7 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
 
 
 def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
-    """Return the file as text with line feeds alone and without a byte order mark; UTF-16 and workbooks become UTF-8."""
+    """Return the file as text with line feeds and no byte order mark; UTF-16 and workbooks become UTF-8."""
     if source.data.startswith(MARK):
         return sheet_text(source, diagnostics)
     data = source.data
@@ -195,7 +195,7 @@ def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
 def _heading(
     split: Sequence[tuple[int, list[str]]], decimal: str, source: Source, diagnostics: list[Diagnostic]
 ) -> tuple[list[str], list[str], Sequence[tuple[int, list[str]]]]:
-    """Return names and units of the columns, and the lines below: the header is the fullest line before the first numbers.
+    """Return names and units of the columns, and the lines below; the header is the fullest line before any numbers.
 
     Lines before it are reported as a title (DAT004); a line below it that holds units alone belongs to it.
 

@@ -102,7 +102,7 @@ def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedC
 
 
 def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str] = STANDARD) -> str:
-    """Return the lines of a column map for columns with names that robots and trackers often use; empty if there are few.
+    """Return lines of a column map for columns with names that robots and trackers often use; empty if there are few.
 
     Joints: J1, A1, axis_1, joint1, theta1, base, shoulder ..; positions: X, px, x [mm], TCP.Y, Actual X .. Units that
     are stated are taken over. At least three columns must be known.

@@ -26,7 +26,7 @@ DESCRIBE = "`[[external_axes]]` of the model, or `--cell FILE` of `fit`, describ
 
 
 def with_external_axes(state: State, table: Table, station: Station | None, extax: Array | None) -> State:
-    """Return the state with the external axes, the arm's pose that follows from them, and the axes as channels [mm], [deg].
+    """Return the state with the external axes, the arm's pose by them, and the axes as channels [mm], [deg].
 
     Args:
         station: the cell that the axes belong to, if known.

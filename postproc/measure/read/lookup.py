@@ -37,9 +37,11 @@ class Table:
         self.place = self._find(layout)
 
     def _find(self, layout: ColumnMap) -> dict[str, MappedColumn]:
-        """Return the place and unit of every standard column and channel: by the column map, its standard name, or another.
+        """Return the place and unit of every standard column and channel that the table has.
 
-        Columns known by other names are reported (DAT015); DAT002 is raised for columns that are missing or ambiguous.
+        They are found by the column map, the standard name, or another known name, which is reported (DAT015); DAT002
+        is
+        raised for columns that are missing or ambiguous.
         """
         header, units = self.cells.header, self.cells.units
         lower = {theirs.lower(): theirs for theirs in reversed(header)}
@@ -75,7 +77,7 @@ class Table:
         return place
 
     def _in_its_unit(self, name: str, wanted: MappedColumn) -> MappedColumn:
-        """Return a mapped column with its unit: that of the map, else the one it states if that fits, else the standard one.
+        """Return a column with its unit: that of the map, else the one it states if that fits, else the standard.
 
         Args:
             name: the standard column or channel that it stands for.
@@ -201,7 +203,7 @@ class Table:
         return self._of_length_one(found) if mapped.form in QUATERNIONS else found
 
     def _of_length_one(self, turns: Turns) -> Turns:
-        """Return quaternions with NaN where their length is not 1 to a hundredth; the first five are reported (DAT008)."""
+        """Return quaternions, NaN where their length is not 1 to a hundredth; the first five are reported (DAT008)."""
         length = np.linalg.norm(turns.numbers, axis=1)
         bad = np.abs(length - 1) > UNIT_LENGTH
         for i in np.flatnonzero(bad)[:5]:

@@ -185,7 +185,7 @@ def _shared(
 
 
 def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: Sequence[str]) -> Diagnostic | None:
-    """Return DAT031 where two tables have different points of the flange, or a shared session from two places; else None.
+    """Return DAT031 where two tables measured different points of the flange, or one session from two places.
 
     Args:
         shared: names of sessions in both.

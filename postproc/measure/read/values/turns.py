@@ -48,7 +48,7 @@ class Turns:
         return result
 
     def off(self, R_base_flange: Array, R_instrument_base: Array | None) -> float | None:
-        """Return the median angle [rad] by which orientations do not follow the flange, for any constant turn of the tool.
+        """Return the median angle [rad] by which orientations do not follow the flange, whatever turn the tool has.
 
         Without the place of the base, the turns from row to row determine it, M_i M_j^T = B F_i F_j^T B^T; None where
         fewer
@@ -60,7 +60,7 @@ class Turns:
         return _off(_read(self.numbers, self.form), Rotation.from_matrix(R_base_flange), R_instrument_base)
 
     def meant(self, R_base_flange: Array, R_instrument_base: Array | None) -> tuple[str, str, float] | None:
-        """Return another reading that follows the flange clearly better: (what it is, help, angle [rad] off); None for none.
+        """Return another reading that follows the flange clearly better: (what it is, help, [rad] off); else None.
 
         Args:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
