@@ -77,7 +77,7 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
 
 
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
-    """Return (p,) mask of an effect's parameters that no arm can have: by its own word, or stopped at a bound not null."""
+    """Return (p,) mask of an effect's parameters that no arm can have: by its own rule, or stopped at a bound."""
     effect = fit.model.effect(key)
     if effect is None:
         return np.zeros(0, dtype=bool)
@@ -212,7 +212,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 
 
 def exceeds_noise(fit: Fit) -> bool:
-    """Return whether the residual is more than noise by three standard deviations; True where the noise is not known."""
+    """Return whether the residual exceeds the noise by three standard deviations; True where no noise is known."""
     rest, freedom = fit.linear.square, fit.linear.freedom
     return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 

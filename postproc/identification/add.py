@@ -196,7 +196,7 @@ def fit_effects(
 
 
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
-    """Return a fit with one more effect, in the form of the largest log evidence; free functions at their best smoothness."""
+    """Return a fit with one more effect, in its form of the largest log evidence."""
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))

@@ -124,7 +124,7 @@ def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffec
 
 
 def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:
-    """Return the patterns that the remaining structure follows, one per channel; empty where it is hardly above the noise.
+    """Return patterns that the remaining structure follows, one per channel; empty where it is hardly above noise.
 
     Args:
         named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left

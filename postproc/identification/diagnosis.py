@@ -42,7 +42,7 @@ class Level:
     untold: tuple[str, ...] = ()
 
     def carries(self, key: str) -> bool | None:
-        """Return whether an effect lowers the error at this level by 2 % at least; None where the other levels say nothing."""
+        """Return whether an effect lowers the error of this level by over 2 %; None where no other level determines it."""
         return None if key in self.untold else self.after < CLEARLY * self.without[key]
 
 
@@ -124,5 +124,5 @@ def suspect_size(fit: Fit, suspect: Suspect) -> Array:
 
 
 def too_few(fit: Fit) -> bool:
-    """Return whether fewer than three numbers were measured per parameter: a fit then takes on most of what is missing."""
+    """Return whether there are fewer than three measured numbers per parameter: a fit then hides what is missing."""
     return fit.freedom < 2 * len(fit.parameters)

@@ -77,7 +77,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
 
 
 def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> list[str]:
-    """Return keys of effects with more evidence than the chosen one on at least one of twenty random parts of the poses.
+    """Return keys of effects with more evidence than the chosen one on any of twenty random parts of the poses.
 
     Evidence counts on rows that are independent of each other beside the model. Where the model misses more than noise,
     a difference of evidence says less than it seems, and other poses would have named another effect: what resampling
@@ -111,7 +111,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
 
 
 def _fall(columns: Array, basis: Array, rest: Array) -> float:
-    """Return how much columns (N, m) lower the sum of squares of a residual (N,), beside an orthonormal basis (N, k)."""
+    """Return how much columns (N, m) lower the square sum of a residual (N,), beside an orthonormal basis (N, k)."""
     own = columns - basis @ (basis.T @ columns)
     length = np.linalg.norm(own, axis=0)
     unit = np.linalg.qr(own[:, length > 0] / length[length > 0])[0]

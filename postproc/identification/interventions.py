@@ -102,7 +102,7 @@ def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.b
 
 
 def _of_values(values: NDArray[np.float64], unit: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask) of each value where there are six or fewer, else of three ranges with as many rows each."""
+    """Yield (name, (n,) mask) of each value of six or fewer, else of three ranges with about as many rows each."""
     some = np.unique(np.round(values, 3))
     if len(some) <= MOST:
         yield from ((f"{value:g} {unit}", np.isclose(values, value, atol=1e-3)) for value in some)

@@ -48,7 +48,7 @@ class Prediction:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_csv(self) -> str:
-        """Return the prediction as CSV with the columns of ``HEADER`` [mm], one row per input row; empty where unknown."""
+        """Return the prediction as CSV with the columns of ``HEADER`` [mm], one row per input row, empty if unknown."""
         lines = [HEADER]
         columns = np.column_stack([self.position, self.sigma, self.measured]) * 1e3
         for label, row in zip(self.pose_id, columns, strict=True):
@@ -87,7 +87,10 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
 
 
 def _noise(model: Model, data: Measurements) -> Array:
-    """Return (n,) noise of a measured position [m]: that of the fit, or of the row's `sigma_mm` and the arm; NaN if unknown."""
+    """Return (n,) noise of a measured position [m], NaN where unknown.
+
+    It is that of the fit, or, where the row states `sigma_mm`, that and the arm's repeatability.
+    """
     noise, arm = model.fit.get("noise_mm"), model.fit.get("noise_repeatability_mm")
     level = np.full(len(data), np.nan if noise is None else 1e-3 * float(noise))
     if data.sigma is None or arm is None:
@@ -96,7 +99,7 @@ def _noise(model: Model, data: Measurements) -> Array:
 
 
 def _place(model: Model, seen: Measurements) -> Fit:
-    """Return the model with its instrument frame alone fitted to some measured rows; DAT035 where they do not determine it."""
+    """Return the model with its instrument frame alone fitted to some measured rows; DAT035 where these are too few."""
     if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST:
         message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
         help_ = f"measure {FEWEST} poses at least, far from each other and not in line"

@@ -134,9 +134,9 @@ class SearchState:
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
         """Return the state with other patterns beside the fit, and everything fitted again.
 
-        Without any, it is the state before patterns were added; with some, parameters that only form an effect (a knee,
-        a
-        point) stay free, and without any they are held.
+        Without any, it is the state before patterns were added; where that is not known, knees and points of effects
+        are
+        held, since what the patterns explained would bend them.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self
@@ -159,7 +159,10 @@ class SearchState:
         return self
 
     def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
-        """Return the state with one more effect and the fit that has it; a second term of the same effect joins the first."""
+        """Return the state with one more effect and the fit that has it.
+
+        Further terms of an effect that was taken before are merged into it.
+        """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
             first, more = self.missing[at], one.candidate

@@ -50,7 +50,7 @@ def joint_errors(fit: Fit) -> Array:
 
 
 def joint_inverse(fit: Fit) -> Array:
-    """Return (n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m], damped with s = DAMPING; coordinates not measured are left out.
+    """Return (n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] for the measured coordinates, damped with s = DAMPING.
 
     Near singular directions no joint is blamed for what it could hardly cause.
     """
@@ -60,7 +60,7 @@ def joint_inverse(fit: Fit) -> Array:
 
 
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
-    """Return the residual of a fit against every channel, in space and at the channel's joint, the largest share first."""
+    """Return the residual against every channel, in space and at the channel's joint, the largest share first."""
     error, named = fit.observed_error.copy(), fit_channels(fit)
     error[list(fit.set_aside)] = np.nan
     seen = np.asarray(np.isfinite(error).any(axis=0))
@@ -84,7 +84,10 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
-    """Return (n,) the bin of every value, and the median of each bin; bins hold as many values each and are not empty."""
+    """Return (n,) the bin of every value, and the median of each bin.
+
+    Bins have about as many values each and are not empty; a channel of few values has a bin for each.
+    """
     cell = np.round((values - values.min()) / (float(np.ptp(values)) / CELLS or 1.0))
     count = int(np.clip(len(values) // IN_EACH, FEWEST, MOST))
     if len(np.unique(cell)) > count:

@@ -127,7 +127,10 @@ class Screen:
         return self.held[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
-        """Return keys of effects in the model that change how one moves the arm: springs under its load, loads it reads."""
+        """Return keys of the model's effects that change how one moves the arm.
+
+        They are springs, if it is a load, and loads, if it reads loads.
+        """
         springs, loads = cls.load is not Effect.load, "load" in cls.reads
         model = self.problem.model.effects
         return tuple(
@@ -142,7 +145,7 @@ class Screen:
         return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
 
     def rarity(self, key: str) -> float:
-        """Return 2 log of the number of effects that are tried, 0 for one that the model has: more of it may be missing."""
+        """Return 2 log of the number of effects that are tried; 0 for one in the model, which may lack more of it."""
         return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
 
     def beside(self, form: Form, current: Effect | None) -> Form:

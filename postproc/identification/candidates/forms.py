@@ -162,6 +162,6 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Return (p,) ordinary sizes of an effect's parameters in a mask (q,); smaller for rough shares of a free function."""
+    """Return (p,) ordinary sizes of an effect's parameters in a mask (q,), less for rough parts of free functions."""
     size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
     return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

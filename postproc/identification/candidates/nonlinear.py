@@ -49,7 +49,7 @@ class SubsampledProblem:
     known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
-        """Return (N, m) whitened displacements by each of m effects of one class, the springs' response to loads included."""
+        """Return (N, m) whitened displacements by each of m effects of one class, springs responding to their loads."""
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
@@ -141,7 +141,11 @@ def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
 
 
 def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
-    """Return a candidate with its parameters optimized, and the sum of squares left; arguments as `optimise_nonlinear`."""
+    """Return a candidate with its parameters optimized, and the sum of squares left.
+
+    Args:
+        tries, closely: as in `optimise_nonlinear`.
+    """
     effect, left = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
     return replace(start, effect=effect), left
 

@@ -67,7 +67,10 @@ class MeasuringPlan:
         return np.column_stack([stood.get(f"eax_{axis}", np.full(len(axes), np.nan)) for axis in AXES])
 
     def as_csv(self) -> str:
-        """Return the poses as a measurement table without measured columns: ``pose_id``, joints, approach sides, payload, axes."""
+        """Return the poses as a measurement table without measured columns.
+
+        Its columns are ``pose_id``, joints, approach sides, payload and external axes.
+        """
         s = self.state
         names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
         columns = [np.degrees(s.q), np.zeros((len(s), 6)) if s.approach is None else s.approach]

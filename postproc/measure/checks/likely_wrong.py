@@ -262,7 +262,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
 
 
 def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
-    """Return findings on rows that cannot be right: DAT007 where fits leave them out, DAT009 where they are too many."""
+    """Return findings on rows that cannot be right: DAT007 where fits leave them out, DAT009 if they are too many."""
     if not agreed.near or not agreed.wrong.any():
         return []
     mixed = _check_mixed(data, agreed, unit)
