@@ -34,6 +34,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     order = np.argsort(state.time, kind="stable")
 
     def share(linear: Linear) -> float:
+        """Return `serial_share` of a fit's residual."""
         errors = np.full(problem.weights.values.shape, np.nan)
         errors[problem.weights.used] = linear.rest
         return serial_share(errors[order])

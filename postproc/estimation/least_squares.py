@@ -142,12 +142,15 @@ def _place(effect: Effect) -> int:
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
-    """A model beside measurements with nothing fitted but frames that the model lacks.
+    """Return a model beside measurements with nothing fitted but frames that the model lacks.
 
-    An instrument frame or a tool of the model's own is kept as it is, but for an instrument that was set up elsewhere.
+    An instrument frame or a tool of the model's own stays as it is, but for an instrument that was set up elsewhere.
+
+    Args:
+        noise: standard deviation per axis [m] stated by the user; from the data otherwise.
 
     Raises:
-        PostprocError: DAT034 where a law in the rows or the time of another session would count here.
+        PostprocError: DAT034 where an effect of the rows or the time of another session would count here.
     """
     session_laws(model, data)
     fit = _evaluated(model, _enough(data.rows(data.usable)), noise)

@@ -59,12 +59,12 @@ class Weights:
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
     def rows(self, index: NDArray[np.bool_] | NDArray[np.int_]) -> Weights:
-        """The weights of some rows."""
+        """Return the weights of some rows, by a mask or by indices."""
         return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 
 def make_weights(data: Measurements, noise: Noise) -> Weights:
-    """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
+    """Return the weights of positions [1/m], rotations and joint angles [1/rad] that follow from the noise.
 
     The variance of a row's position is that of the instrument there, `sigma_mm`, and that of the arm, which is the same
     in all rows: s_i^2 + r^2. Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand
@@ -86,7 +86,7 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
 
 
 def weighed_by(noise: Noise) -> float:
-    """Standard deviation [m], [rad] that a weight of one stands for; 30 micrometres where nothing tells the noise."""
+    """Return the standard deviation [m], [rad] assumed for a number in the weights; 30 micrometres if none is known."""
     return noise.sigma or noise.instrument or 3e-5
 
 

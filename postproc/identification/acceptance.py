@@ -58,6 +58,7 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
 
     def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
+        """Return the base with an effect, its parameters ``free`` fitted from these values; None where that fails."""
         masks, known = {**base.free, candidate.key: free}, frozenset(base.parameters)
         terms = Terms(masks, strength, closely=closely, determined=known, beside=base.problem.beside)
         try:
@@ -196,6 +197,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         return []
 
     def fitted(candidate: Candidate) -> Candidate:
+        """Return the candidate judged by full fits; -inf evidence where none succeeds."""
         best = fitted_best(fit, screen, candidate, ROUGHLY)
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 

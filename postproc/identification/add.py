@@ -86,7 +86,7 @@ class Addition:
 
     @property
     def model(self) -> Model:
-        """The new model with its table [fit], ready to be written."""
+        """The new model with its table [fit], ready to be written to a file."""
         return recorded_model(self.fit)
 
 

@@ -45,7 +45,7 @@ class Comparison:
 
     @property
     def sizes(self) -> Array:
-        """(n,) how far every row is off [m], [rad] of angles; NaN in rows that stand out by themselves."""
+        """(n,) distance by which every row is off [m], [rad] of angles; NaN in rows that were set aside."""
         return sizes(self.error, self.fit.observed)
 
     @property

@@ -58,6 +58,7 @@ def _turns(effect: Effect, state: State) -> tuple[Array, Array]:
     """Return (n, 6) turn of every joint [rad] by an effect, and (n, 6, p) its derivative by every parameter."""
 
     def turned(x: Array) -> Array:
+        """Return (n, 6) turns [rad] at the parameters x."""
         joint = displacement_of(effect.with_vector(x), state).joint
         return np.zeros((len(state), 6)) if joint is None else joint
 

@@ -42,7 +42,7 @@ class Level:
     untold: tuple[str, ...] = ()
 
     def carries(self, key: str) -> bool | None:
-        """Return whether an effect lowers the error of this level by over 2 %; None where no other level determines it."""
+        """Return whether an effect lowers the error of this level by over 2 %; None if other levels leave it open."""
         return None if key in self.untold else self.after < CLEARLY * self.without[key]
 
 

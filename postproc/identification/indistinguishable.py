@@ -39,6 +39,7 @@ def indistinguishable(
     linear = before.linear
 
     def plain(c: Candidate) -> float:
+        """Return the candidate's log evidence by Schwarz's criterion."""
         plainly = unit_information(c.count, linear.freedom)
         return float(log_evidence(linear.square, linear.square - c.fall, linear.freedom, plainly))
 
@@ -95,7 +96,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     columns = [columns_of(before.problem, c.effect, c.free) for c in asked]
 
     def gains(kept: NDArray[np.bool_]) -> Array:
-        """(c,) what each brings on some of the rows."""
+        """Return (c,) gain of each effect on a part of the rows."""
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
         rest = y - basis @ (basis.T @ y)
         before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]

@@ -126,6 +126,7 @@ class SearchState:
             return []  # what leaves no more than the noise is worth less
 
         def enough(suspect: Suspect) -> bool:
+            """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
             return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
 

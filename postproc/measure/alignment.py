@@ -96,7 +96,7 @@ def align(
 
 
 def spread_of(points: Array) -> float:
-    """Typical distance [m] of points (n, 3) from the origin, never 0."""
+    """Return the typical (root median square) distance [m] of points (n, 3) from the origin, never 0."""
     return max(float(np.sqrt(np.median(np.sum(points**2, axis=1)))), 1e-12)
 
 

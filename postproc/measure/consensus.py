@@ -98,7 +98,7 @@ def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
 
 
 def _sessions(data: Measurements) -> NDArray[np.str_]:
-    """(n,) name of the session of each row, "" where there are none."""
+    """Return (n,) name of the session of each row, "" where there are none."""
     return np.full(len(data), "") if data.state.session is None else data.state.session_of_rows
 
 

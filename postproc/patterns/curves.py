@@ -200,6 +200,7 @@ def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
     """Return the curve that is 1 at any of some values, within a distance ``near`` of them, and 0 elsewhere."""
 
     def law(x: Any) -> Any:
+        """Return where x is near one of the values."""
         found = np.abs(x - some[0]) < near
         for value in some[1:]:
             found = found | (np.abs(x - value) < near)
@@ -250,7 +251,7 @@ def sways(signal: Signal) -> Block:
 
 
 def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
-    """The middle of the two neighbouring measured values between which each of some places lies."""
+    """Return for each place the middle of the two neighbouring measured values around it."""
     distinct = signal.distinct
     at = np.clip(np.searchsorted(distinct, list(places)), 1, len(distinct) - 1)
     return (0.5 * (distinct[at - 1] + distinct[at])).tolist()

@@ -96,6 +96,7 @@ class Patterns:
         """
 
         def order(some: Block) -> tuple[str, bool, bool]:
+            """Return the sorting key of a block: place, then what it follows."""
             names = some.like.channels
             return some.like.where or "", self.slow.issuperset(names), self.own.issuperset(names)
 

@@ -199,6 +199,7 @@ def _movable(curve: SignalCurve, signal: Signal, numbers: Sequence[float]) -> li
     """Return the numbers of a curve, those that a fit may move as `Movable`; a whole order of an angle stays fixed."""
 
     def still(kind: str, x: float) -> bool:
+        """Return whether a fit has to keep a number."""
         return kind not in MOVED or (kind == "order" and turns(signal) and x.is_integer())
 
     every = zip(curve.numbers, numbers, strict=True)

@@ -92,6 +92,7 @@ class PatternScreen:
             anywhere[use] = np.maximum(anywhere[use], falls)
 
             def made(k: int, use: NDArray[np.intp] = use) -> Pattern:
+                """Return the k-th of the patterns tried here."""
                 return group[int(use[k])]
 
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
@@ -222,6 +223,7 @@ class PatternScreen:
         which = [(group, k) for _, group in parts for k in range(len(group))]
 
         def made(k: int) -> Pattern:
+            """Return the k-th product, at the price of having tried them all."""
             group, at = which[k]
             return replace(group[at], tries=one.form.tries * len(which))
 

@@ -117,7 +117,11 @@ def channel_signal(name: str, values: Array, place: str = "") -> Signal:
 
 
 def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
-    """The sum of some signals, or the difference of two."""
+    """Return the sum of some signals, or the difference of two, with the unit of the first.
+
+    Args:
+        sign: ``+`` or ``-``.
+    """
     ways = {"+": operator.add, "-": operator.sub}
     names = tuple(s.name for s in signals)
     values = reduce(ways[sign], (s.values for s in signals))

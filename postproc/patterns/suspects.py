@@ -94,14 +94,14 @@ class Suspect:
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
-    """(n, r, m) derivative of the prediction by a move at each place.
+    """Return (n, r, m) derivative of the prediction by m moves of a place of the arm, by the name of the place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
     may move, or the base as it leans), tool (translation, with a turn where that is measured), the far end of each arm
     body but the last (turn or shift), and what carries a weight (mass and moment). Body 6 is the tool.
 
     Args:
-        weighed: whether anything that is tried may be a weight.
+        weighed: whether carried weights are places, too.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -132,10 +132,13 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
-    """The strongest suspect of each channel, and other structures, as many as are told.
+    """Return at most `TOLD` suspects to report: the strongest of each channel, and other structures that were found.
 
-    First the strongest pattern, then those that were found with it taken, its second channel, another place that it
-    cannot be told from, or the joint that a weight winds, and other dresses of the first.
+    First the strongest pattern, then those found beside it, its second channel, another place that it cannot be told
+    from (or the joint that a weight winds), then other channels that explain nearly the same.
+
+    Args:
+        suspects: strongest first; beside: patterns found once the first was fitted.
     """
     if not suspects:
         return []

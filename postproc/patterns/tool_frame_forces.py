@@ -141,6 +141,7 @@ def _moment(lean: Array, way: float) -> Signal:
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
 
     def near(level: int) -> list[Signal]:
+        """Return moments about eight axes nearby, closer at higher levels."""
         apart = np.pi / (8 * WAYS) / 4**level
         return [_moment(lean, float(other)) for other in way + apart * np.arange(-4, 5) if other != way]
 

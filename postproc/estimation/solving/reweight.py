@@ -41,7 +41,7 @@ def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
 
 
 def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
-    """Whether rows of several poses are all off as if one joint had turned.
+    """Return whether the errors of some rows, of three poses at least, all look like a turn of one and the same joint.
 
     A turn of joint j moves the point along its column J_j of the Jacobian, a typing error along any direction, which
     reaches the cosine c to J_j in k poses with the probability (1 - c)^k.

@@ -74,6 +74,7 @@ def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float
     outer = np.einsum("nij,nkj->njik", turns, turns)
 
     def cost(x: Array) -> tuple[float, Array]:
+        """Return minus the log likelihood at x, and its derivative (7,)."""
         C = (noise + typical * x[0])[:, None, None] * np.eye(3) + np.einsum("j,njik->nik", x[1:], outer)
         inverse = np.linalg.inv(C)
         seen = (inverse @ error[:, :, None])[:, :, 0]

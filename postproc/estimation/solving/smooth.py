@@ -32,7 +32,7 @@ class Smoothness:
 
 
 def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
-    """Resolution and penalty of one free function with the largest restricted likelihood, without refitting the model.
+    """Return the resolution and penalty of a free function with the largest restricted likelihood; nothing is refitted.
 
     Near its solution the fit is linear in the amplitudes, y = A b + C x + noise, with nothing known of b and x of
     variance s^2 / (f v)^2 for the strength f and the roughness v. With M the projection on what A leaves, and V diag(l)
@@ -44,7 +44,8 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
     Source: Patterson and Thompson (1971); for smoothing Wahba (1985).
 
     Args:
-        fit: a place to stand on, of rows enough; state: of all rows, which tell how fine it can be.
+        fit: with all other effects near their best values; key: of the free function.
+        state: of all rows, which limit how fine it can be.
     """
     effect = fit.model.effect(key)
     assert effect is not None

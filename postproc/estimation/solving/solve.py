@@ -67,8 +67,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     bound since is determined then, and goes on in its place.
 
     Args:
-        noise: of the instrument. terms: with masks for all effects.
-        fresh: keys of effects that no fit has seen.
+        noise: of the instrument. terms: with masks for all effects. fresh: keys of effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -82,6 +81,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     kept: tuple[Name, ...] = ()
 
     def sloped(frozen: Set[Name] = frozenset()) -> Slope:
+        """Return the slope at the present problem, some parameters left out."""
         return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
 
     for sweep in range(SWEEPS):

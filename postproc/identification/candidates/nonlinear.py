@@ -178,8 +178,8 @@ def optimise_nonlinear(
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
-    1973): amplitudes, knees and points go together, for a point in space cannot be found on a grid of points. In the
-    final search, with ``closely`` below `ENOUGH`, the weak pulls of a fit (`determined.pull`) are added.
+    1973): amplitudes, knees and points go together, for a point in space is not found on a grid of points. With
+    ``closely`` below `ENOUGH`, the weak pulls of a fit (`determined.pull`) are added.
 
     Args:
         free: (q,) mask; tries: steps at most; closely: share of the sum of squares below which a step is the last.
@@ -193,20 +193,24 @@ def optimise_nonlinear(
     inside = 1e-6 * np.minimum(size, high - low)
 
     def at(z: Array) -> Effect:
+        """Return the effect with its free parameters at z."""
         y = x.copy()
         y[index] = z
         return effect.with_vector(y)
 
     def project(effects: Sequence[Effect]) -> Array:
+        """Return (N, m) displacements by the effects with the fitted parameters projected out."""
         return seen.linear.project(seen.answers(effects))
 
     # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
     weak = pull(seen.problem, effect)[index] * (closely < ENOUGH)
 
     def rest(z: Array) -> Array:
+        """Return the residual at z, and the weak pulls below it."""
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
+        """Return the derivative of `rest` at z by forward differences."""
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])

@@ -154,6 +154,7 @@ def _check_readings(
         return []
 
     def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
+        """Return DAT009 in a list."""
         return [_finding(severity, message, help_, cells)]
 
     if own:

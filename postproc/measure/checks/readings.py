@@ -172,6 +172,7 @@ def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float
     from scipy.optimize import least_squares
 
     def error(offset: Array) -> Array:
+        """Return the residuals (3 n,) [m] with joint zeros moved."""
         return seen(arm, q + offset, position).residual.ravel()
 
     best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
