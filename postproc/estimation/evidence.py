@@ -28,9 +28,10 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
 
 
 def unit_information(count: int, freedom: float) -> Array:
-    """Return (count,) information of parameters of no known size: that of all numbers relative to a prior worth one.
+    """Return (count,) information, relative to the prior, of parameters whose size is not known beforehand: freedom - 1.
 
-    Log evidence is then Schwarz's criterion, nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
+    All numbers together then tell as much as ``freedom`` times the prior, and log evidence is Schwarz's criterion,
+    nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
     """
     return np.full(count, freedom - 1.0)
 

@@ -30,14 +30,16 @@ class NoiseParts:
 
     @property
     def unfollowed(self) -> float:
-        """Standard deviation of what of the residual follows no channel [m], [rad] of angles."""
+        """Standard deviation [m], [rad] of angles, of the part of the residual that no channel explains."""
         return float(np.sqrt(self.silent() * self.square))
 
     @property
     def repeatability(self) -> float | None:
-        """How well the arm comes back to a pose, standard deviation per axis [m]; None where `sigma_mm` is not stated.
+        """Standard deviation per axis [m] with which the arm returns to a pose; None where `sigma_mm` is not stated.
 
-        What repeats scatter beyond the instrument; without repeats what of the residual follows no channel beyond it.
+        It is the scatter of repeats less the instrument's; without repeats, the part of the residual that no channel
+        explains
+        less the instrument's.
         """
         if self.noise.instrument is None or self.noise.sigma is not None:
             return self.noise.repeatability
@@ -136,7 +138,7 @@ class Fit(Solution):
 
     @cached_property
     def intervals(self) -> dict[str, Array]:
-        """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
+        """(p,) half widths of the 95 % interval of each parameter (Student's t), by effect key; NaN where not fitted."""
         from scipy.special import stdtrit
 
         wide = float(stdtrit(max(self.freedom, 1.0), 0.975))

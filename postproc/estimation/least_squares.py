@@ -48,12 +48,12 @@ def fit_model(
     terms: Terms = PLAIN,
     watch: Watch = unwatched,
 ) -> Fit:
-    """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
+    """Fit all effects of a model, and further ones, on measured poses, starting from the model's present values.
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
-        watch: is told what is done, and which share of the work is.
+        watch: is called with what is being done and the share of the work that is done.
         terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
 
     Raises:

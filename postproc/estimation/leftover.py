@@ -41,7 +41,7 @@ class Leftover:
 
 
 def split_residual(fit: Solution) -> Leftover:
-    """Split the residual of a fit in what follows the channels and what does not, without naming any physics.
+    """Split the variance of a fit's residual into what follows the channels and noise, without naming any physics.
 
     The residual is noise and a Gaussian process: joints and the instrument move by free functions of channels, with
     covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by a channel of its own, every joint by

@@ -106,7 +106,7 @@ class Problem:
 
     @cached_property
     def rest(self) -> Equilibrium:
-        """The equilibrium of the model at the measured states."""
+        """The equilibrium of the model at the measured states: poses of arm and TCP, deflections, loads."""
         state = self.data.state
         if not self.data.tool_known:
             state = state.with_(T_flange_tcp=self.model.T_flange_tcp)
@@ -166,7 +166,7 @@ class Problem:
 
     @cached_property
     def residual(self) -> Array:
-        """(N,) whitened errors of what was measured and is used."""
+        """(N,) whitened errors of the numbers in use, row by row."""
         if self.weights.turn is None:
             used = self.weights.used
             return np.asarray(self.error[used] * self.weights.values[used])
@@ -174,7 +174,7 @@ class Problem:
 
     @cached_property
     def row(self) -> NDArray[np.int_]:
-        """(N,) measured row of each entry of the residual."""
+        """(N,) index of the measured row of each entry of the residual."""
         return np.asarray(np.nonzero(self.weights.used)[0])
 
     @property

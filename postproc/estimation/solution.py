@@ -56,7 +56,7 @@ class Solution:
 
     @property
     def data(self) -> Measurements:
-        """The rows that were fitted."""
+        """The measurements that were fitted, rows that were set aside included."""
         return self.problem.data
 
     @cached_property
@@ -176,7 +176,7 @@ class Solution:
 
     @property
     def observed(self) -> Observation:
-        """The kind of measured numbers that the figures speak of, with their unit."""
+        """The kind of measured numbers that the figures are about, with its unit."""
         return self.data.observed
 
     @cached_property
@@ -191,7 +191,7 @@ class Solution:
 
     @cached_property
     def position_error(self) -> Array:
-        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        """(n, 3) measured minus predicted position [m], instrument axes; NaN where not measured or set aside."""
         return self._in_fit(self.problem.error[:, :3])
 
     def _in_fit(self, error: Array) -> Array:
@@ -222,6 +222,6 @@ class Solution:
 
     @cached_property
     def _square(self) -> float:
-        """Residual variance of what is observed [m^2], [rad^2] of angles, per number and degree of freedom."""
+        """Residual variance [m^2], [rad^2] of the observed numbers, corrected for the degrees of freedom."""
         error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
         return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)

@@ -121,7 +121,7 @@ def add_effects(
 def _added(
     model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None, watch: Watch
 ) -> Addition:
-    """Return `add_effects` for classes of effects and rows in order, with rounded angles as the data says."""
+    """Do what `add_effects` does once, taking joint angles as rounded or not as ``data.rounded`` says."""
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.

@@ -61,7 +61,11 @@ def diagnose(
 def _diagnosed(
     model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
 ) -> Diagnosis:
-    """Return the diagnosis for a library of effects by key, with rounded angles as the data says."""
+    """Do what `diagnose` does once, taking joint angles as rounded or not as ``data.rounded`` says.
+
+    Args:
+        library: all effects by key; noise: standard deviation per axis [m] stated by the user.
+    """
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state

@@ -57,14 +57,14 @@ class Prediction:
 
 
 def predict_rows(model: Model, data: Measurements, place: bool = False) -> Prediction:
-    """Predict where the real TCP is for every row of a table.
+    """Predict the true TCP position for every row of a table, with its standard deviation.
 
     Args:
-        place: the instrument stands where the rows that hold a measured position see it, not where the model has it.
+        place: whether the instrument's frame is fitted to rows that hold a measured position; else it is the model's.
 
     Raises:
-        PostprocError: DAT034 where a law in the order of rows belongs to another table; DAT035 where too few rows place
-            the instrument.
+        PostprocError: DAT034 where an effect of the order of rows belongs to another table; DAT035 where too few rows
+            place the instrument.
     """
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     seen = np.asarray(good & np.isfinite(data.position).all(axis=1))

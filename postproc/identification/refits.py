@@ -44,7 +44,11 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
 
 
 def thinned(base: Fit, noise: float | None) -> Fit:
-    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more."""
+    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more.
+
+    Args:
+        noise: standard deviation per axis [m] stated by the user.
+    """
     step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
         return base

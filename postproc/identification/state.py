@@ -77,9 +77,9 @@ class SearchState:
 
     @cached_property
     def log_evidence(self) -> float:
-        """Log evidence (2 log of odds) of all that was taken against the base, less the price of each part's search.
+        """Log evidence (2 log of odds) of all that was taken, against the base.
 
-        Five weak effects that stand in for a smooth pattern lose against it, since each of them was searched for.
+        The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
         added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)

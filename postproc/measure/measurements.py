@@ -174,7 +174,7 @@ class Measurements:
 
     @property
     def in_order(self) -> Measurements:
-        """The rows in the order of ``order``."""
+        """The measurements with their rows sorted by ``order``; the object itself where they are."""
         order = self.order
         return self if (np.diff(order) > 0).all() else self.rows(order)
 

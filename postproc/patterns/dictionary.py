@@ -111,7 +111,10 @@ class Patterns:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
     def price(self, pattern: Pattern) -> float:
-        """Return 2 log of the prior odds against a pattern at a place, with `UNNAMED_LOG_PRIOR` for having no name."""
+        """Return 2 log of the prior odds against a pattern at a place.
+
+        It counts all patterns and places that are tried, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
+        """
         return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
 
     @cached_property
@@ -143,7 +146,10 @@ class Patterns:
 
     @cached_property
     def switches(self) -> tuple[Group, Single]:
-        """All switches, and their values (n, G); each is on and off in more than a few rows."""
+        """All switches with their values (n, G): factors that let a pattern act only where a channel is in some range.
+
+        Each is on in more than a few rows, and off in more than a few.
+        """
         found = list[Block]()
         for some in self.gates:
             [(curve, signal)] = some.like.factors
@@ -181,7 +187,7 @@ class Patterns:
 
 
 def _switched(one: Pattern, switch: Block) -> Block:
-    """Return the products of a pattern with each of some switches, at level 0, so that numbers are refined anew."""
+    """Return the products of a pattern with each of some switches, which say where another channel lets it act."""
     numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
     return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
 

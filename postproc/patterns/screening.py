@@ -208,7 +208,10 @@ class PatternScreen:
         return best
 
     def _switched(self, one: Suspect, least: float) -> list[Suspect]:
-        """Return the best product of the pattern, or of a factor of it, with a switch, at the price of all switches.
+        """Return the best product of the pattern, or of one of its factors, with a switch of another channel.
+
+        A switch is 1 where a curve of that channel is on, and 0 elsewhere. The product pays for all switches that were
+        tried.
 
         Args:
             least: log evidence that it must be able to reach; else, or where no switch fits, the list is empty.

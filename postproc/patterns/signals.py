@@ -81,7 +81,7 @@ class Signal:
 
     @property
     def whole(self) -> str:
-        """Its name, with the word that a column of words holds: ``door open``."""
+        """Its channel's name, followed by the word that it stands for in a column of words: ``door open``."""
         return self.name if self.is_channel else f"{self.name} {self.label}"
 
     @cached_property
@@ -91,7 +91,7 @@ class Signal:
 
     @cached_property
     def distinct(self) -> Array:
-        """Its values, each once, in order."""
+        """(k,) its distinct values in ascending order."""
         return np.unique(self.values)
 
 

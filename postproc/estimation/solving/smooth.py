@@ -32,7 +32,7 @@ class Smoothness:
 
 
 def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
-    """Return the resolution and penalty of a free function with the largest restricted likelihood; nothing is refitted.
+    """Return the resolution and penalty of a free function with the largest restricted likelihood.
 
     Near its solution the fit is linear in the amplitudes, y = A b + C x + noise, with nothing known of b and x of
     variance s^2 / (f v)^2 for the strength f and the roughness v. With M the projection on what A leaves, and V diag(l)

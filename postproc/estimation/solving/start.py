@@ -22,7 +22,7 @@ FEWEST = 4
 
 
 def start_frames(problem: Problem) -> Problem:
-    """Give null `instrument_frame` and `tool_frame` effects the values that the nominal arm suggests.
+    """Return the problem with null `instrument_frame` and `tool_frame` effects fitted to the nominal arm (closed form).
 
     Sessions that saw the arm from another place than the first one get a frame of their own, in a `session` effect.
     """

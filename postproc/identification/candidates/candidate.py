@@ -46,19 +46,22 @@ class Candidate:
 
     @property
     def forming(self) -> int:
-        """How many parameters only form the effect: a knee, the ends of a hose."""
+        """Number of free parameters that are no amplitudes but only shape the effect: a knee, the ends of a hose."""
         return int((self.free & ~self.effect.amplitudes()).sum())
 
     @property
     def far(self) -> bool:
-        """Whether its forms may all be far from the truth: a grid of knees is fine enough, one of points is not."""
+        """Whether at least half of the free parameters shape the effect, so that all starting forms may be far off.
+
+        A grid of knees is fine enough to start from, a grid of points in space is not.
+        """
         return 2 * self.forming > int(self.free.sum())
 
     @property
     def curved(self) -> bool:
-        """Whether a linear problem is not enough.
+        """Whether the effect has to be judged by full fits, since a linear problem cannot.
 
-        Parameters that form the effect move its columns, and so does the compliance that its load acts through.
+        Parameters that shape the effect change its columns, and so does the compliance that its load acts through.
         """
         return self.forming > 0 or type(self.effect).load is not Effect.load
 

@@ -60,7 +60,7 @@ class PlacedArm:
         return T if self.T_reference_base is None else self.T_reference_base @ T
 
     def rows(self, index: Any) -> PlacedArm:
-        """The arm at some of the rows."""
+        """Return the arm at some of the rows, by a mask or by indices."""
         return self if self.T_reference_base is None else PlacedArm(self.robot, self.T_reference_base[index])
 
 

@@ -50,7 +50,7 @@ class Cells:
     decimal: str
 
     def span(self, row: int) -> Span:
-        """Byte offsets of a row in the file."""
+        """Return the byte offsets (start, end) of a row, by its index from 0, in the file."""
         return self.source.line_span(self.lines[row])
 
     def at(self, name: str | int) -> int:
@@ -111,7 +111,11 @@ class Cells:
     def _report(
         self, rows: list[int], name: str | int, diagnostics: list[Diagnostic], code: str, what: str, help_: str
     ) -> None:
-        """Add one finding on cells of a column, at the first of some rows; none where there are no rows."""
+        """Add one finding about cells of a column, at the first of some rows; none where there are no rows.
+
+        Args:
+            rows: indices from 0; what: end of the message, after the cell and the column; help_: what to do.
+        """
         if rows:
             at = self.at(name)
             more = f" (and {len(rows) - 1} more)" if rows[1:] else ""

@@ -57,10 +57,13 @@ def with_external_axes(state: State, table: Table, station: Station | None, exta
 
 
 def _stated(table: Table, name: str, joint: Joint | None) -> Array:
-    """Return (n,) a column of an external axis in mm or degrees, NaN for empty cells and 9E9.
+    """Return (n,) positions in a column of an external axis [mm] or [deg], NaN for empty cells and 9E9.
 
     Args:
-        joint: the cell's axis of that letter, None where it has none; a unit of the wrong kind raises DAT038.
+        joint: the cell's axis of that letter, None where it has none.
+
+    Raises:
+        PostprocError: DAT038 where the column's unit does not suit the kind of axis.
     """
     values = table.column(name)
     assert values is not None
