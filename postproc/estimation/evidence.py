@@ -28,7 +28,7 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
 
 
 def unit_information(count: int, freedom: float) -> Array:
-    """Return (count,) information, relative to the prior, of parameters whose size is not known beforehand: freedom - 1.
+    """Return (count,) freedom - 1: information, relative to the prior, on parameters of unknown size.
 
     All numbers together then tell as much as ``freedom`` times the prior, and log evidence is Schwarz's criterion,
     nu log(S / S') - m log(nu) (Kass and Wasserman 1995).

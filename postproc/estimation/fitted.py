@@ -138,7 +138,7 @@ class Fit(Solution):
 
     @cached_property
     def intervals(self) -> dict[str, Array]:
-        """(p,) half widths of the 95 % interval of each parameter (Student's t), by effect key; NaN where not fitted."""
+        """(p,) half widths of 95 % intervals of the parameters (Student's t), by effect key; NaN where not fitted."""
         from scipy.special import stdtrit
 
         wide = float(stdtrit(max(self.freedom, 1.0), 0.975))

@@ -69,7 +69,7 @@ def _prices(odds: Array) -> Array:
 
 
 def _starts(forms: Forms, worth: Array) -> list[int]:
-    """Return the indices of the two best forms of every kind (law, pair of bodies ..), to optimize knees or points from.
+    """Return indices of the two best forms of every kind (law, pair of bodies ..), to optimize knees or points from.
 
     Args:
         worth: (M,) log evidence of each form.
