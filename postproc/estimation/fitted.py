@@ -38,8 +38,7 @@ class NoiseParts:
         """Standard deviation per axis [m] with which the arm returns to a pose; None where `sigma_mm` is not stated.
 
         It is the scatter of repeats less the instrument's; without repeats, the part of the residual that no channel
-        explains
-        less the instrument's.
+        explains less the instrument's.
         """
         if self.noise.instrument is None or self.noise.sigma is not None:
             return self.noise.repeatability
@@ -88,8 +87,7 @@ class Fit(Solution):
         """Standard deviation per axis [m], [rad] of angles, of the model's error of the true pose, without the noise.
 
         It is the residual variance less that of the noise, where that is significant (F test, 1 %), else 0; without a
-        known
-        noise, it is the part of the residual that follows the channels.
+        known noise, it is the part of the residual that follows the channels.
         """
         own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
@@ -117,8 +115,7 @@ class Fit(Solution):
         """(p, p) covariance of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
         The variance is that on unseen poses where it is larger. Model errors are common to repeats of a pose: with
-        their
-        share s of the variance, m repeats count as m / (1 + (m - 1) s) rows.
+        their share s of the variance, m repeats count as m / (1 + (m - 1) s) rows.
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 

@@ -21,8 +21,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     """Return the share of the rows of a problem that count as independent; 1 where they are no record of a moving arm.
 
     Neighbours in a record resemble each other. What a missing delay or lost motion leaves is no noise, however smooth
-    it
-    is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without them.
+    it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without them.
 
     Args:
         plain: the fit as if all rows were independent; stopped: (N, k) whitened columns of what stopped at a bound.

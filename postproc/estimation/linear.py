@@ -75,8 +75,7 @@ class Linear:
         """Return the fit with more columns (N, m), without directions that keep less than ``rank`` of their length.
 
         With M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also
-        where a
-        penalty makes M no projection.
+        where a penalty makes M no projection.
         """
         length = np.linalg.norm(columns, axis=0)
         scaled = columns / np.where(length > 0, length, 1.0)

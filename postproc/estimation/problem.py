@@ -217,8 +217,7 @@ class Problem:
         """Return (N, p) whitened derivatives by parameters of an effect that the model may lack.
 
         Its load acts on springs no stiffer than is ordinary: a compliance that the missing load has pushed towards zero
-        would
-        hide it.
+        would hide it.
         """
         return self._rows(self.softer.by_parameter(effect, free))
 

@@ -26,7 +26,7 @@ from postproc.patterns.place import with_and_without_a_row
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
-    """Return the candidate's effect with the amplitudes that the linear problem suggests, inside its bounds."""
+    """Return the candidate's effect with the amplitudes that fit the linear residual best, inside its bounds."""
     mask = linear_part(candidate.effect, candidate.free)
     size = ordinary(problem.model, candidate.effect, mask)
     columns = columns_of(problem, candidate.effect, candidate.free)
@@ -220,7 +220,7 @@ def exceeds_noise(fit: Fit) -> bool:
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
-    """Return the candidate with no evidence where the effect that has to come before it is missing as well.
+    """Return the candidate, with evidence of 0 at most where its class's `beside` effect is missing as well.
 
     Every arm winds up in its joints: what else bends cannot be judged by a model without those springs.
     """

@@ -102,7 +102,8 @@ def add_effects(
     """Add effects by key one after another, each in the form that suits the data, and refit everything.
 
     Args:
-        extra_effects: classes beside the library's. watch: is told what is done, and which share of the work is.
+        extra_effects: classes beside the library's; noise: standard deviation per axis [m] stated by the user.
+        watch: is called with what is being done and the share of the work that is done.
 
     Raises:
         PostprocError: EFF020 for an unknown key, DAT021 where the data lacks a channel that an effect reads.

@@ -45,7 +45,7 @@ def diagnose(
 
     Args:
         extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
-        watch: is told what is done, and which share of the work is.
+        watch: is called with what is being done and the share of the work that is done.
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})

@@ -21,11 +21,10 @@ def lacks_fit(fit: Fit) -> bool | None:
     """Return whether a fit leaves more than the noise; None where the noise is not known.
 
     The scatter of repeats does not depend on the model, in one visit or at any time. At other times they differ by
-    drift
-    as well, so that the noise is at most what all of them scatter by. What is left is tested against each of these (F
-    test of the residual variance, and by a margin that matters); a user's own figure counts in their place, unless
-    repeats scatter more. Without either, what is left is within the noise where it is no more than the instrument and
-    the arm's data sheet say; where it is more, only both of them say that it is no noise.
+    drift as well, so that the noise is at most what all of them scatter by. What is left is tested against each of
+    these (F test of the residual variance, and by a margin that matters); a user's own figure counts in their place,
+    unless repeats scatter more. Without either, what is left is within the noise where it is no more than the
+    instrument and the arm's data sheet say; where it is more, only both of them say that it is no noise.
     """
     if fit.freedom <= 0:
         return None
@@ -67,8 +66,7 @@ def _repeatability(fit: Fit) -> float | None:
     """Return the arm's repeatability by its data sheet as an upper bound per axis [m]; None where none is stated.
 
     RP of ISO 9283 is the mean distance from the mean place and three of its standard deviations: 3.6 per axis. Only
-    that
-    it is a distance in space is taken from it, for arms that are older than their data sheet.
+    that it is a distance in space is taken from it, for arms that are older than their data sheet.
     """
     stated = fit.model.robot.repeatability
     return None if stated is None or fit.observed.name != "position" else stated / np.sqrt(3)

@@ -23,9 +23,8 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
     """Fit the base again with some of the effects of another fit, starting from where that fit has them.
 
     The springs start there, too: those of the base, found without a load, do not suit it, down to their sign. On more
-    rows
-    than those of the fit, free functions get the order and smoothness that these can carry. Patterns beside the fit
-    stay.
+    rows than those of the fit, free functions get the order and smoothness that these can carry. Patterns beside the
+    fit stay.
 
     Args:
         base: the fit whose rows and free parameters count; fitted: the fit with the effects.
@@ -61,9 +60,8 @@ def without(fit: Fit, keys: Iterable[str]) -> Fit:
     """Return the fit without some of its effects, the others where its linear model predicts them, not fitted again.
 
     The others' residual and columns are those where the fit has them, and held-out errors are taken one step from
-    there.
-    Where such a step misses what the slope predicts (a load on springs that it has formed itself), it is made, and
-    another one looked at, `STEPS` times at most.
+    there. Where such a step misses what the slope predicts (a load on springs that it has formed itself), it is made,
+    and another one looked at, `STEPS` times at most.
 
     Args:
         keys: of the effects that are left out.

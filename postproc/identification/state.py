@@ -136,8 +136,7 @@ class SearchState:
         """Return the state with other patterns beside the fit, and everything fitted again.
 
         Without any, it is the state before patterns were added; where that is not known, knees and points of effects
-        are
-        held, since what the patterns explained would bend them.
+        are held, since what the patterns explained would bend them.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self

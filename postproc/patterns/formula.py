@@ -49,8 +49,7 @@ class SignalCurve:
 
         Args:
             template: with `{n0}`, `{n1}` .. for the numbers, `{of}`, `{label}` and `{name}` for the signal; for waves
-                with
-                `{each}` for the period, `{verb}` before it, `{at}` for a crest and `{end}` for the end of a pulse.
+                with `{each}` for the period, `{verb}` before it, `{at}` for a crest and `{end}` for the end of a pulse.
             spans: lowest and highest value of each number, shown as a value with its uncertainty.
         """
         words = {f"n{k}": within(signal.unit, *span) for k, span in enumerate(spans)}

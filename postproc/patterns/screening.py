@@ -77,8 +77,7 @@ class PatternScreen:
 
         Args:
             anywhere: (P,) the largest fall of each pattern at any place so far; updated here. It selects the patterns
-                that
-                are tried at arm bodies and at the tool that shifts and turns.
+                that are tried at arm bodies and at the tool that shifts and turns.
         """
         group = self.every.every
         for some, everywhere in self.every.at(where):

@@ -165,8 +165,7 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
     """Return the suspects that are unlikely to be chance.
 
     Dropped is what leaves more than twice as much as the first without coming near its evidence, and what follows
-    further
-    channels with less evidence than without them.
+    further channels with less evidence than without them.
     """
     first = suspects[0]
     near = [

@@ -73,8 +73,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
 
     They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
     effect `base_compliance`. The moment is taken about `WAYS` horizontal axes, about x and y with a size for each, and
-    by
-    its magnitude; both lists are empty where loads are not known.
+    by its magnitude; both lists are empty where loads are not known.
 
     Args:
         others: signals by which a footing may soften, such as a temperature.

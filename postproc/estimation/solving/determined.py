@@ -101,10 +101,8 @@ def pull(problem: Problem, effect: Effect) -> Array:
     """Return (p,) weights of a weak pull to null of an effect's amplitudes, with a deviation of thirty ordinary sizes.
 
     Frames have none. It is far below the noise of anything that the data determines, and keeps what it barely
-    determines
-    from running away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal fits lies
-    one
-    that an arm may have.
+    determines from running away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal
+    fits lies one that an arm may have.
     """
     if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
         return np.zeros(len(effect.vector()))

@@ -21,7 +21,7 @@ EACH = 2
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
-    """Return the best composition of an effect's forms: the best form, then more of its own while each is worth it.
+    """Return the best composition of an effect's forms: the best, and further ones while each raises the evidence.
 
     Twice: from the best form on, and of the narrowest alone, so that nothing is fitted that only goes with the rest
     (all joints for the sake of three). None where no form moves anything.
@@ -159,10 +159,10 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
-    """Return `columns_of` for a form's effect, pieced together from known columns where these are all.
+    """Return `columns_of` for a form's effect and a mask (q,), put together from known columns where that is enough.
 
     Args:
-        mask: (q,) entries of the effect; before: (N, k) columns of what was there before.
+        before: (N, k) columns of what was there before the form, if any.
     """
     whole = form.columns if before is None else np.hstack([before, form.columns])
     alike = whole.shape[1] == linear_part(form.effect, mask).sum()
@@ -179,5 +179,5 @@ def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Arr
 
 
 def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the amplitudes in a mask (q,) over an effect's vector."""
+    """Return (q,) the part of a mask over an effect's vector that are amplitudes, in which the effect is linear."""
     return mask & effect.amplitudes()

@@ -123,8 +123,8 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     """Return all forms of one effect on the data of a problem, without those that move nothing.
 
     Args:
-        current: what a search or the model has of it, None for nothing.
-        alone: forms where the model has nothing of it; those with linear amplitudes alone are used again while small.
+        current: the effect as the search or the model has it, None for nothing.
+        alone: its forms on a model without it, whose columns are used again where ``current`` is null and linear.
     """
     found: list[Form | None] = []
     small = current is not None and current.is_null and bool(current.amplitudes().all())

@@ -56,8 +56,7 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     Column ``sigma_mm`` states the instrument's share; without repeats the arm's is unknown. Repeats of one visit count
     where there are enough of them: those of a later round, at another temperature, differ by drift and growth as well.
     What follows a column of the user's own within repeats is no noise either; where all repeats then scatter clearly
-    less
-    than those of one visit, they count.
+    less than those of one visit, they count.
 
     Args:
         stated: [m], or [rad] where only angles were measured.

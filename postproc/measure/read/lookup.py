@@ -40,8 +40,7 @@ class Table:
         """Return the place and unit of every standard column and channel that the table has.
 
         They are found by the column map, the standard name, or another known name, which is reported (DAT015); DAT002
-        is
-        raised for columns that are missing or ambiguous.
+        is raised for columns that are missing or ambiguous.
         """
         header, units = self.cells.header, self.cells.units
         lower = {theirs.lower(): theirs for theirs in reversed(header)}
@@ -124,8 +123,7 @@ class Table:
         Args:
             name: standard name or channel.
             fill: value in gaps: a number, the ``median``, or what lies ``between`` the rows before and after; reported
-                as
-                DAT005. The result is None where all is empty.
+                as DAT005. The result is None where all is empty.
         """
         if name not in self.place:
             return None

@@ -51,8 +51,7 @@ class Turns:
         """Return the median angle [rad] by which orientations do not follow the flange, whatever turn the tool has.
 
         Without the place of the base, the turns from row to row determine it, M_i M_j^T = B F_i F_j^T B^T; None where
-        fewer
-        than three of them are clear.
+        fewer than three of them are clear.
 
         Args:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
