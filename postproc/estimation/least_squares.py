@@ -135,7 +135,10 @@ def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Term
 
 
 def _place(effect: Effect) -> int:
-    """Return the sorting key of an effect: of two that do the same, the one with the larger key is held."""
+    """Return the sorting key of an effect: frames first, geometry and free functions last.
+
+    Of two effects that do the same, the later one is held.
+    """
     if effect.roughness() is not None:
         return 100
     return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50

@@ -37,11 +37,10 @@ PATTERNS = 3
 def search(start: SearchState) -> SearchState:
     """Return the state with what the model lacks: effects of the library, and patterns without a name where they win.
 
-    1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
-       `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
-    and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
-    5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
-    were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
+    Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
+    is taken if it is significant, an effect only if held-out rows confirm it; everything is refitted; again until
+    nothing is left that is worth it. After one pass back (`backward`), the search is repeated, with one pattern fewer
+    or with names alone, while that raises the log evidence of the whole, at most `ROUNDS` times.
     """
     state = backward(forward(start))
     for _ in range(ROUNDS if state.keys or state.outside else 0):
@@ -128,10 +127,10 @@ def backward(state: SearchState) -> SearchState:
 def _instead(
     state: SearchState, bare: SearchState, one: SelectedEffect, mine: Candidate | None
 ) -> Iterator[SearchState]:
-    """Yield states that may replace one with a certain effect: without it, with another form, effect or freer function.
+    """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
-    The state without it is yielded where the effect is not needed, or where patterns may explain the same and both fits
-    set the same rows aside.
+    That may be the effect in another form, the effect of the largest evidence, or a freer function. The state without
+    it is yielded where it is not needed, or where patterns may explain the same and both fits set the same rows aside.
 
     Args:
         bare: the state without the effect; one: the effect.

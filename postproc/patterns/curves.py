@@ -32,7 +32,7 @@ FINEST, MANY = 4, 8000
 
 
 def cosine(x: Any, order: Any, phase: Any) -> Any:
-    """Return cos(order x - phase); for arrays of orders in single precision."""
+    """Return cos(order x - phase), (n,) or (P, n) for (P, 1) orders and phases, the latter in single precision."""
     if np.ndim(order) == 0:
         return np.cos(order * x - phase)
     # Of many waves in single precision, which is many times as fast; within half a turn it is exact enough for that.
@@ -41,12 +41,15 @@ def cosine(x: Any, order: Any, phase: Any) -> Any:
 
 
 def _cycle(x: Any, order: Any, start: Any) -> Any:
-    """Return the share of a period, from 0 to 1, that a wave has passed at x, counted from the share ``start``."""
+    """Return (order x / (2 pi) - start) mod 1, the share of a period that a wave has passed at x."""
     return (order / (2 * np.pi) * x - start) % 1.0
 
 
 def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> SignalCurve:
-    """Return a curve that has no numbers; arguments as in `SignalCurve`, ``gate`` said of where it is on."""
+    """Return a curve without numbers: a formula f(x), its words, its kind for the odds, its noun as a factor.
+
+    ``gate`` says in words where it is on, and makes it a possible switch (`SignalCurve`).
+    """
     return SignalCurve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
 
 
@@ -283,7 +286,7 @@ def sharper(pattern: Pattern) -> Group:
 
 
 def _closer(pattern: Pattern) -> Iterator[Block]:
-    """Yield the blocks of `sharper`: other curves for each factor, nearby numbers, and nearby axes of its signal."""
+    """Yield the blocks of patterns that `sharper` returns: other curves in place of a factor, and nearby numbers."""
     for k, (curve, signal, own) in enumerate(pattern.each):
         for new, numbers in _instead(curve, signal, own, pattern.level):
             first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
@@ -357,7 +360,7 @@ def _instead(
 
 
 def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
-    """Return for each number of a curve the values around it to try, in steps that shrink with the level."""
+    """Return for each number of a curve a list of values around it to try, spaced the closer the higher the level."""
     x, closer, found = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])
     for kind, number in zip(curve.numbers, numbers, strict=True):

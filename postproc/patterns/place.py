@@ -13,7 +13,7 @@ CHUNK = 2048
 
 
 def above(linear: Linear) -> float:
-    """Return the whitened sum of squares above the noise, at least a tenth of the whole."""
+    """Return the excess of the whitened sum of squares over what noise alone leaves, at least a tenth of the whole."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
 
 

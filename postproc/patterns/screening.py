@@ -98,11 +98,15 @@ class PatternScreen:
         yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
-        """Return the suspect of a pattern at a place, under the pattern's first channel."""
+        """Return the suspect of a pattern at a place, under the pattern's first channel.
+
+        Args:
+            fall: of the sum of squares; worth: log evidence.
+        """
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
     def _at(self, where: str, form: Pattern) -> Suspect:
-        """Return the suspect of one pattern at a place, its fall computed in double precision."""
+        """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence."""
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())

@@ -93,13 +93,17 @@ def robust_rms(error: Array) -> float:
 
 
 def _surprise(error: Array) -> float:
-    """Return minus the mean log likelihood of errors of one scatter, none counted beyond three deviations."""
+    """Return minus the mean log likelihood of errors for their own robust scatter, each capped at three deviations."""
     scatter = robust_rms(error)
     return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0
 
 
 def _huber(problem: Problem, values: Array) -> Array:
-    """Return (n,) Huber factors at 1.5 times the median error of a row."""
+    """Return (n,) Huber factors, 1 for rows with a whitened error up to 1.5 times the median, less beyond.
+
+    Args:
+        values: (n, r) weights.
+    """
     length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
     limit = 1.5 * float(np.median(length))
     return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300))))

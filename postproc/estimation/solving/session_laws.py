@@ -16,7 +16,7 @@ CLOCKS = {"row": "row", "time": "time_s"}
 
 
 def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
-    """Return DAT034 for effects that follow the row or time of a session, on a table that the model was not fitted to.
+    """Return DAT034 for effects of the row or time of a session, on a table that the model was not fitted to.
 
     Rows of another table are other rows. Times may continue those of the fit: where some lie beyond them by more than a
     tenth of their range, it is another session.

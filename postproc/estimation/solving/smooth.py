@@ -98,9 +98,10 @@ def effective_parameters(fit: Fit, key: str) -> float:
 
 
 def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
-    """Return (y, columns, penalties): the residual with all linear shares put back, and those of all effects but one.
+    """Return (y, columns, penalties) to fit one free function anew: y = r + A x, and those of all other effects.
 
-    The effect of ``key`` is part of y = r + A x, and has no columns.
+    Args:
+        key: of the free function, which is part of y and has no columns.
     """
     problem = fit.problem
     columns, y = [problem.taken], problem.residual.copy()

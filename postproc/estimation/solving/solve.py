@@ -194,7 +194,10 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
 
 
 def _enough(problem: Problem, fitted: int) -> None:
-    """Raise DAT020 where there are no more measured numbers than fitted parameters; rows of one pose count once."""
+    """Raise DAT020 where there are no more measured numbers than fitted parameters.
+
+    Below four poses, all rows of a pose count as one.
+    """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
     if poses < min(FEWEST, rows):

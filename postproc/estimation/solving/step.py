@@ -160,13 +160,13 @@ class Slope:
         return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
 
     def _over(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
-        """Return (p,) the entries of these parameters in a figure (q,) that a function gives of each effect."""
+        """Return (p,) the values for these parameters of a figure that a function gives for each effect, (q,)."""
         every = {e.key: figure(e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in self.parameters])
 
 
 def sizes(problem: Problem, effect: Effect) -> Array:
-    """Return (p,) ordinary sizes of an effect's parameters on the problem's arm."""
+    """Return (p,) ordinary sizes of an effect's parameters: their typical magnitudes on the problem's arm."""
     return ordinary_sizes(effect, problem.model.robot)
 
 

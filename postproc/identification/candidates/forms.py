@@ -45,7 +45,7 @@ class Form:
 
     @property
     def width(self) -> int:
-        """Number of amplitudes that are screened."""
+        """Number of amplitudes with a column, which a score test judges together."""
         return int(self.screened.sum())
 
     def beside(self, effect: SumOfTerms) -> Form:
@@ -162,6 +162,9 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Return (p,) ordinary sizes of an effect's parameters in a mask (q,), less for rough parts of free functions."""
+    """Return (p,) ordinary sizes (typical magnitudes on such an arm) of an effect's parameters in a mask (q,).
+
+    Rough parts of a free function are smaller than smooth ones.
+    """
     size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
     return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

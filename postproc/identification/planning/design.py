@@ -48,9 +48,9 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
     """Choose n poses of a pool that shrink the parameters' covariance most, one after another (greedy D-optimal).
 
     Returns:
-        the indices of the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before
-        and
-        after; the parameters that are the worst of that; those that no pose determines.
+        The indices of the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before;
+        the
+        same after; the parameters that are the worst of that before; those that no pose determines.
     """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
@@ -166,7 +166,7 @@ def _updated(P: Array, z: Array) -> Array:
 
 
 def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
-    """Return an effect in the form to plan for, and (q,) mask of the amplitudes that it has there.
+    """Return an effect in the form to plan for, and (q,) mask of its amplitudes that count.
 
     It is the model's own, else the best one on the data, else the first variant on the pool.
     """
@@ -184,7 +184,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
 
 
 def _size(fit: Fit, columns: Array) -> Array:
-    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of length 1 at least."""
+    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), with a norm of 1 at least."""
     linear = fit.linear
     projected = linear.project(columns)
     x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
