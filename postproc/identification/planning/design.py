@@ -184,7 +184,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
 
 
 def _size(fit: Fit, columns: Array) -> Array:
-    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), with a norm of 1 at least."""
+    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p); at least of norm 1."""
     linear = fit.linear
     projected = linear.project(columns)
     x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
