@@ -36,7 +36,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
 
 
 def channels(state: State, position: Array) -> dict[str, Array]:
-    """Channels that vary, by name: those of the arm with a joint number (``q1``, ``load6``), and all others.
+    """Return the channels that vary, (n,) each, by name: ``q1``, ``load6`` with a joint number, and all others.
 
     Args:
         state: with loads filled in; position: (n, 3) TCP in the base frame [m].
@@ -67,29 +67,29 @@ def channels(state: State, position: Array) -> dict[str, Array]:
 
 
 def fit_channels(fit: Solution) -> dict[str, Array]:
-    """Every channel (n,) of the data beside a fit."""
+    """Return every channel (n,) that varies over the fitted rows, by name."""
     return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
 
 
 def varies(values: Array) -> bool:
-    """Whether a channel changes by more than rounding."""
+    """Return whether values are finite and change by more than rounding."""
     return bool(np.isfinite(values).all() and np.ptp(values) > 1e-9 * (1 + np.abs(values).max()))
 
 
 def unit_of(channel: str) -> tuple[str, float]:
-    """The unit in which people read a channel, and the factor to it."""
+    """Return the unit that people read a channel in, and the factor from SI to it."""
     return UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
 
 
 def shown(channel: str, value: float) -> str:
-    """A channel's value with its unit, ``22 deg``; that of a sum of angles is an angle."""
+    """Return a value in SI as text in the channel's unit, ``22 deg``; a sum of angles (``q1 + q2``) is an angle."""
     unit, factor = unit_of(channel.split(" ")[0])
     value *= factor
     return f"{value:.0f} {unit}".rstrip() if abs(value) >= 1000 else f"{value:.3g} {unit}".rstrip()
 
 
 def within(channel: str, low: float, high: float) -> str:
-    """A value that lies between two, ``22.41 ± 0.63 deg``: zero where that may be it."""
+    """Return the range from low to high (SI) as text, ``22.41 ± 0.63 deg``; a range around zero is shown as 0 ± ..."""
     unit, factor = unit_of(channel.split(" ")[0])
     middle, half = 0.5 * (low + high) * factor, 0.5 * (high - low) * factor
     if low <= 0 <= high:

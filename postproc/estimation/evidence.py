@@ -11,11 +11,11 @@ NOTHING = 1e-12
 
 
 def log_evidence(before: float, after: Array | float, freedom: float, information: Array) -> Array:
-    """2 log of the odds for parameters against none: nu log(S / S') - log det(I + F), with the noise left free.
+    """Return 2 log of the odds for parameters against none: nu log(S / S') - log det(I + F), the noise being unknown.
 
-    Laplace's approximation of the marginal likelihood, -inf where there are as many parameters as numbers. F is what
-    the data says of the parameters against what their prior does, W C^T M C W / s^2 of columns C that scatter by W.
-    Sources: MacKay (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
+    Laplace's approximation of the marginal likelihood, -inf where there are as many parameters as numbers. F is the
+    information of the data on the parameters relative to their prior, W C^T M C W / s^2, for columns C and parameters
+    that scatter by W a priori. Sources: MacKay (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
 
     Args:
         before: S, the sum of squares without them; after: (..,) S' with them, and with what they are off from their
@@ -28,18 +28,20 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
 
 
 def unit_information(count: int, freedom: float) -> Array:
-    """(count,) information of parameters of no known size: as much as all numbers say where the prior says one.
+    """Return (count,) freedom - 1: information, relative to the prior, on parameters of unknown size.
 
-    Log evidence is then Schwarz's criterion, nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
+    All numbers together then tell as much as ``freedom`` times the prior, and log evidence is Schwarz's criterion,
+    nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
     """
     return np.full(count, freedom - 1.0)
 
 
 def f_test(before: float, after: float, added: int, freedom: float, searched: float = 0.0) -> float:
-    """P value of the fall of a sum of squares by ``added`` parameters, ``freedom`` degrees of freedom left after.
+    """Return the p value of the fall of a sum of squares by ``added`` parameters; 1 where it did not fall.
 
     Args:
-        searched: 2 log of the odds against these parameters among all that were tried.
+        before, after: the sums of squares; freedom: degrees of freedom left after.
+        searched: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
     """
     from scipy.special import betainc
 

@@ -34,7 +34,7 @@ ELSEWHERE, FAR = 100, 3.0
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
+    """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model."""
     from scipy.special import fdtrc
 
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
@@ -64,7 +64,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
 
 
 def some_of_many(data: Measurements) -> list[Diagnostic]:
-    """DAT037 where a table has more rows than a fit takes."""
+    """Return DAT037 where the fit uses only some rows of a large table."""
     if not data.whole:
         return []
     message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
@@ -72,7 +72,7 @@ def some_of_many(data: Measurements) -> list[Diagnostic]:
 
 
 def too_loud(fit: Fit) -> list[Diagnostic]:
-    """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
+    """Return DAT027 where the stated noise is over five times the residual rms, which no noise can be."""
     stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
     if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
         return []
@@ -85,7 +85,7 @@ def too_loud(fit: Fit) -> list[Diagnostic]:
 
 
 def one_path(fit: Fit) -> list[Diagnostic]:
-    """DAT032 where rows of a moving arm are predicted far better than what lies between their joint angles."""
+    """Return DAT032 where rows of a moving arm are predicted over 3 times better than poses between their angles."""
     state = fit.data.state
     if not is_record(state) or fit.observed.name != "position":
         return []
@@ -102,17 +102,18 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 
 
 def larger_noise(fit: Fit) -> Noise:
-    """The noise of a fit, or that of the repeats where these scatter more than was stated."""
+    """Return the noise of a fit, or that of its repeats where these scatter more than the user's figure."""
     own = estimate_noise(fit.data, error=fit.observed_error)
     return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
 
 
 def _ratio(own: Noise, stated: Noise) -> float:
+    """Return the ratio of the two variances."""
     return ((own.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:
-    """Rows in use that lie farther off than noise explains (chi-square, corrected for their number)."""
+    """Return indices of used rows that lie farther off than noise explains (chi-square, corrected for their number)."""
     from scipy.special import chdtrc
 
     used = fit.problem.weights.used
@@ -122,12 +123,12 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
+    """Return what a user should know before relying on a fit: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
     return [*some_of_many(fit.data), *_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:
-    """DAT021 where an effect of the model reads a channel that was not measured: nothing of it can be fitted."""
+    """Return DAT021 for every effect that reads a channel that was not measured: its parameters cannot be fitted."""
     found = []
     for effect in fit.model.effects:
         missing = effect.missing(fit.problem.sensitivity.state)
@@ -139,7 +140,7 @@ def _unread(fit: Fit) -> list[Diagnostic]:
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:
-    """DAT016 where the fit is far better on its own rows than on others: it took on what it cannot know."""
+    """Return DAT016 where the held-out rms is at least three times the rms of the fitted rows: too few poses."""
     poses = int(fit.data.repeats.max()) + 1
     if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
@@ -153,7 +154,7 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
 
 
 def _unphysical(fit: Fit) -> list[Diagnostic]:
-    """DAT026 where the fit makes joints yield against their load, by more than the interval."""
+    """Return DAT026 where fitted joint compliances are negative by more than their 95 % interval."""
     effect = fit.model.in_role(Role.JOINT_SPRINGS)
     if effect is None:
         return []

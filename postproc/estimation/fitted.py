@@ -30,14 +30,15 @@ class NoiseParts:
 
     @property
     def unfollowed(self) -> float:
-        """Standard deviation of what of the residual follows no channel [m], [rad] of angles."""
+        """Standard deviation [m], [rad] of angles, of the part of the residual that no channel explains."""
         return float(np.sqrt(self.silent() * self.square))
 
     @property
     def repeatability(self) -> float | None:
-        """How well the arm comes back to a pose, standard deviation per axis [m]; None where `sigma_mm` is not stated.
+        """Standard deviation per axis [m] with which the arm returns to a pose; None where `sigma_mm` is not stated.
 
-        What repeats scatter beyond the instrument; without repeats what of the residual follows no channel beyond it.
+        It is the scatter of repeats less the instrument's; without repeats, the part of the residual that no channel
+        explains less the instrument's.
         """
         if self.noise.instrument is None or self.noise.sigma is not None:
             return self.noise.repeatability
@@ -45,14 +46,14 @@ class NoiseParts:
 
     @property
     def level(self) -> float | None:
-        """Standard deviation of one measured number [m], [rad] of angles: instrument and arm; None where unknown."""
+        """Standard deviation of one measured number, instrument and arm together [m], [rad]; None where unknown."""
         if self.noise.sigma is not None or self.repeatability is None or self.noise.instrument is None:
             return self.noise.sigma
         return float(np.hypot(self.noise.instrument, self.repeatability))
 
     @property
     def origin(self) -> str:
-        """Where the noise is known from, as documents say it."""
+        """Where the noise is known from: ``repeats``, ``user``, ``none`` or ``sigma_mm and the residual``."""
         if self.noise.sigma is None and self.noise.instrument is not None:
             return "sigma_mm and the residual"
         return self.noise.origin
@@ -64,27 +65,29 @@ class Fit(Solution):
 
     @cached_property
     def leftover(self) -> Leftover:
-        """How much of the residual is noise, and how far free functions of the channels would bring it."""
+        """How much of the residual is noise, and the held-out error that free functions of the channels would reach."""
         return split_residual(self)
 
     @property
     def smooth_bound(self) -> float:
-        """How far any smooth function of the channels, without physics, would bring the held-out error [m], [rad].
+        """Held-out error [m], [rad] of angles, that a smooth function of the channels without physics would reach.
 
-        `compare`, `diagnose` and `add` tell that of the model as it came, fitted on all rows: one bound for one table.
+        `compare`, `diagnose` and `add` report that of the model as it came, fitted on all rows: one bound for one
+        table.
         """
         return self.leftover.held_out
 
     @property
     def parts(self) -> NoiseParts:
-        """What the noise consists of: the instrument's, the arm's."""
+        """The noise split into the instrument's share and the arm's repeatability."""
         return NoiseParts(self.noise, self._square, lambda: self.leftover.noise)
 
     @cached_property
     def unexplained(self) -> float:
-        """Standard deviation per axis [m], [rad] of angles, of what the model leaves of the true pose.
+        """Standard deviation per axis [m], [rad] of angles, of the model's error of the true pose, without the noise.
 
-        The residual variance less the noise, where significant (F test, 1 %); less what follows no channel without one.
+        It is the residual variance less that of the noise, where that is significant (F test, 1 %), else 0; without a
+        known noise, it is the part of the residual that follows the channels.
         """
         own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
@@ -98,7 +101,10 @@ class Fit(Solution):
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] of what a law worse by odds of 50 to 1 may leave; 0 where none is drafted."""
+        """Standard deviation per axis [m] by which predictions may be off where a drafted formula is not settled.
+
+        It is the difference to a formula that is worse by odds of 50 to 1; 0 where the model has no drafted effect.
+        """
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
         numbers = self.serial * self.told * len(self.problem.residual)
@@ -106,16 +112,16 @@ class Fit(Solution):
 
     @cached_property
     def covariance(self) -> Array:
-        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
+        """(p, p) covariance of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
-        The variance is that of poses that the fit has not seen, where they tell a larger one. What the model misses,
-        repeats of a pose have in common: with its share s of the variance, m of them count as m / (1 + (m - 1) s).
+        The variance is that on unseen poses where it is larger. Model errors are common to repeats of a pose: with
+        their share s of the variance, m repeats count as m / (1 + (m - 1) s) rows.
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 
     @cached_property
     def scatter_of_parameters(self) -> float:
-        """How many times larger the covariance of the parameters is than (A^T A + penalty)^-1."""
+        """Factor from (A^T A + penalty)^-1 to the covariance of the parameters."""
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
@@ -123,13 +129,13 @@ class Fit(Solution):
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:
-        """Standard deviation of each parameter that was fitted, by effect and index in its vector."""
+        """Standard deviation of each fitted parameter, by effect key and index in the effect's vector."""
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return dict(zip(self.parameters, deviations.tolist(), strict=True))
 
     @cached_property
     def intervals(self) -> dict[str, Array]:
-        """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
+        """(p,) half widths of 95 % intervals of the parameters (Student's t), by effect key; NaN where not fitted."""
         from scipy.special import stdtrit
 
         wide = float(stdtrit(max(self.freedom, 1.0), 0.975))

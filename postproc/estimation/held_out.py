@@ -12,12 +12,13 @@ FEWEST = 10
 
 
 def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
-    """(N,) whitened held-out residual: every block predicted by a fit to the others.
+    """Return (N,) whitened held-out residuals: every block is predicted by a fit to the others.
 
     With the hat matrix H = U U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no refits.
 
     Args:
-        y: (N,); U: (N, p); blocks: (N,) number of the block of each entry.
+        y: (N,) whitened residual; U: (N, p) basis of the fitted columns; blocks: (N,) number of the block of each
+            entry.
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
@@ -30,9 +31,9 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
 
 
 def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
-    """(N,) held-out residuals by their standard deviations in units of the noise.
+    """Return (N,) held-out residuals over their standard deviations in units of the noise; arguments as `hold_out`.
 
-    Those are the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
+    Those are the square roots of the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
@@ -42,13 +43,17 @@ def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
 
 
 def _members(blocks: NDArray[np.int_]) -> list[NDArray[np.intp]]:
-    """The entries of each block, (N,) numbers of blocks."""
+    """Return the indices of the entries of each block, one array per block."""
     order = np.argsort(blocks, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1)
 
 
 def _left_out(square: Array, e: Array) -> Array:
-    """(I - H)^-1 e for one or several e; the shortest solution where nothing but this block tells something."""
+    """Return (I - H)^-1 e for the block H of the hat matrix; the shortest solution where I - H is singular.
+
+    Args:
+        square: (m, m) H; e: (m,) or (m, k).
+    """
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
     whole = np.eye(len(e)) - square
@@ -62,7 +67,11 @@ def _left_out(square: Array, e: Array) -> Array:
 
 
 def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
-    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split; ten, or 25 poses each."""
+    """Return (n,) block of each row: contiguous rows in file order, repeats of a pose together; ten, or 25 poses each.
+
+    Args:
+        groups: (n,) number of the pose of each row.
+    """
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
     count = min(max(FEWEST, len(first) // 25), len(first))
@@ -70,12 +79,12 @@ def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
 
 
 def neighbouring_blocks(groups: NDArray[np.int_], q: Array) -> NDArray[np.int_]:
-    """(n,) block of each row: ten parts of the joint space with about as many poses, repeats of one never split.
+    """Return (n,) block of each row: ten parts of the joint space with about as many poses, repeats of a pose together.
 
     The largest part is cut in two across the joint that moves most in it, at the median, until there are ten.
 
     Args:
-        q: (n, 6) [rad].
+        groups: (n,) number of the pose of each row; q: (n, 6) [rad].
     """
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     poses = q[first]

@@ -18,11 +18,10 @@ SURE = 100.0
 
 
 def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> float:
-    """Share of the rows of a problem that count as independent, 1 where they are no record.
+    """Return the share of the rows of a problem that count as independent; 1 where they are no record of a moving arm.
 
-    Neighbours in a record of the moving arm resemble each other. What a missing delay or lost motion leaves is no
-    noise, however smooth it is: where both together earn their parameters (Schwarz 1978), the record is looked at
-    without them.
+    Neighbours in a record resemble each other. What a missing delay or lost motion leaves is no noise, however smooth
+    it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without them.
 
     Args:
         plain: the fit as if all rows were independent; stopped: (N, k) whitened columns of what stopped at a bound.
@@ -34,6 +33,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     order = np.argsort(state.time, kind="stable")
 
     def share(linear: Linear) -> float:
+        """Return `serial_share` of a fit's residual."""
         errors = np.full(problem.weights.values.shape, np.nan)
         errors[problem.weights.used] = linear.rest
         return serial_share(errors[order])
@@ -49,7 +49,7 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
 
 
 def serial_share(errors: Array) -> float:
-    """Share of the rows of a record that count as independent, 1 / (1 + 2 sum of rho_k).
+    """Return the share of the rows of a record that count as independent, 1 / (1 + 2 sum of rho_k).
 
     rho_k is the autocorrelation at lag k, summed until it is lost in its own noise (Bartlett 1946; initial sequence of
     Geyer 1992). A tracker that reads fifty times a second repeats its own error.
@@ -71,7 +71,7 @@ def serial_share(errors: Array) -> float:
 
 
 def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:
-    """Share of the entries of a residual that count as independent, in (0, 1].
+    """Return the share of the entries of a residual that count as independent, in (0, 1].
 
     Where one joint's angle is off by a number of its own in every pose, the r numbers of a pose are one number. With f
     the largest share of the sum of squares that a free turn of one joint in every pose explains, and the rest spread
@@ -95,7 +95,7 @@ def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> f
 
 
 def repeated_share(turn: Array, repeats: NDArray[np.int_]) -> float:
-    """Share of the measured numbers that tell something new where repeats have rounded angles in common.
+    """Return the share of the measured numbers that are new information, since repeats share their rounded angles.
 
     Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
 

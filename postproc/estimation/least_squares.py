@@ -48,12 +48,12 @@ def fit_model(
     terms: Terms = PLAIN,
     watch: Watch = unwatched,
 ) -> Fit:
-    """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
+    """Fit all effects of a model, and further ones, on measured poses, starting from the model's present values.
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
-        watch: is told what is done, and which share of the work is.
+        watch: is called with what is being done and the share of the work that is done.
         terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
 
     Raises:
@@ -71,7 +71,7 @@ def fit_model(
 
 
 def _enough(data: Measurements) -> Measurements:
-    """The rows of some poses where there are more than a fit takes; where most repeat few poses, some of all rows."""
+    """Return the data, thinned to about `ROWS` rows where it has more; whole poses with repeats where these suffice."""
     if len(data) <= ROWS:
         return data
     step = -(-len(data) // ROWS)
@@ -81,6 +81,10 @@ def _enough(data: Measurements) -> Measurements:
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
+    """Fit the model with further effects on all given rows.
+
+    Where the model explains part of the scatter of repeats, it is fitted once more with weights of the smaller noise.
+    """
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
@@ -95,9 +99,9 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
 
 
 def _quieter(fit: Fit) -> Noise | None:
-    """The noise by what the model leaves, where that is clearly less than the scatter of repeats; None elsewhere.
+    """Return the noise by what the model leaves within repeats, where that is clearly below their raw scatter.
 
-    Repeats of another time, temperature or force differ by what the model tells.
+    Repeats at another time, temperature or force differ by what the model explains. None where it is no smaller.
     """
     left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
@@ -105,6 +109,11 @@ def _quieter(fit: Fit) -> Noise | None:
 
 
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
+    """Fit a problem from its starting frames on, with the likeliest smoothness of each free function.
+
+    Args:
+        figures: the noise; fresh: keys of effects that no fit has seen.
+    """
     problem, figures = blurred(start_frames(problem), figures)
     every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
@@ -126,18 +135,25 @@ def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Term
 
 
 def _place(effect: Effect) -> int:
+    """Return the sorting key of an effect: frames first, geometry and free functions last.
+
+    Of two effects that do the same, the later one is held.
+    """
     if effect.roughness() is not None:
         return 100
     return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
-    """A model beside measurements with nothing fitted but frames that the model lacks.
+    """Return a model beside measurements with nothing fitted but frames that the model lacks.
 
-    An instrument frame or a tool of the model's own is kept as it is, but for an instrument that was set up elsewhere.
+    An instrument frame or a tool of the model's own stays as it is, but for an instrument that was set up elsewhere.
+
+    Args:
+        noise: standard deviation per axis [m] stated by the user; from the data otherwise.
 
     Raises:
-        PostprocError: DAT034 where a law in the rows or the time of another session would count here.
+        PostprocError: DAT034 where an effect of the rows or the time of another session would count here.
     """
     session_laws(model, data)
     fit = _evaluated(model, _enough(data.rows(data.usable)), noise)
@@ -145,7 +161,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
-    """An evaluation with the rows that cannot be right beside the others, set aside: where they lie is told."""
+    """Return the evaluation with the rows that cannot be right added and set aside, to report their errors."""
     used = data.usable
     values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
     values[used] = fit.problem.weights.values
@@ -159,6 +175,10 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
 
 
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
+    """Return the model beside usable rows with nothing fitted but frames.
+
+    These are the frames that the model lacks, and the instrument's where it was set up elsewhere.
+    """
     figures = estimate_noise(data, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
     lacking: list[Effect] = [effect_in_role(role).null() for role in frames if model.in_role(role) is None]
@@ -184,10 +204,10 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
 
 
 def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
-    """Frames fitted to positions alone where these determine them; orientations tell the turn of the tool then.
+    """Return a fit of frames to the positions alone where these determine them, the tool then turned by orientations.
 
-    What orientations have in common, such as a probe that was mounted anew, would turn the instrument, and move the
-    points with it.
+    An error that all orientations share, such as a probe mounted anew, would else turn the instrument and move the
+    points.
     """
     data, terms = problem.data, Terms(masks, robust=True)
     if len(data.observations) == 1 or data.observed.name != "position":
@@ -210,7 +230,7 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
-    """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
+    """Return (p,) the entries of an effect that a fit moves by default: all that any variant of its form frees."""
     if type(effect).structures():
         return np.ones(len(effect.vector()), dtype=bool)
     chosen = np.zeros(len(effect.vector()), dtype=bool)

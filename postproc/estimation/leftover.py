@@ -41,7 +41,7 @@ class Leftover:
 
 
 def split_residual(fit: Solution) -> Leftover:
-    """Split the residual of a fit in what follows the channels and what does not, without naming any physics.
+    """Split the variance of a fit's residual into what follows the channels and noise, without naming any physics.
 
     The residual is noise and a Gaussian process: joints and the instrument move by free functions of channels, with
     covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by a channel of its own, every joint by
@@ -93,7 +93,11 @@ class _Field:
 
     @classmethod
     def of(cls, fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
-        """The errors of some rows of a fit, of the numbers that are used."""
+        """Return the field of some rows of a fit.
+
+        Args:
+            rows: their indices; used: (N,) which of their observed numbers are in use.
+        """
         size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
         at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
@@ -104,11 +108,11 @@ class _Field:
 
     @property
     def freedom(self) -> int:
-        """Numbers less fitted parameters."""
+        """Measured numbers less fitted parameters."""
         return int(self.U.shape[0] - self.U.shape[1])
 
     def restricted(self, covariance: Array) -> tuple[float, float]:
-        """Logarithm of the restricted likelihood with the noise's variance at its best, and that variance."""
+        """Return the log restricted likelihood of a covariance (N, N), and the noise variance that maximizes it."""
         from scipy.linalg import cholesky, solve_triangular
 
         lower = cholesky(covariance, lower=True, check_finite=False)
@@ -120,7 +124,11 @@ class _Field:
         return -0.5 * self.freedom * float(np.log(max(variance, 1e-300))) - scale, variance
 
     def held_out(self, covariance: Array, blocks: NDArray[np.int_]) -> Array:
-        """(N,) errors of the prediction of every block from the others, parameters fitted without it."""
+        """Return (N,) errors of every block predicted from the others, the parameters fitted without it.
+
+        Args:
+            covariance: (N, N) of the free function and the noise; blocks: (N,) number of the block of each entry.
+        """
         from scipy.linalg import cho_factor, cho_solve
 
         factor = cho_factor(covariance, check_finite=False)
@@ -136,7 +144,14 @@ class _Field:
 
 
 def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
-    """Covariances (N, N) of free functions, with a mean variance of 1, at the coordinates that are used."""
+    """Yield covariances (N, N) of free functions of the channels, each with a mean variance of 1.
+
+    They let each joint follow a channel of its own, or joints and instrument follow all channels, all angles or slow
+    ones.
+
+    Args:
+        rows: indices of the rows; used: (N,) which of their observed numbers are in use.
+    """
     problem = fit.problem
     named = fit_channels(fit)
     near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
@@ -160,16 +175,17 @@ def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -
 
 
 def _moved(J: Array) -> Array:
-    """(n, k, n, k) J J^T of every pair of rows."""
+    """Return (n, k, n, k) products J J^T of every pair of rows of J (n, k, m)."""
     return np.asarray(np.einsum("nij,mkj->nimk", J, J, optimize=True))
 
 
 def _alike(square: Array, width: float) -> Array:
-    """(n, 1, n, 1) covariance exp(-d^2 / 2 w^2) of a free function over squared distances (n, n)."""
+    """Return (n, 1, n, 1) covariances exp(-d^2 / 2 w^2) of a free function for squared distances (n, n) and width w."""
     return np.asarray(np.exp(-0.5 * square / width**2)[:, None, :, None])
 
 
 def _unit(covariance: Array, used: NDArray[np.bool_]) -> Array:
+    """Return a covariance as a matrix (N, N) of the numbers in use, scaled to a mean variance of 1."""
     flat = covariance.reshape(len(used), len(used))
     flat = flat if used.all() else flat[np.ix_(used, used)]
     return np.asarray(flat / max(float(np.trace(flat)) / len(flat), 1e-300))

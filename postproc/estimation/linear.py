@@ -34,25 +34,25 @@ class Linear:
 
     @cached_property
     def parameters(self) -> int:
-        """Fitted parameters (the effective number, where a penalty holds them)."""
+        """Number of fitted parameters, rounded; where a penalty holds them, the effective number."""
         return round(float(np.sum(self.nuisance**2)))
 
     @cached_property
     def freedom(self) -> int:
-        """Independent entries minus fitted parameters, as many as a record's correlation leaves of them."""
+        """Degrees of freedom: independent entries minus fitted parameters, less what a record's correlation takes."""
         return round(self.serial * (round(self.independent * len(self.residual)) - self.parameters))
 
     @cached_property
     def rest(self) -> Array:
-        """(N,) the residual with the fitted parameters projected out."""
+        """(N,) residual with the fitted parameters projected out."""
         return self.residual - self.nuisance @ (self.nuisance.T @ self.residual)
 
     def project(self, columns: Array) -> Array:
-        """(N, m) columns with the fitted parameters projected out."""
+        """Return (N, m) columns with the fitted parameters projected out."""
         return columns - self.nuisance @ (self.nuisance.T @ columns)
 
     def by_row(self, a: Array, b: Array) -> Array:
-        """(rows, k, m) sums of the products of (N, k) and (N, m) over the entries of each measured row."""
+        """Return (rows, k, m) sums of the products of a (N, k) and b (N, m) over the entries of each measured row."""
         size, starts = self._rows
         if not size:
             return np.asarray(np.add.reduceat(a[:, :, None] * b[:, None], starts, axis=0))
@@ -61,21 +61,21 @@ class Linear:
 
     @cached_property
     def _rows(self) -> tuple[int, NDArray[np.int_]]:
-        """Entries of each measured row, 0 where they are not as many in all, and where each begins."""
+        """Number of entries of each measured row (0 where it differs), and the index at which each row begins."""
         starts = np.flatnonzero(np.diff(self.row, prepend=-1))
         count = np.diff(starts, append=len(self.row))
         return int(count[0]) if len(set(count.tolist())) == 1 else 0, starts
 
     @cached_property
     def square(self) -> float:
-        """y^T (I - U U^T) y: the sum of squares that is left, with what a penalty counts."""
+        """Sum of squares left after the fit, y^T (I - U U^T) y, including the penalty's share."""
         return float(self.residual @ self.rest)
 
     def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
-        """The same with more columns among the fitted ones; directions below ``rank`` of their length are left out.
+        """Return the fit with more columns (N, m), without directions that keep less than ``rank`` of their length.
 
-        With M = I - U U^T of the problem so far, the new part of the basis is M C (C^T M C)^(-1/2): exact also where a
-        penalty makes M no projection.
+        With M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also
+        where a penalty makes M no projection.
         """
         length = np.linalg.norm(columns, axis=0)
         scaled = columns / np.where(length > 0, length, 1.0)
@@ -87,7 +87,11 @@ class Linear:
 
 
 def basis_of(columns: Array, penalty: Array) -> Array:
-    """(N, p) U with U U^T the hat matrix of least squares with penalty |w x|^2; orthonormal where w is zero."""
+    """Return (N, p) U with U U^T the hat matrix of least squares with penalty |w x|^2; orthonormal where w is zero.
+
+    Args:
+        columns: (N, p); penalty: (p,) w.
+    """
     from scipy.linalg import solve_triangular
 
     Q, R = _factored(columns, penalty)
@@ -95,9 +99,9 @@ def basis_of(columns: Array, penalty: Array) -> Array:
 
 
 def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
-    """Q and R of [A; w] = [Q; ..] R; Q = A R^-1 is left to the caller where there are many columns.
+    """Return Q and R of [A; w] = [Q; ..] R; Q is None where there are over `MANY` columns, to be computed as A R^-1.
 
-    They go through the normal equations (five times as fast as QR, and a penalty keeps them well conditioned).
+    Those go through the normal equations, five times as fast as QR and well conditioned by the penalty.
     """
     from scipy.linalg import LinAlgError, cholesky
 
@@ -119,4 +123,5 @@ def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
 
 
 def _positive(length: Array) -> Array:
+    """Return lengths with 1 in place of 0, to divide by."""
     return np.where(length > 0, length, 1.0)

@@ -17,10 +17,11 @@ FARTHER, LEAST_M = 1.2, 5e-5
 
 
 def no_farther_than_nominal(fit: Fit) -> None:
-    """Compare the median distance that a fit leaves with that of the nominal arm where the rows agree that it stands.
+    """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does.
 
-    A fit that rows have led astray which cannot be right is far from most of the others. Without frames among the
-    effects nobody can tell (DAT030 speaks of that).
+    The medians over the rows that agree on where the arm stands are compared: a fit led astray by wrong rows is far
+    from most of the others. Nothing is compared for fits without positions, or for a model without frames (DAT030
+    reports that).
 
     Raises:
         PostprocError: DAT039.

@@ -42,7 +42,7 @@ class Weights:
         return self.values > 0
 
     def whiten(self, numbers: Array) -> Array:
-        """(n, r, k) measured units -> independent numbers of variance 1, 0 where they are not used."""
+        """Return numbers (n, r, k) in measured units as independent ones of variance 1, 0 where they are not used."""
         scaled: Array = numbers * self.values[:, :, None]
         if self.turn is None:
             return scaled
@@ -50,7 +50,7 @@ class Weights:
         return np.concatenate([self.turn @ scaled[:, :m], scaled[:, m:]], axis=1)
 
     def measured(self, whitened: Array) -> Array:
-        """(N,) numbers of variance 1 -> (n, r) in measured units, NaN where they are not used."""
+        """Return (n, r) in measured units of the N used numbers of variance 1, NaN where they are not used."""
         numbers = np.zeros(self.values.shape)
         numbers[self.used] = whitened
         if self.turn is not None:
@@ -59,12 +59,12 @@ class Weights:
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
     def rows(self, index: NDArray[np.bool_] | NDArray[np.int_]) -> Weights:
-        """The weights of some rows."""
+        """Return the weights of some rows, by a mask or by indices."""
         return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 
 def make_weights(data: Measurements, noise: Noise) -> Weights:
-    """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
+    """Return the weights of positions [1/m], rotations and joint angles [1/rad] that follow from the noise.
 
     The variance of a row's position is that of the instrument there, `sigma_mm`, and that of the arm, which is the same
     in all rows: s_i^2 + r^2. Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand
@@ -86,7 +86,7 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
 
 
 def weighed_by(noise: Noise) -> float:
-    """Standard deviation [m], [rad] that a weight of one stands for; 30 micrometres where nothing tells the noise."""
+    """Return the standard deviation [m], [rad] assumed for a number in the weights; 30 micrometres if none is known."""
     return noise.sigma or noise.instrument or 3e-5
 
 
@@ -106,7 +106,7 @@ class Problem:
 
     @cached_property
     def rest(self) -> Equilibrium:
-        """The equilibrium of the model at the measured states."""
+        """The equilibrium of the model at the measured states: poses of arm and TCP, deflections, loads."""
         state = self.data.state
         if not self.data.tool_known:
             state = state.with_(T_flange_tcp=self.model.T_flange_tcp)
@@ -114,14 +114,14 @@ class Problem:
 
     @cached_property
     def T_instrument_tcp(self) -> Array:
-        """(n, 4, 4) where the model says that the instrument sees the TCP."""
+        """(n, 4, 4) predicted pose of the TCP in the instrument's frame."""
         return self.rest.T_instrument_tcp
 
     @cached_property
     def error(self) -> Array:
-        """(n, r) measured minus predicted [m, rad, rad], instrument axes; NaN where not measured.
+        """(n, r) measured minus predicted [m, rad, rad] in instrument axes; NaN where not measured.
 
-        What stands beside the model is predicted, too.
+        The patterns beside the model are predicted, too, at their best fitting sizes.
         """
         if self.beside is None:
             return self.alone
@@ -131,12 +131,12 @@ class Problem:
 
     @property
     def taken(self) -> Array:
-        """(N, j) orthonormal basis of what stands beside the model, whitened."""
+        """(N, j) orthonormal basis of the whitened patterns beside the model."""
         return self._basis[0]
 
     @cached_property
     def _basis(self) -> tuple[Array, Array]:
-        """(N, j) the same, and (k, j) the sizes that make it."""
+        """(N, j) orthonormal basis of the whitened patterns beside the model, and (k, j) the sizes that make it."""
         if self.beside is None:
             return np.zeros((len(self.row), 0)), np.zeros((0, 0))
         columns = self.whiten(self.beside)
@@ -148,7 +148,7 @@ class Problem:
 
     @cached_property
     def alone(self) -> Array:
-        """(n, r) the error without what stands beside the model."""
+        """(n, r) measured minus predicted [m, rad, rad] by the model alone, without the patterns beside it."""
         T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
         if self.data.rotation is not None:
@@ -158,7 +158,7 @@ class Problem:
         return np.hstack(parts)
 
     def weighted(self, weights: Weights) -> Problem:
-        """The same model and measurements with other weights; nothing of the model is worked out again."""
+        """Return the problem with other weights; results of the model are kept and not computed again."""
         other = replace(self, weights=weights)
         same = ("rest", "alone", "sensitivity", *(["error"] if self.beside is None else []))
         other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
@@ -166,7 +166,7 @@ class Problem:
 
     @cached_property
     def residual(self) -> Array:
-        """(N,) whitened errors of what was measured and is used."""
+        """(N,) whitened errors of the numbers in use, row by row."""
         if self.weights.turn is None:
             used = self.weights.used
             return np.asarray(self.error[used] * self.weights.values[used])
@@ -174,17 +174,17 @@ class Problem:
 
     @cached_property
     def row(self) -> NDArray[np.int_]:
-        """(N,) measured row of each entry of the residual."""
+        """(N,) index of the measured row of each entry of the residual."""
         return np.asarray(np.nonzero(self.weights.used)[0])
 
     @property
     def lever(self) -> Array:
-        """(n, 6, 60) derivative of the pose by a move of every place, whatever was measured."""
+        """(n, 6, 60) derivative of the pose by a move of every place [m], [rad], whatever was measured."""
         return sensitivity(self.model, self.rest).matrix[:, :6]
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Derivative (n, r, 60) of what is measured by a move of every place [m], [rad]."""
+        """Derivative (n, r, 60) of the measured numbers by a move of every place [m], [rad]."""
         found = sensitivity(self.model, self.rest)
         n, r = self.weights.values.shape
         if r == 6 and self.data.rotation is not None:
@@ -198,28 +198,32 @@ class Problem:
 
     @cached_property
     def whitened(self) -> Sensitivity:
-        """The sensitivity with every row divided by its noise, 0 where it is not used."""
+        """The sensitivity with every number divided by its noise, 0 where it is not used."""
         found = self.sensitivity
         return replace(found, matrix=self.weights.whiten(found.matrix))
 
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """(N, p) whitened derivative of the prediction by free parameters of an effect.
+        """Return (N, p) whitened derivatives of the prediction by the free parameters of an effect.
 
-        As far as what stands beside the model does not make up for it.
+        Patterns beside the model are projected out of them.
+
+        Args:
+            free: (q,) mask over the effect's vector, p of it True.
         """
         columns, inside = self._rows(self.whitened.by_parameter(effect, free)), self.taken
         return columns if self.beside is None else columns - inside @ (inside.T @ columns)
 
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """(N, p) the same for an effect that the model may lack: its load acts on springs no stiffer than is ordinary.
+        """Return (N, p) whitened derivatives by parameters of an effect that the model may lack.
 
-        A compliance that the missing load has pushed towards zero would hide it.
+        Its load acts on springs no stiffer than is ordinary: a compliance that the missing load has pushed towards zero
+        would hide it.
         """
         return self._rows(self.softer.by_parameter(effect, free))
 
     @cached_property
     def softer(self) -> Sensitivity:
-        """The whitened sensitivity with springs no stiffer than is ordinary."""
+        """The whitened sensitivity, with springs no stiffer than is ordinary (`at_least_ordinary`)."""
         springs = tuple(at_least_ordinary(self.model, e) for e in self.whitened.springs)
         return replace(self.whitened, springs=springs)
 
@@ -229,24 +233,25 @@ class Problem:
         return self._rows(self.whitened.matrix[:, :, :6])
 
     def whiten(self, columns: Array) -> Array:
-        """(n, r, p) -> (N, p): the used rows, each divided by its noise."""
+        """Return (N, p) whitened used numbers of columns (n, r, p) in measured units."""
         return self._rows(self.weights.whiten(columns))
 
     def _rows(self, whitened: Array) -> Array:
+        """Return the used numbers (N, p) of whitened columns (n, r, p)."""
         used = self.weights.used
         return whitened.reshape(used.size, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
 
     def at(self, effects: Iterable[Effect]) -> Problem:
-        """The same measurements beside a model with other effects."""
+        """Return the problem with these effects in place of all effects of its model."""
         return replace(self, model=self.model.with_effects(*effects))
 
     def some(self, rows: NDArray[np.bool_] | NDArray[np.int_]) -> Problem:
-        """The same with some of the rows."""
+        """Return the problem with some of its rows, by a mask or by indices."""
         beside = None if self.beside is None else self.beside[rows]
         return Problem(self.model, self.data.rows(rows), self.weights.rows(rows), beside)
 
     def squares(self) -> Array:
-        """(n, r) squared whitened errors of each row, whether it is used or set aside."""
+        """Return (n, r) squared whitened errors; numbers that are set aside get the largest weight of their column."""
         typical = np.where(self.weights.used, self.weights.values, 0.0)
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
@@ -254,9 +259,10 @@ class Problem:
 
 
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:
-    """A joint compliance that a missing load has pushed towards zero would hide that load.
+    """Return a joint compliance raised to a least value; other effects come back unchanged.
 
-    Half the stated one is taken; where none was measured, a fifth of the typical one of the fitted joints.
+    The least is half the measured compliance of the arm, or else a fifth of the median fitted one: a compliance that a
+    missing load has pushed towards zero would hide that load.
     """
     if spring.role is not Role.JOINT_SPRINGS:
         return spring

@@ -17,7 +17,7 @@ from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_tab
 
 
 def recorded_model(fit: Fit) -> Model:
-    """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
+    """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
     data = fit.data
     known = Uncertainty(fit.parameters, fit.covariance, left_of_pose(fit), *unseen(fit))
     key, noise = fit.observed.key, fit.parts.level
@@ -46,9 +46,10 @@ def recorded_model(fit: Fit) -> Model:
 
 
 def left_of_pose(fit: Fit) -> float:
-    """What the model leaves of the true pose, per axis [m]: seen in the residual, and what drafted laws may hide.
+    """Return the standard deviation per axis [m] of the model's error of the true position.
 
-    What it leaves of joint angles moves the point by the lever that it has in the measured poses.
+    It holds what shows in the residual and what drafted formulas may hide. Errors of joint angles and orientations
+    count as displacements by their lever in the measured poses.
     """
     left = float(np.hypot(fit.unexplained, fit.undecided))
     if fit.observed.name == "position":

@@ -56,29 +56,29 @@ class Solution:
 
     @property
     def data(self) -> Measurements:
-        """The rows that were fitted."""
+        """The measurements that were fitted, rows that were set aside included."""
         return self.problem.data
 
     @cached_property
     def parameters(self) -> tuple[tuple[str, int], ...]:
-        """(effect, index in its vector) of every column."""
+        """(effect, index in its vector) of every column, that is of every parameter that was fitted."""
         out = set(self.held) | set(self.at_bound)
         every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
         return tuple(p for p in every if p not in out)
 
     @cached_property
     def left_out(self) -> list[tuple[int, int]]:
-        """File and row number of rows that were set aside, or cannot be right."""
+        """File number and row number of the rows that were set aside or cannot be right."""
         data = self.data
         some = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.set_aside}
         return sorted(some | data.wrong)
 
     @cached_property
     def unknown(self) -> tuple[tuple[str, int], ...]:
-        """What the data does not determine: what is held, and what a form left out that no row could have told.
+        """Parameters (effect, index) that the data does not determine: held ones, and fixed ones no row could show.
 
-        Lost motion of a joint that was approached from one side alone is null in a fit of the other joints' for no
-        reason of its own.
+        Lost motion of a joint that was always approached from one side, for example, is left null in a fit of the
+        others'.
         """
         found = list(self.held)
         for effect in self.model.effects:
@@ -93,12 +93,12 @@ class Solution:
 
     @cached_property
     def linear(self) -> Linear:
-        """The fit as a linear problem: residual and a basis of its columns, in as many numbers as are independent."""
+        """The fit as a linear problem: residual, basis of its columns, and the shares of it that are independent."""
         return replace(self._linear, serial=self.serial)
 
     @cached_property
     def _linear(self) -> Linear:
-        """The same for rows that know nothing of each other.
+        """The linear problem as if neighbouring rows of a record were independent.
 
         Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
         """
@@ -109,45 +109,51 @@ class Solution:
         return Linear(y, self.basis(), self.problem.row, min(share, self.told))
 
     def basis(self, share: float = 1.0) -> Array:
-        """(N, k) of what the fit can still move, with what stands beside the model, at a share of the penalty."""
+        """Return (N, k) basis of what the fit can still move, with the patterns beside the model.
+
+        Args:
+            share: of the smoothness penalty that still counts.
+        """
         own = basis_of(self.columns, share * self.penalty)
         return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
 
     @cached_property
     def serial(self) -> float:
-        """Share of the rows that count as independent."""
+        """Share of the rows that count as independent where neighbours in a record resemble each other."""
         # What stopped at a bound did so for the same reason as what is missing.
         stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
         return record_share(self.problem, self._linear, stopped)
 
     def _stopped(self, effect: Effect) -> Array:
+        """Return (N, k) whitened columns of an effect's parameters that stopped at a bound."""
         mask = np.zeros(len(effect.vector()), dtype=bool)
         mask[[i for key, i in self.at_bound if key == effect.key]] = True
         return self.problem.columns(effect, mask)
 
     def _vector(self) -> Array:
+        """Return (p,) fitted values in the order of ``parameters``."""
         values = {e.key: e.vector() for e in self.model.effects}
         return np.array([values[key][i] for key, i in self.parameters])
 
     @cached_property
     def told(self) -> float:
-        """Share of the measured numbers that tell something new: repeats have rounded angles in common."""
+        """Share of the measured numbers that are new information: repeats of a pose share its rounded angles."""
         turn = self.problem.weights.turn
         return 1.0 if turn is None else repeated_share(turn, self.data.repeats)
 
     @cached_property
     def freedom(self) -> float:
-        """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
+        """Degrees of freedom: informative numbers minus fitted parameters, effective ones under a penalty."""
         return self.told * len(self.problem.residual) - self.linear.parameters
 
     @cached_property
     def variance(self) -> float:
-        """Residual variance over the stated one, sum of squares over the degrees of freedom."""
+        """Residual variance over the assumed one: whitened sum of squares over the degrees of freedom."""
         return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
 
     @cached_property
     def inverse(self) -> Array:
-        """(p, p) (A^T A + penalty)^-1."""
+        """(p, p) inverse (A^T A + penalty^2)^-1 of the normal equations."""
         length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
@@ -156,9 +162,9 @@ class Solution:
 
     @cached_property
     def surer(self) -> float:
-        """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
+        """Factor, at least 1, by which the residual variance on unseen poses exceeds that on the fitted rows.
 
-        A free function that few poses determine is surer than it is right: the same rows chose its prior.
+        A free function that few poses determine is too confident: the same rows chose its prior. 1 without a penalty.
         """
         if not self.penalty.any():
             return 1.0
@@ -170,12 +176,12 @@ class Solution:
 
     @property
     def observed(self) -> Observation:
-        """The kind of measured numbers that the figures speak of, with their unit."""
+        """The kind of measured numbers that the figures are about, with its unit."""
         return self.data.observed
 
     @cached_property
     def rms(self) -> float:
-        """Error per axis (or joint) of what is observed, of the rows in the fit [m], [rad] of angles."""
+        """Root mean square error per axis (or joint) over the rows in the fit [m], [rad] of angles."""
         return rms(self._in_fit(self.observed_error))
 
     @property
@@ -185,32 +191,37 @@ class Solution:
 
     @cached_property
     def position_error(self) -> Array:
-        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        """(n, 3) measured minus predicted position [m], instrument axes; NaN where not measured or set aside."""
         return self._in_fit(self.problem.error[:, :3])
 
     def _in_fit(self, error: Array) -> Array:
+        """Return the errors with NaN in rows that were set aside."""
         error = error.copy()
         error[list(self.set_aside)] = np.nan
         return error
 
     @cached_property
     def held_out_error(self) -> Array:
-        """(n, k) error of what is observed as the other blocks predict it [m], [rad]: ten blocks, repeats together."""
+        """(n, k) errors [m], [rad] of contiguous blocks of rows, each predicted by a fit to the other blocks."""
         return self.held_out_by(contiguous_blocks(self.data.repeats))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
-        """(n, k) the same for other blocks, (n,) the number of each row's."""
+        """Return (n, k) errors [m], [rad] of blocks of rows, each predicted by a fit to the other blocks.
+
+        Args:
+            blocks: (n,) number of the block of each row.
+        """
         linear = self.linear
         out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
         return self.problem.weights.measured(out)[:, self.observed.columns]
 
     @cached_property
     def held_out_rms(self) -> float:
-        """Root mean square error per axis [m], [rad] of angles, of rows left out block by block."""
+        """Root mean square error per axis [m], [rad] of angles, of rows predicted without their block."""
         return rms(self.held_out_error)
 
     @cached_property
     def _square(self) -> float:
-        """Residual variance of what is observed [m^2], [rad^2] of angles, per number and degree of freedom."""
+        """Residual variance [m^2], [rad^2] of the observed numbers, corrected for the degrees of freedom."""
         error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
         return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)

@@ -17,10 +17,10 @@ NOTHING = 1e-7
 
 
 def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
-    """The h parameters that the data does not determine, and (r, p + h) directions in which they may be off unseen.
+    """Return the h parameters that the data does not determine, and directions (r, p + h) in which they may be off.
 
-    Each by one standard deviation, of the p that were fitted and the h. What is not held and only says the same in
-    other axes is left out. A held parameter x_h scatters by its ordinary size s about where
+    Each direction is one standard deviation, over the p fitted parameters and the h. Parameters that only describe the
+    same motion in other axes are left out. A held parameter x_h scatters by its ordinary size s about where
     it is held. If it is off, the fitted ones have taken on what the data saw of it, -G x_h with G = (A^T A)^-1 A^T A_h;
     what they could not take on bounds it: (A_h'^T A_h' / sigma^2 + s^-2)^-1 with A_h' = A_h - A G.
     """
@@ -53,7 +53,11 @@ def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
 
 
 def anywhere(state: State, low: Array, high: Array, count: int) -> State:
-    """States with joint angles anywhere between two (6,) [rad], and payload, time .. as in rows of a table."""
+    """Return ``count`` states with random joint angles, and payload, time .. as in random rows of a table.
+
+    Args:
+        low, high: (6,) limits of the angles [rad].
+    """
     random = np.random.default_rng(0)
     rows = state.rows(random.integers(len(state), size=count))
     return rows.with_(q=random.uniform(low, high, (count, 6)))

@@ -26,7 +26,7 @@ from postproc.patterns.place import with_and_without_a_row
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
-    """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
+    """Return the candidate's effect with the amplitudes that fit the linear residual best, inside its bounds."""
     mask = linear_part(candidate.effect, candidate.free)
     size = ordinary(problem.model, candidate.effect, mask)
     columns = columns_of(problem, candidate.effect, candidate.free)
@@ -39,7 +39,13 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
 
 
 def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
-    """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
+    """Return the fit of the model with a candidate, everything fitted again; None where that fails.
+
+    Amplitudes that no arm can have are held at null, and the rest is fitted again.
+
+    Args:
+        closely: share of the sum of squares below which a step is none.
+    """
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
     else:
@@ -52,6 +58,7 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
 
     def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
+        """Return the base with an effect, its parameters ``free`` fitted from these values; None where that fails."""
         masks, known = {**base.free, candidate.key: free}, frozenset(base.parameters)
         terms = Terms(masks, strength, closely=closely, determined=known, beside=base.problem.beside)
         try:
@@ -71,7 +78,7 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
 
 
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
-    """(p,) what no arm can have of an effect: it says so, or the fit has stopped at a bound that is not nothing."""
+    """Return (p,) mask of an effect's parameters that no arm can have: by its own rule, or stopped at a bound."""
     effect = fit.model.effect(key)
     if effect is None:
         return np.zeros(0, dtype=bool)
@@ -83,7 +90,10 @@ def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
 def fitted_best(
     base: Fit, screen: Screen, candidate: Candidate, closely: float = SETTLED
 ) -> tuple[Candidate, Fit] | None:
-    """The best of a candidate's starts after full fits, with its fit; None where none settles."""
+    """Return the best of a candidate's starts after full fits, with its fit; None where no fit succeeds.
+
+    It stops at the first fit that leaves nothing but noise.
+    """
     found: list[tuple[Candidate, Fit]] = []
     for start in refit_form(screen, base.linear, candidate).starts or (candidate,):
         after = refit(base, start, closely)
@@ -95,10 +105,13 @@ def fitted_best(
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
-    """The candidate with the fall of its full refit in place of the linear one; worth nothing where no arm is so.
+    """Return the candidate with the evidence and fall of its full refit; -inf where the refit is physically impossible.
 
     What the refit leaves counts at the weights of the base, as it does for whatever is not fitted in full: rows that
     only stand out beside the candidate stand out beside its rivals, too.
+
+    Args:
+        base: the fit without it; after: the refit.
     """
     before = base.linear.square
     own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
@@ -119,7 +132,11 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
 
 
 def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
-    """What an effect of a full fit is worth beside the base, all its parameters counted (`laplace`)."""
+    """Return the log evidence of an effect of a full fit beside the base, all its parameters counted (`laplace`).
+
+    Args:
+        rest: sum of squares that the fit leaves.
+    """
     effect = after.model.effect(key)
     own = np.array([k == key for k, _ in after.parameters])
     index = np.array([i for k, i in after.parameters if k == key], dtype=int)
@@ -131,18 +148,21 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
 
 
 def is_white(fit: Fit) -> bool:
-    """Whether nothing but noise is left, as far as that is known."""
+    """Return whether a fit leaves hardly more than the noise; False where the noise is not known."""
     return fit.noise.sigma is not None and fit.variance < QUIET
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
-    """Whether a fit predicts poses unlike all that it has seen better than another, by so many errors over the parts.
+    """Return whether one fit predicts parts of the joint space that it has not seen better than another.
 
     Poses that are alike share what a model lacks, and anything flexible tells one by the other; what an arm has, it has
     in all its joint space. So parts of that are left out (`neighbouring_blocks`). The sum of squares must fall by so
     many standard errors over them, or do so in more parts, and by more, than in which it rises: signed ranks (Wilcoxon
     1945). A part that nothing but itself determines is off by anything, and one that gains far more than the others is
     no doubt.
+
+    Args:
+        errors: how many standard errors; 0 for any gain.
     """
     blocks = neighbouring_blocks(before.data.repeats, before.data.state.q)
     # `scipy.stats.wilcoxon` gives the same, but takes a second to load.
@@ -153,12 +173,12 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
 
 
 def convincing(candidate: Candidate) -> bool:
-    """Worth its parameters, and significant after counting effects and forms."""
+    """Return whether a candidate has positive log evidence and a p value below `SIGNIFICANT`."""
     return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT
 
 
 def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
-    """Whether an effect is worth nothing without the row that gains most by it."""
+    """Return whether an effect has negative log evidence without the row that gains most by it."""
     linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
     both = with_and_without_a_row(linear, columns)
     plainly = unit_information(best.count, linear.freedom)
@@ -167,9 +187,9 @@ def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
 
 
 def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
-    """Every testable effect at its best on what a fit leaves, best first.
+    """Return every testable effect in its best form on the residual of a fit, the best by log evidence first.
 
-    Those that a linear problem cannot judge after a full refit, and so all that come near the best.
+    Those that a linear problem cannot judge, and all that come near the best, are judged by a full refit.
     """
     linear = fit.linear
     found = [c for key in screen.classes if (c := compose(screen, linear, key)) is not None]
@@ -177,6 +197,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         return []
 
     def fitted(candidate: Candidate) -> Candidate:
+        """Return the candidate judged by full fits; -inf evidence where none succeeds."""
         best = fitted_best(fit, screen, candidate, ROUGHLY)
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
@@ -193,15 +214,15 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 
 
 def exceeds_noise(fit: Fit) -> bool:
-    """Whether more is left than the noise, as far as that is known."""
+    """Return whether the residual exceeds the noise by three standard deviations; True where no noise is known."""
     rest, freedom = fit.linear.square, fit.linear.freedom
     return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
-    """What stands beside another effect that is missing as well is worth nothing before that one is in.
+    """Return the candidate, with evidence of 0 at most where its class's `beside` effect is missing as well.
 
-    Every arm winds up in its joints: what else bends, a model without those springs cannot tell.
+    Every arm winds up in its joints: what else bends cannot be judged by a model without those springs.
     """
     beside = type(candidate.effect).beside
     first = any(c.key == beside and c.evidence > 0 for c in found)

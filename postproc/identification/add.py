@@ -46,6 +46,7 @@ class FitFigures:
 
     @classmethod
     def of(cls, fit: Fit) -> FitFigures:
+        """Return the figures of a fit."""
         return cls(fit.rms, fit.held_out_rms, fit.observed)
 
 
@@ -75,16 +76,17 @@ class Addition:
 
     @property
     def before(self) -> Fit | FitFigures:
+        """The fit, or its figures, before anything was added."""
         return self.ladder[0].fit
 
     @property
     def fit(self) -> Fit:
-        """The final fit."""
+        """The final fit, with all effects."""
         return cast(Fit, self.ladder[-1].fit)
 
     @property
     def model(self) -> Model:
-        """The new model with its table [fit], ready to be written."""
+        """The new model with its table [fit], ready to be written to a file."""
         return recorded_model(self.fit)
 
 
@@ -100,7 +102,8 @@ def add_effects(
     """Add effects by key one after another, each in the form that suits the data, and refit everything.
 
     Args:
-        extra_effects: classes beside the library's. watch: is told what is done, and which share of the work is.
+        extra_effects: classes beside the library's; noise: standard deviation per axis [m] stated by the user.
+        watch: is called with what is being done and the share of the work that is done.
 
     Raises:
         PostprocError: EFF020 for an unknown key, DAT021 where the data lacks a channel that an effect reads.
@@ -119,6 +122,7 @@ def add_effects(
 def _added(
     model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None, watch: Watch
 ) -> Addition:
+    """Do what `add_effects` does once, taking joint angles as rounded or not as ``data.rounded`` says."""
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
@@ -156,7 +160,11 @@ def _added(
 
 
 def _on_all_rows(base: Fit, start: Fit, found: Fit, noise: float | None) -> Fit:
-    """What was found on some rows, fitted to all; free functions get the smoothness that these can carry."""
+    """Return what was found on some rows fitted to all, with the smoothness of free functions that these can carry.
+
+    Args:
+        base: the fit before on all rows; start: on some; found: with further effects on some.
+    """
     if start is base:
         return found
     known = frozenset(base.parameters + found.parameters)
@@ -174,10 +182,11 @@ def fit_effects(
     noise: float | None = None,
     watch: Watch = unwatched,
 ) -> Fit:
-    """Fit effects to measurements: those of a settled form together, then the others, each in the form that suits.
+    """Fit effects to measurements: those with one fixed form together, then the others, each in its best form.
 
     Raises:
-        PostprocError: DAT020 fewer measured numbers than parameters, DAT021 a channel that is not in the data, DAT022.
+        PostprocError: DAT020 fewer measured numbers than parameters, DAT021 a channel that is not in the data, DAT022 a
+            fit that does not converge.
     """
     classes = list(classes)
     fit = fit_model(model, data, [c.null() for c in classes if not c.structures()], noise=noise, watch=watch)
@@ -188,10 +197,7 @@ def fit_effects(
 
 
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
-    """A fit with one more effect, in the form that the data prefers.
-
-    With the likeliest penalty for free functions.
-    """
+    """Return a fit with one more effect, in its form of the largest log evidence."""
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))
@@ -209,7 +215,10 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
 
 
 def _beside_each_other(final: Fit, added: Sequence[type[Effect]], noise: float | None) -> Fit:
-    """Every added effect in the form that suits it with all the others in: the first found its own without them."""
+    """Return the fit with each added effect in the form that suits it beside all the others.
+
+    The first were chosen without them; a form is changed where the held-out error falls by `HELPS` at least.
+    """
     for cls in added:
         anew = grown(_without(final, cls.key, noise), cls, noise)
         final = anew if anew.held_out_rms < (1 - HELPS) * final.held_out_rms else final
@@ -217,6 +226,7 @@ def _beside_each_other(final: Fit, added: Sequence[type[Effect]], noise: float |
 
 
 def _without(final: Fit, key: str, noise: float | None) -> Fit:
+    """Return the model without one effect, everything else fitted again."""
     kept = [e for e in final.model.effects if e.key != key]
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}

@@ -20,7 +20,7 @@ from postproc.model.arm import Model
 
 
 def worst_rows(size: Array) -> list[int]:
-    """At most ten rows with the largest of sizes (n,), the largest first; NaN is none."""
+    """Return the indices of the at most ten largest sizes (n,), the largest first; NaN is left out."""
     return [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:10] if np.isfinite(size[i])]
 
 
@@ -45,12 +45,12 @@ class Comparison:
 
     @property
     def sizes(self) -> Array:
-        """(n,) how far every row is off [m], [rad] of angles; NaN in rows that stand out by themselves."""
+        """(n,) distance by which every row is off [m], [rad] of angles; NaN in rows that were set aside."""
         return sizes(self.error, self.fit.observed)
 
     @property
     def moved(self) -> list[Diagnostic]:
-        """DAT031 where the instrument stood elsewhere than for the model: the figures are those from there."""
+        """DAT031 where the instrument stood elsewhere than in the model, and is placed by these points; else empty."""
         if self.before is None or not self.fit.free["instrument_frame"].any():
             return []
         now = self.fit.model.in_role(Role.INSTRUMENT_FRAME)
@@ -62,10 +62,10 @@ class Comparison:
 
 
 def compare(model: Model, data: Measurements, *, noise: float | None = None) -> Comparison:
-    """Compare a model, as it is, with measurements.
+    """Return how far a model, as it is, and measurements are apart.
 
     Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
-    so that the figures speak of the arm. So is the place of an instrument that was set up elsewhere.
+    so that the figures describe the arm. So is the place of an instrument that was set up elsewhere.
     """
     frame = model.in_role(Role.INSTRUMENT_FRAME)
     fit = evaluate(model, data, noise=noise)
@@ -82,7 +82,11 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
 
 
 def sizes(error: Array, kind: Observation) -> Array:
-    """(n,) length of the errors of a row, or the largest of its joints; NaN where nothing was measured."""
+    """Return (n,) length of each row's error, of joints the largest absolute one; NaN where nothing was measured.
+
+    Args:
+        error: (n, k) in SI; kind: what was measured.
+    """
     if kind.name != "joint":
         return distances(error)
     seen = np.isfinite(error)

@@ -35,7 +35,7 @@ class JointCurve:
 
 
 def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
-    """The curves of an effect that turns joints by what the angles alone tell; none of others."""
+    """Yield the curves of an effect that turns joints by the joint angles alone; none of other effects."""
     effect = fit.model.effect(key)
     if effect is None or effect.reads != ("q",):
         return
@@ -55,9 +55,10 @@ def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
 
 
 def _turns(effect: Effect, state: State) -> tuple[Array, Array]:
-    """(n, 6) turn of every joint [rad], and (n, 6, p) its derivative by every parameter."""
+    """Return (n, 6) turn of every joint [rad] by an effect, and (n, 6, p) its derivative by every parameter."""
 
     def turned(x: Array) -> Array:
+        """Return (n, 6) turns [rad] at the parameters x."""
         joint = displacement_of(effect.with_vector(x), state).joint
         return np.zeros((len(state), 6)) if joint is None else joint
 

@@ -45,7 +45,7 @@ def diagnose(
 
     Args:
         extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
-        watch: is told what is done, and which share of the work is.
+        watch: is called with what is being done and the share of the work that is done.
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
@@ -61,6 +61,11 @@ def diagnose(
 def _diagnosed(
     model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
 ) -> Diagnosis:
+    """Do what `diagnose` does once, taking joint angles as rounded or not as ``data.rounded`` says.
+
+    Args:
+        library: all effects by key; noise: standard deviation per axis [m] stated by the user.
+    """
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
@@ -109,10 +114,10 @@ def _diagnosed(
 
 
 def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffect, ...]:
-    """What is missing with the held-out error of each step on the way (`without`); a map is called what it is at last.
+    """Return the missing effects, each with the held-out rms once it and those before it are in (`without`).
 
     Args:
-        final: with all that is missing.
+        final: the fit with all that is missing; drafted maps take their final label from it.
     """
     some = [m.candidate for m in missing]
     last = [(final.model.effect(c.key), c) for c in some]
@@ -123,7 +128,7 @@ def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffec
 
 
 def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:
-    """What the remaining structure follows; empty where nothing is clearly above the noise.
+    """Return patterns that the remaining structure follows, one per channel; empty where it is hardly above noise.
 
     Args:
         named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left
@@ -139,11 +144,13 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
+    """Return in words which channels an effect needs and the table lacks."""
     missing = cls.missing(fit.problem.sensitivity.state)
     return f"the table has no {' and no '.join(map(columns_of, missing))}"
 
 
 def _why_blind(candidate: Candidate) -> str:
+    """Return in words why this data could not have shown an effect."""
     if candidate.visible < 0.05:
         return "these poses do not move it, or the fitted parameters can do exactly the same"
     return f"an effect of ordinary size would stand out by only {candidate.visible:.1f} standard deviations in all"

@@ -42,7 +42,7 @@ class Level:
     untold: tuple[str, ...] = ()
 
     def carries(self, key: str) -> bool | None:
-        """Whether an effect predicts this level better than the others do without it; None where no fit can tell."""
+        """Return whether an effect lowers the error of this level by over 2 %; None if other levels leave it open."""
         return None if key in self.untold else self.after < CLEARLY * self.without[key]
 
 
@@ -55,7 +55,7 @@ class Intervention:
     unit: str
 
     def fails(self, key: str) -> list[str]:
-        """Levels to which an effect that was found does not carry over."""
+        """Return the names of the levels that an effect, by its key, does not predict better."""
         return [level.name for level in self.levels if level.carries(key) is False]
 
 
@@ -97,7 +97,7 @@ class Diagnosis:
 
     @cached_property
     def unnamed(self) -> float | None:
-        """Held-out rms [m] of the searched rows with the patterns that remain without a name; None where none does."""
+        """Held-out rms [m], [rad] of the searched rows with the remaining patterns fitted as well; None without any."""
         if not self.suspects:
             return None
         fit = self.searched
@@ -108,21 +108,21 @@ class Diagnosis:
 
     @property
     def untold(self) -> bool:
-        """Whether nothing was found, and nothing tells whether what is left is noise."""
+        """Whether nothing was found and the noise is not known, so that the residual may be noise or not."""
         return self.lacking is None and not self.missing and not self.suspects
 
     @property
     def misleading(self) -> bool:
-        """Whether rows that the fit has not seen are predicted worse with the patterns that remain than without."""
+        """Whether held-out rows are predicted worse with the remaining patterns than without them."""
         return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
 
 
 def suspect_size(fit: Fit, suspect: Suspect) -> Array:
-    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
+    """Return (m,) sizes of a suspect that fit the residual best, beside all parameters of the fit."""
     columns = fit.linear.project(suspect.columns(fit.problem))
     return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
 
 
 def too_few(fit: Fit) -> bool:
-    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
+    """Return whether there are fewer than three measured numbers per parameter: a fit then hides what is missing."""
     return fit.freedom < 2 * len(fit.parameters)

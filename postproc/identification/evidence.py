@@ -59,25 +59,30 @@ class Gain:
     evidence: Array
 
     def of(self, m: int) -> Gain:
+        """Return the gain of the m-th form."""
         return Gain(self.fall[m], self.count[m], self.visible[m], self.evidence[m])
 
 
 def gains(linear: Linear, forms: Forms) -> Gain:
-    """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
+    """Return the gain of every form, (M,) each, beside the fitted parameters (score test, no refit)."""
     order = np.argsort(np.concatenate([stack.index for stack in forms.stacks]))
     found = [_gains(linear, stack) for stack in forms.stacks]
     return Gain(*(np.concatenate([getattr(f, each.name) for f in found])[order] for each in fields(Gain)))
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
-    """The gain of (N, m) columns, each for an ordinary size of its parameter."""
+    """Return the gain of (N, m) whitened columns, each for an ordinary size of its parameter.
+
+    Args:
+        forming: parameters beyond these that a full fit would move; flexible: whether it is a free function.
+    """
     one = np.zeros(1, dtype=int)
     stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
     return _gains(linear, stack).of(0)
 
 
 def _gains(linear: Linear, stack: Stack) -> Gain:
-    """What each of M groups of columns C would bring, from G = C^T M C and b = C^T M y.
+    """Return the gain of M groups of columns C of one width, from G = C^T M C and b = C^T M y.
 
     Least squares take q = b^T (G + s^2/w^2)^-1 b off where parameters scatter by w = 3 ordinary sizes, or by a decade
     more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
@@ -118,7 +123,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
 
 
 def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
-    """Log evidence of parameters where they have been fitted, each counted by what it moves.
+    """Return the log evidence of fitted parameters, each counted by what it moves in the data.
 
     Amplitudes scatter by three ordinary sizes, or decades off as in `gains`, and what only forms the effect by its own
     size: a point or a knee that the data hardly sees costs hardly anything. Amplitudes and the places of either sign
@@ -126,8 +131,8 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
     weight.
 
     Args:
-        linear: the fit without them; rest: the sum of squares with them. gram: (p, p) C^T M C; index: (p,) which of the
-            effect they are.
+        linear: the fit without them; rest: the sum of squares with them. gram: (p, p) C^T M C; index: (p,) which
+            entries of the effect's vector they are.
     """
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too

@@ -35,13 +35,12 @@ PATTERNS = 3
 
 
 def search(start: SearchState) -> SearchState:
-    """What a model lacks: effects of the library, and patterns without a name where these are worth more.
+    """Return the state with what the model lacks: effects of the library, and patterns without a name where they win.
 
-    1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
-       `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
-    and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
-    5. What that changed leaves room for more, and a pattern may stand for names that were worth less before others
-    were found: again, where patterns stand by names alone and one pattern fewer, while the whole is worth more.
+    Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
+    is taken if it is significant, an effect only if held-out rows confirm it; everything is refitted; again until
+    nothing is left that is worth it. After one pass back (`backward`), the search is repeated, with one pattern fewer
+    or with names alone, while that raises the log evidence of the whole, at most `ROUNDS` times.
     """
     state = backward(forward(start))
     for _ in range(ROUNDS if state.keys or state.outside else 0):
@@ -57,10 +56,12 @@ def search(start: SearchState) -> SearchState:
 
 
 def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
-    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later.
+    """Return the state with effects and patterns added one by one, always that of the largest log evidence.
+
+    An effect that held-out data does not confirm is tried again after the next one is in.
 
     Args:
-        named: whether effects are asked, too; most: patterns that stand beside one another at most.
+        named: whether effects are tried, or patterns only; most: patterns at most.
     """
     refused: set[str] = set()
     for _ in range(MOST):
@@ -81,11 +82,11 @@ def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> Sea
 
 
 def accepted(state: SearchState, best: Candidate) -> SearchState | None:
-    """The state with an effect in the model and everything refitted; None where the data does not confirm it.
+    """Return the state with an effect in the model and everything refitted; None where the data does not confirm it.
 
     It must not live on a single row, and parts of the joint space that the fit has not seen must be predicted better.
-    Where more than noise is left, what neighbours have in common makes anything significant: then by more than its own
-    scatter from part to part.
+    Where more than noise is left, neighbouring poses share errors that make anything significant: then the gain must
+    exceed `CLEARLY` standard errors over the parts.
     """
     before = state.fit
     if lives_on_a_row(before, best):
@@ -98,7 +99,7 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
 
 
 def backward(state: SearchState) -> SearchState:
-    """One pass back by what the whole is worth (`SearchState.log_evidence`): each effect stays, goes, or gives way.
+    """Return the state after one pass back: each effect stays, goes, or is replaced, by the log evidence of the whole.
 
     What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
     patterns are found anew; and what is then worth most may be the same effect in another form, another one, or none.
@@ -126,12 +127,13 @@ def backward(state: SearchState) -> SearchState:
 def _instead(
     state: SearchState, bare: SearchState, one: SelectedEffect, mine: Candidate | None
 ) -> Iterator[SearchState]:
-    """What may stand in the place of an effect: nothing, it in another form, what is worth most, or a freer function.
+    """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
-    Nothing where it is not needed, or patterns may tell what it told; but only where both fits use the same rows: what
-    the effect has told of others may be mistakes.
+    That may be the effect in another form, the effect of the largest evidence, or a freer function. The state without
+    it is yielded where it is not needed, or where patterns may explain the same and both fits set the same rows aside.
 
     Args:
+        bare: the state without the effect; one: the effect.
         mine: the effect as it would be taken beside the others; None where it is not needed.
     """
     effect = state.fit.model.effect(one.key)
@@ -152,7 +154,7 @@ def _instead(
 
 
 def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[SelectedEffect, Fit]:
-    """A part of an effect, and the fit that has no more of it."""
+    """Return an effect reduced to its part ``kept``, and the fit with that part alone."""
     fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
     terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
     after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
@@ -160,5 +162,5 @@ def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[Selecte
 
 
 def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
-    """The state with the patterns that its fit leaves, found anew, each the strongest beside those before it."""
+    """Return the state with its patterns searched anew, at most ``most``, each the strongest beside those before it."""
     return forward(state.beside(()), named=False, most=most)

@@ -26,19 +26,20 @@ FREE = 1e-3
 def indistinguishable(
     ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.
+    """Return keys of effects that explain the data nearly as well as the chosen one, and of those hidden behind it.
 
     Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
     forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or a part of
-    the poses would have named them (`contenders`). What is not
-    seen: most of what the effect would do on its own is what the fit with the chosen one can do as well.
+    the poses would have named them (`contenders`). Hidden is an effect of which the fit with the chosen one can do
+    most.
 
     Args:
-        ranking, before: every effect on the fit without the chosen one; after: the fit with it.
+        ranking: every effect on the fit without the chosen one; before: that fit; after: the fit with it.
     """
     linear = before.linear
 
     def plain(c: Candidate) -> float:
+        """Return the candidate's log evidence by Schwarz's criterion."""
         plainly = unit_information(c.count, linear.freedom)
         return float(log_evidence(linear.square, linear.square - c.fall, linear.freedom, plainly))
 
@@ -52,11 +53,15 @@ def indistinguishable(
 
 
 def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bool:
-    """Whether most of what an effect would explain on its own is what a fit without it can do as well.
+    """Return whether a fit without an effect can do most of what the effect would explain on its own.
 
     Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
     (v_i^T C^T M y)^2, of which the fit with the chosen effect leaves the share l_i: below a few times the noise nobody
     can tell the two apart. A free function can do anything, and being hidden says nothing of it.
+
+    Args:
+        before, after: the fits without and with the chosen effect.
+        beside: the latter as a linear problem, its free functions hardly penalised.
     """
     effect = candidate.effect
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
@@ -73,7 +78,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
 
 
 def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> list[str]:
-    """Effects that are worth more than the chosen one on one random part of the poses in twenty at least.
+    """Return keys of effects with more evidence than the chosen one on any of twenty random parts of the poses.
 
     Evidence counts on rows that are independent of each other beside the model. Where the model misses more than noise,
     a difference of evidence says less than it seems, and other poses would have named another effect: what resampling
@@ -81,7 +86,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     nu log(S / S') is counted anew, and what an effect pays stays as it is.
 
     Args:
-        ranking, before: every effect on the fit without the chosen one.
+        ranking: every effect on the fit without the chosen one; before: that fit.
     """
     rivals = [c for c in ranking if c.key != chosen.key and c.evidence > 0 and c.effect.roughness() is None][:MOST]
     if not rivals:
@@ -91,7 +96,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     columns = [columns_of(before.problem, c.effect, c.free) for c in asked]
 
     def gains(kept: NDArray[np.bool_]) -> Array:
-        """(c,) what each brings on some of the rows."""
+        """Return (c,) gain of each effect on a part of the rows."""
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
         rest = y - basis @ (basis.T @ y)
         before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]
@@ -107,7 +112,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
 
 
 def _fall(columns: Array, basis: Array, rest: Array) -> float:
-    """What columns take off the sum of squares beside a basis."""
+    """Return how much columns (N, m) lower the square sum of a residual (N,), beside an orthonormal basis (N, k)."""
     own = columns - basis @ (basis.T @ columns)
     length = np.linalg.norm(own, axis=0)
     unit = np.linalg.qr(own[:, length > 0] / length[length > 0])[0]

@@ -27,7 +27,10 @@ CHANNELS = ("payload", "temperature", "session", "approach", "region")
 
 
 def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
-    """Fit without each level of a channel, with what was found and without it, and predict that level.
+    """Predict each level of a channel by fits without it, with and without the effects that were found.
+
+    Args:
+        channel: one of `CHANNELS`.
 
     Raises:
         PostprocError: DAT036 where the table has no such channel, or one level of it alone.
@@ -50,16 +53,18 @@ def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
 
 
 def _lacking(fit: Fit, key: str) -> Model:
+    """Return the model of a fit without one effect."""
     return fit.model.with_effects(*(e for e in fit.model.effects if e.key != key))
 
 
 def _predicted(
     fit: Fit, model: Model, kept: Measurements, left: Measurements, keys: Sequence[str]
 ) -> tuple[float, tuple[str, ...]]:
-    """Rms of what was observed in some rows, predicted by a model fitted to others; effects that these tell nothing of.
+    """Return the rms [m], [rad] of rows predicted by a model fitted to others, and effects these do not determine.
 
     Args:
-        keys: effects that were found with all rows: what those others do not determine of them goes back to null.
+        fit: tells what is free; kept: the rows that are fitted; left: those that are predicted.
+        keys: effects that were found with all rows: what the fitted ones do not determine of them goes back to null.
     """
     free = {key: mask for key, mask in fit.free.items() if model.effect(key) is not None}
     strength = {key: value for key, value in fit.strength.items() if key in free}
@@ -72,13 +77,14 @@ def _predicted(
 
 
 def _levels(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Levels of a channel with enough rows in and out of them, and (n,) which rows they have."""
+    """Yield (name, (n,) mask of its rows) of each level of a channel with at least 8 rows in it and outside."""
     for name, rows in _parts(data, channel):
         if FEWEST <= rows.sum() <= len(data) - FEWEST:
             yield name, rows
 
 
 def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Yield (name, (n,) mask of its rows) of each level of a channel; none where the data lacks the channel."""
     state = data.state
     if channel == "session" and state.session is not None:
         yield from ((f"`{name}`", state.session == k) for k, name in enumerate(state.session_names))
@@ -96,7 +102,7 @@ def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.b
 
 
 def _of_values(values: NDArray[np.float64], unit: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Every value where there are few, else parts of the range with as many rows each."""
+    """Yield (name, (n,) mask) of each value of six or fewer, else of three ranges with about as many rows each."""
     some = np.unique(np.round(values, 3))
     if len(some) <= MOST:
         yield from ((f"{value:g} {unit}", np.isclose(values, value, atol=1e-3)) for value in some)

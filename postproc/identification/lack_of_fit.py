@@ -18,13 +18,13 @@ FEWEST = 3
 
 
 def lacks_fit(fit: Fit) -> bool | None:
-    """Whether more is left than the noise; None where nothing tells how large the noise is.
+    """Return whether a fit leaves more than the noise; None where the noise is not known.
 
-    Repeats tell what the model cannot have to do with, in one visit or at any time. At other times they differ by drift
-    as well, so that the noise is at most what all of them scatter by. What is left is tested against each of these (F
-    test of the residual variance, and by a margin that matters); a user's own figure counts in their place, unless
-    repeats scatter more. Without either, what is left is within the noise where it is no more than the instrument and
-    the arm's data sheet say; where it is more, only both of them say that it is no noise.
+    The scatter of repeats does not depend on the model, in one visit or at any time. At other times they differ by
+    drift as well, so that the noise is at most what all of them scatter by. What is left is tested against each of
+    these (F test of the residual variance, and by a margin that matters); a user's own figure counts in their place,
+    unless repeats scatter more. Without either, what is left is within the noise where it is no more than the
+    instrument and the arm's data sheet say; where it is more, only both of them say that it is no noise.
     """
     if fit.freedom <= 0:
         return None
@@ -47,10 +47,10 @@ def lacks_fit(fit: Fit) -> bool | None:
 
 
 def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
-    """Whether the residual variance is more than that of a noise. A few rows that stand out are findings about these.
+    """Return whether the residual variance is significantly above that of a noise, a few rows far off left out.
 
     Args:
-        sigma: of the noise [m], [rad]; dof: degrees of freedom behind it.
+        sigma: of the noise [m], [rad]; dof: degrees of freedom behind it. chance: of a false alarm.
     """
     from scipy.special import fdtrc
 
@@ -63,10 +63,10 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
 
 
 def _repeatability(fit: Fit) -> float | None:
-    """Standard deviation per axis [m] by which the arm comes back to a pose, at most, as its maker says; else None.
+    """Return the arm's repeatability by its data sheet as an upper bound per axis [m]; None where none is stated.
 
-    RP of ISO 9283 is the mean distance from the mean place and three of its standard deviations: 3.6 per axis. That it
-    is a distance in space is all that is taken from it, for arms that are older than their data sheet.
+    RP of ISO 9283 is the mean distance from the mean place and three of its standard deviations: 3.6 per axis. Only
+    that it is a distance in space is taken from it, for arms that are older than their data sheet.
     """
     stated = fit.model.robot.repeatability
     return None if stated is None or fit.observed.name != "position" else stated / np.sqrt(3)

@@ -48,7 +48,7 @@ class Prediction:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def as_csv(self) -> str:
-        """Columns of ``HEADER``, one row per input row, same order; empty where unknown."""
+        """Return the prediction as CSV with the columns of ``HEADER`` [mm], one row per input row, empty if unknown."""
         lines = [HEADER]
         columns = np.column_stack([self.position, self.sigma, self.measured]) * 1e3
         for label, row in zip(self.pose_id, columns, strict=True):
@@ -57,14 +57,14 @@ class Prediction:
 
 
 def predict_rows(model: Model, data: Measurements, place: bool = False) -> Prediction:
-    """Predict where the real TCP is for every row of a table.
+    """Predict the true TCP position for every row of a table, with its standard deviation.
 
     Args:
-        place: the instrument stands where the rows that hold a measured position see it, not where the model has it.
+        place: whether the instrument's frame is fitted to rows that hold a measured position; else it is the model's.
 
     Raises:
-        PostprocError: DAT034 where a law in the order of rows belongs to another table; DAT035 where too few rows place
-            the instrument.
+        PostprocError: DAT034 where an effect of the order of rows belongs to another table; DAT035 where too few rows
+            place the instrument.
     """
     good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     seen = np.asarray(good & np.isfinite(data.position).all(axis=1))
@@ -87,7 +87,10 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
 
 
 def _noise(model: Model, data: Measurements) -> Array:
-    """(n,) noise of a measured position [m]: that of the fit, or of the row's own instrument and the fitted arm."""
+    """Return (n,) noise of a measured position [m], NaN where unknown.
+
+    It is that of the fit, or, where the row states `sigma_mm`, that and the arm's repeatability.
+    """
     noise, arm = model.fit.get("noise_mm"), model.fit.get("noise_repeatability_mm")
     level = np.full(len(data), np.nan if noise is None else 1e-3 * float(noise))
     if data.sigma is None or arm is None:
@@ -96,7 +99,7 @@ def _noise(model: Model, data: Measurements) -> Array:
 
 
 def _place(model: Model, seen: Measurements) -> Fit:
-    """The model with its instrument where some measured rows see it, that alone fitted."""
+    """Return the model with its instrument frame alone fitted to some measured rows; DAT035 where these are too few."""
     if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST:
         message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
         help_ = f"measure {FEWEST} poses at least, far from each other and not in line"
@@ -110,19 +113,24 @@ def _place(model: Model, seen: Measurements) -> Fit:
 
 
 def _placed_finding(placed: Fit) -> Diagnostic:
+    """Return DAT035, which says how many rows placed the instrument and how well."""
     rows = len(placed.data) - len(placed.set_aside)
     message = f"{rows} measured rows place the instrument anew; they are off by {1e3 * placed.rms:.3f} mm per axis then"
     return Diagnostic("DAT035", "info", message, placed.data.source)
 
 
 def _sigma_of_place(placed: Fit, state: State) -> Array:
-    """(n,) what the place of the instrument adds per axis [m]: D C D^T of its six numbers."""
+    """Return (n,) standard deviation per axis [m] that the fitted instrument frame adds, from D C D^T."""
     D = derivatives(placed.model, state, placed.parameters)[0]
     return np.sqrt(np.einsum("nip,pq,niq->n", D, placed.covariance, D) / 3)
 
 
 def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], position: Array) -> Iterator[Diagnostic]:
-    """DAT035 where measured positions of the same rows show that the instrument stands elsewhere."""
+    """Yield DAT035 where measured positions lie over `SUSPICIOUS_M` from the predicted ones in the median row.
+
+    Args:
+        seen: (n,) mask of rows with a measured position; position: (n, 3) predicted [m].
+    """
     off = distances(data.position[seen] - position[seen])
     if not len(off) or np.median(off) < SUSPICIOUS_M:
         return
@@ -134,7 +142,7 @@ def _elsewhere(model: Model, data: Measurements, seen: NDArray[np.bool_], positi
 
 
 def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
-    """DAT021 for effects that read what the table does not have."""
+    """Yield DAT021 for effects that read channels that the table lacks."""
     for effect in model.effects:
         if (unread := effect.missing(state)) and not effect.is_null and "session" not in unread:
             message = f"`{effect.key}` is left out: the table has no {' and no '.join(map(columns_of, unread))}"
@@ -145,7 +153,7 @@ def _left_out(model: Model, state: State, data: Measurements) -> Iterator[Diagno
 
 
 def _beyond(model: Model, state: State, data: Measurements) -> Iterator[Diagnostic]:
-    """DAT023 for channels beyond the measured range."""
+    """Yield DAT023 for channels beyond the range of the data that the model was fitted to."""
     for beyond in beyond_range(model, state):
         count = int(beyond.rows.sum())
         rows = "1 row leaves" if count == 1 else f"{count} rows leave"

@@ -20,10 +20,15 @@ STEPS, MISSED = 4, 0.02
 
 
 def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: float | None) -> Fit:
-    """The base with some of the effects that a fit has found, all from where that fit has them, beside its patterns.
+    """Fit the base again with some of the effects of another fit, starting from where that fit has them.
 
-    The springs too: those that the base has found without a load do not suit it, down to their sign. On more rows than
-    those of the fit, free functions get the order and smoothness that these can carry.
+    The springs start there, too: those of the base, found without a load, do not suit it, down to their sign. On more
+    rows than those of the fit, free functions get the order and smoothness that these can carry. Patterns beside the
+    fit stay.
+
+    Args:
+        base: the fit whose rows and free parameters count; fitted: the fit with the effects.
+        candidates: the effects to keep; noise: stated by the user, per axis [m].
     """
     keys = {c.key for c in candidates}
     same = {k for k, mask in base.free.items() if np.array_equal(mask, fitted.free.get(k, ()))}
@@ -38,9 +43,10 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
 
 
 def thinned(base: Fit, noise: float | None) -> Fit:
-    """The base on one pose in every so many where there are more than the search needs.
+    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more.
 
-    The full data then gives the final fit.
+    Args:
+        noise: standard deviation per axis [m] stated by the user.
     """
     step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
@@ -51,11 +57,14 @@ def thinned(base: Fit, noise: float | None) -> Fit:
 
 
 def without(fit: Fit, keys: Iterable[str]) -> Fit:
-    """A fit that lacks some of its effects, as its slope there foretells where the others would settle.
+    """Return the fit without some of its effects, the others where its linear model predicts them, not fitted again.
 
-    Nothing is fitted again: the others' residual and columns are those where the fit has them, and held-out errors are
-    taken one step from there. Where such a step misses what the slope foretells (a load on springs that it has formed
-    itself), it is made, and another one looked at.
+    The others' residual and columns are those where the fit has them, and held-out errors are taken one step from
+    there. Where such a step misses what the slope predicts (a load on springs that it has formed itself), it is made,
+    and another one looked at, `STEPS` times at most.
+
+    Args:
+        keys: of the effects that are left out.
     """
     gone = set(keys)
     free = {key: mask for key, mask in fit.free.items() if key not in gone}

@@ -41,11 +41,12 @@ class SelectedEffect:
 
     @property
     def key(self) -> str:
+        """Key of the effect."""
         return self.candidate.key
 
     @property
     def not_separable(self) -> tuple[str, ...]:
-        """What this data does not tell it from."""
+        """Keys of the effects that this data does not tell from it."""
         return (*self.alike, *self.unseen)
 
 
@@ -71,14 +72,14 @@ class SearchState:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the effects that were taken."""
+        """Keys of the effects that were taken, in order."""
         return tuple(m.key for m in self.missing)
 
     @cached_property
     def log_evidence(self) -> float:
-        """Log evidence of all that was taken beside the base, less what its parts are unlikely.
+        """Log evidence (2 log of odds) of all that was taken, against the base.
 
-        Each part costs what it was searched for: five weak effects that stand in for a smooth pattern lose against it.
+        The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
         added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
@@ -88,11 +89,12 @@ class SearchState:
 
     @cached_property
     def given(self) -> frozenset[str]:
-        """Keys of what the model had before the search."""
+        """Keys of the effects that the model had before the search."""
         return frozenset(e.key for e in self.base.model.effects)
 
     @cached_property
     def screen(self) -> Screen:
+        """The forms of all effects on the present fit; their columns are shared by states that use the same rows."""
         problem = self.fit.problem
         used = problem.weights.used.tobytes()
         self.stock[used] = self.stock.get(used, FormCache()).at(problem.weights)
@@ -100,22 +102,23 @@ class SearchState:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """Every testable effect at its best on what the fit leaves, best first."""
+        """Every testable effect in its best form on the residual, the best by log evidence first."""
         return ranking(self.fit, self.screen)
 
     @cached_property
     def pattern_screen(self) -> PatternScreen:
-        """Every pattern on what the fit leaves."""
+        """All patterns, tried on the residual of the fit."""
         assert self.patterns is not None
         return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
-        """The patterns that are worth their search and explain a share of what is left, strongest first.
+        """Return the patterns with positive evidence that explain 3 % or 15 % of the residual, strongest first.
 
-        What follows the time from pose to pose is not the arm's.
+        It is 15 % where the noise is not known, unless the pattern follows the time from pose to pose, which is not the
+        arm's.
 
         Args:
-            asked: only those that are worth so much are sure to be found.
+            asked: log evidence below which patterns may be missing from the result.
         """
         known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
@@ -123,16 +126,17 @@ class SearchState:
             return []  # what leaves no more than the noise is worth less
 
         def enough(suspect: Suspect) -> bool:
+            """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
             return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
 
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
-        """With other patterns beside the fit, and everything fitted again.
+        """Return the state with other patterns beside the fit, and everything fitted again.
 
-        Without any, the state that they were put beside; else what only forms an effect stays as it is: what the
-        patterns tell would bend it.
+        Without any, it is the state before patterns were added; where that is not known, knees and points of effects
+        are held, since what the patterns explained would bend them.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self
@@ -147,7 +151,7 @@ class SearchState:
         return replace(self, fit=after, outside=outside, plain=plain)
 
     def without_forms(self) -> SearchState:
-        """The same once nobody asks for the columns of forms any more, which hold most of the memory of a search."""
+        """Return this state, with the cached columns of forms dropped, which hold most of a search's memory."""
         self.stock.clear()
         for state in (self, self.plain):
             if state is not None:
@@ -155,7 +159,10 @@ class SearchState:
         return self
 
     def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
-        """With one more effect, and the fit that has it; more of an effect that stands there goes with it."""
+        """Return the state with one more effect and the fit that has it.
+
+        Further terms of an effect that was taken before are merged into it.
+        """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
             first, more = self.missing[at], one.candidate
@@ -167,22 +174,22 @@ class SearchState:
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: SelectedEffect) -> SearchState:
-        """The same with more that is known of one of its effects."""
+        """Return the state with one of its effects replaced by the same effect with more fields filled in."""
         plain = None if self.plain is None else self.plain.told(one)
         return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
 
     def without(self, key: str) -> SearchState:
-        """The same without one of its effects, everything else fitted again."""
+        """Return the state without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
         fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
         return replace(self, fit=fit, missing=others, plain=None)
 
 
 def _left_by(before: Fit, after: Fit) -> float:
-    """The sum of squares that a fit leaves, at the weights of the base.
+    """Return the sum of squares that a fit leaves, at the weights of the fit before.
 
-    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
-    geometric mean.
+    Numbers that are weighted by their own residual count by their likelihood, that is at weights of the same geometric
+    mean.
     """
     weights, others = before.problem.weights, after.problem.weights
     both = weights.used & others.used

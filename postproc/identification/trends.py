@@ -44,13 +44,13 @@ class Trend:
 
 
 def joint_errors(fit: Fit) -> Array:
-    """(n, 6) joint errors of least square sum that would move the TCP by the position error, dq = J^+ e [rad]."""
+    """Return (n, 6) smallest joint errors [rad] that would move the TCP by the position error e, dq = J^+ e."""
     e = np.nan_to_num(fit.problem.error[:, :3])
     return np.asarray((joint_inverse(fit) @ e[:, :, None])[:, :, 0])
 
 
 def joint_inverse(fit: Fit) -> Array:
-    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] of the coordinates that were measured, damped with s = DAMPING.
+    """Return (n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] for the measured coordinates, damped with s = DAMPING.
 
     Near singular directions no joint is blamed for what it could hardly cause.
     """
@@ -60,7 +60,7 @@ def joint_inverse(fit: Fit) -> Array:
 
 
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
-    """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
+    """Return the residual against every channel, in space and at the channel's joint, the largest share first."""
     error, named = fit.observed_error.copy(), fit_channels(fit)
     error[list(fit.set_aside)] = np.nan
     seen = np.asarray(np.isfinite(error).any(axis=0))
@@ -84,7 +84,10 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
-    """(n,) the bin of every value, none of them empty, and the bins' medians."""
+    """Return (n,) the bin of every value, and the median of each bin.
+
+    Bins have about as many values each and are not empty; a channel of few values has a bin for each.
+    """
     cell = np.round((values - values.min()) / (float(np.ptp(values)) / CELLS or 1.0))
     count = int(np.clip(len(values) // IN_EACH, FEWEST, MOST))
     if len(np.unique(cell)) > count:
@@ -96,6 +99,12 @@ def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
 def _trend(
     name: str, where: str, rows: Array, good: NDArray[np.bool_], member: NDArray[np.int_], centre: Array
 ) -> Trend:
+    """Return the trend of a residual over the bins of one channel.
+
+    Args:
+        rows: (n, d) residual, d = 1 at a joint; good: (n,) mask of the m rows that count; member: (m,) bin of each.
+        centre: channel at each bin.
+    """
     values = rows[good] - rows[good].mean(axis=0)
     direction = np.linalg.svd(values, full_matrices=False)[2][0]
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])

@@ -52,9 +52,9 @@ def align(
     since A = 0 leaves nothing there: how the points turn with them tells the rotation, and nothing tells the scale.
 
     Args:
-        T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
-        tool: False where the measured point is the origin of those frames.
-        fitted: (n,) the points that count; all by default.
+        T_base_flange: (n, 4, 4) with R and p; position: (n, 3) y [m], finite.
+        tool: whether t is fitted; False where the measured point is the origin of those frames.
+        fitted: (n,) mask of the points that count, all by default; residuals are of all points.
     """
     if fitted is not None and not fitted.all():
         some = align(T_base_flange[fitted], position[fitted], tool)
@@ -96,12 +96,16 @@ def align(
 
 
 def spread_of(points: Array) -> float:
-    """Typical distance [m] of points (n, 3) from the origin, never 0."""
+    """Return the typical (root median square) distance [m] of points (n, 3) from the origin, never 0."""
     return max(float(np.sqrt(np.median(np.sum(points**2, axis=1)))), 1e-12)
 
 
 def linear_design(R: Array, y: Array, tool: bool) -> Array:
-    """(n, 3, 15) of p = A y - c - R t in the nine numbers of A (row by row), c and t; no A is a rotation here."""
+    """Return (n, 3, 15) derivatives of p = A y - c - R t by the nine numbers of A (row by row), c and t.
+
+    Args:
+        R: (n, 3, 3); y: (n, 3); tool: whether t has columns that are not zero.
+    """
     n = len(R)
     design = np.zeros((n, 3, 15))
     design[:, :, :9] = np.einsum("nk,ij->nijk", y, np.eye(3)).reshape(n, 3, 9)
@@ -111,10 +115,13 @@ def linear_design(R: Array, y: Array, tool: bool) -> Array:
 
 
 def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
-    """The same where the flanges turn about one point c of theirs (single-point measurements), else None.
+    """Return the alignment of flanges that turn about one point c of theirs (single-point measurements), else None.
 
     There p + R c is constant, and y = s + T R d with the measured point at c + d: linear in the nine products T_ij d_k
     for each row of T, whose best approximation of rank one tells T; d is found beside it.
+
+    Args:
+        R: (n, 3, 3) and p: (n, 3) of the flange; y: (n, 3) measured points [m].
     """
     n = len(p)
     turns = np.concatenate([R, np.broadcast_to(-np.eye(3), (n, 3, 3))], axis=2)
@@ -130,7 +137,11 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
 
 
 def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Alignment:
-    """The same from a rotation and a point (3,) of the flange on, with lengths and hands as they are."""
+    """Return the alignment refined by Gauss-Newton with Huber weights, at scale 1 and not mirrored.
+
+    Args:
+        R, p, y: as in `_about_a_point`; rotation: (3, 3) and tool: (3,) [m] to start from.
+    """
     n = len(p)
     shift = np.median(y - (p + R @ tool) @ rotation.T, axis=0)
     weight = np.ones(n)
@@ -153,6 +164,6 @@ def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array) -> Align
 
 
 def _weights(error: Array) -> Array:
-    """Huber weights at twice the median error."""
+    """Return (n,) Huber weights of errors, limited at twice their median."""
     limit = max(2.0 * float(np.median(error)), 1e-12)
     return np.minimum(1.0, limit / np.maximum(error, 1e-300))

@@ -18,7 +18,7 @@ STEPS = 10.0 ** np.arange(0, -7, -1)
 
 
 def going_on(times: Sequence[Array | None]) -> list[Array | None]:
-    """Clocks that were set back from one to the next, as one that goes on."""
+    """Return times of several clocks as one: one that was set back starts `PAUSE_S` after the end of those before."""
     end, result = -np.inf, []
     for time in times:
         if time is not None and len(time):
@@ -29,9 +29,9 @@ def going_on(times: Sequence[Array | None]) -> list[Array | None]:
 
 
 def without_restarts(time: Array) -> tuple[Array, int]:
-    """Times (n,) [s] of rows in the order of the file with every clock that began anew going on; how often one did.
+    """Return times (n,) [s] in file order as one clock that never restarts, and how often it had restarted.
 
-    A clock that is set back counts some of the times before again; stretches that stand in another order do not.
+    A clock that is set back repeats some of the times before; stretches that stand in another order do not, and stay.
     """
     parts = np.split(time, np.flatnonzero(np.diff(time) < 0) + 1)
     again = [b.min() <= a.max() and b.max() >= a.min() for a, b in pairwise(parts)]
@@ -41,7 +41,7 @@ def without_restarts(time: Array) -> tuple[Array, int]:
 
 
 def evenly(time: Array) -> Array | None:
-    """The line of times (n,) [s] over the rows where stamps are coarse for it; None where they follow none.
+    """Return (n,) evenly spaced times [s] that coarse stamps follow; None where they follow none or are fine enough.
 
     Rounded stamps are off a line by half of their last decimal place; so are stamps that are cut, all to one side.
     """

@@ -64,7 +64,7 @@ class Agreement:
 
 
 def agreement(data: Measurements, robot: Robot) -> Agreement:
-    """Which rows agree on where the arm is; sessions are placed each by itself, with the tool of the largest one."""
+    """Return which rows agree on where the arm is; sessions are placed one by one, with the tool of the largest."""
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
@@ -92,18 +92,23 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
 
 
 def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
-    """(k,) distance [m] from the placed nominal arm within which no row is wrong, whatever is typical."""
+    """Return (k,) least distance [m] from the placed nominal arm at which a row may be wrong: larger where it moves."""
     moves = [np.any(x[rows] != 0, axis=1) for x in (data.state.v, data.state.a) if x is not None]
     return np.where(np.any(moves, axis=0), MOVING_M, 0.0) if moves else np.zeros(len(rows))
 
 
 def _sessions(data: Measurements) -> NDArray[np.str_]:
-    """(n,) name of the session of each row, "" where there are none."""
+    """Return (n,) name of the session of each row, "" where there are none."""
     return np.full(len(data), "") if data.state.session is None else data.state.session_of_rows
 
 
 def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
-    """(n,) rows that cannot be right: of a few rows one at most, and none where the arm is elsewhere altogether."""
+    """Return (n,) rows that cannot be right: one at most of few poses, none where the arm as a whole is elsewhere.
+
+    Args:
+        found: the alignment with the residuals; T: (n, 4, 4) flanges; q: (n, 6) [rad]; few: whether there are few
+            poses.
+    """
     off = np.linalg.norm(found.residual, axis=1)
     if found.typical > SUSPICIOUS_M:
         return np.zeros(len(off), dtype=bool)
@@ -115,11 +120,12 @@ def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> N
 
 
 def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Alignment:
-    """The alignment of the rows of a session that agree; residuals of all of its rows, typical that of the median row.
+    """Return the alignment of the rows of a session that agree; residuals are of all its rows, typical their median.
 
     Args:
-        T: (n, 4, 4) flanges, or measured points of the arm where a session has told them. few: too few poses to choose
-            among. first: of that session, whose place stands in for that of one with few poses.
+        T: (n, 4, 4) flanges, or poses of the measured point once a session has determined it; position: (n, 3) [m].
+        few: whether there are too few poses to choose among.
+        first: alignment of the largest session, whose place stands in for that of a session with few poses.
     """
     if few and first is not None:
         frame = first.T_instrument_base
@@ -134,9 +140,12 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
 
 
 def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:
-    """(n,) distances [m] that zeros of joints, place and tool leave: least trimmed squares, linear in these.
+    """Return (n,) distances [m] that are left when joint zeros, place and tool are fitted, too (least trimmed squares).
 
     Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.
+
+    Args:
+        found: the alignment to start from; T: (n, 4, 4) flanges; q: (n, 6) [rad].
     """
     R, tcp = found.T_instrument_base[:3, :3], T.copy()
     tcp[:, :3, 3] += T[:, :3, :3] @ found.tool
@@ -154,7 +163,11 @@ def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array
 
 
 def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) -> Alignment:
-    """The alignment of the rows that agree with it, from some of them on; typical is the median of all rows."""
+    """Return the alignment of the rows that agree with it, found by iteration; typical is the median of all rows.
+
+    Args:
+        T, position: as in `_placed`; tool: whether the tool is fitted; agree: (n,) rows to start from.
+    """
     for _ in range(HALVINGS):
         found = align(T, position, tool, agree)
         # An alignment at another scale has no residuals.
@@ -168,14 +181,14 @@ def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) ->
 
 
 def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
-    """(n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm: it needs no scale."""
+    """Return (n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm."""
     y = position - np.median(position, axis=0)
     design = linear_design(T[:, :3, :3], y / spread_of(y), tool)
     return _closest_half(design, T[:, :3, 3] - np.median(T[:, :3, 3], axis=0), 8 if tool else 6)
 
 
 def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
-    """(n,) the half of the rows that one solution x of design x = wanted fits best, of all that samples propose.
+    """Return (n,) the half of the rows that one solution x of design x = wanted fits best, among random samples.
 
     Args:
         design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.
@@ -195,7 +208,11 @@ def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
 
 
 def _left(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
-    """(k, n) distances that k solutions leave of all rows, each of the rows drawn for it (k, m)."""
+    """Return (k, n) distances of all rows from k solutions, each determined by m rows.
+
+    Args:
+        design: (n, 3, u); wanted: (n, 3); drawn: (k, m) indices of the rows of each solution.
+    """
     A = design[drawn].reshape(len(drawn), -1, design.shape[2])
     turned = np.swapaxes(A, 1, 2)
     right = turned @ wanted[drawn].reshape(len(drawn), -1, 1)

@@ -30,7 +30,11 @@ class Iso9283:
 
 
 def iso9283(error: Array, groups: NDArray[np.int_]) -> Iso9283:
-    """ISO 9283 figures from position errors (n, 1 to 3), measured minus commanded [m], and groups of repeats (n,)."""
+    """Return the ISO 9283 figures in mm of position errors.
+
+    Args:
+        error: (n, 1 to 3) measured minus commanded [m]; groups: (n,) number of the pose of each row.
+    """
     good = np.isfinite(error).all(axis=1)
     accuracy, repeatability = [], []
     for group in np.unique(groups[good]):

@@ -67,16 +67,16 @@ class Measurements:
 
     @property
     def source(self) -> Source | None:
-        """The file, None where there are several or none."""
+        """The only file, None where there are several or none."""
         return self.sources[0] if len(self.sources) == 1 else None
 
     def name(self, index: int) -> str:
-        """What people call a row: ``row 12``, with the file where there are several."""
+        """Return what people call a row by its index: ``row 12``, with the file where there are several."""
         number = self.row[index] if self.row else index + 1
         return f"row {number} of {self.sources[self.file[index]].path}" if self.file else f"row {number}"
 
     def where(self, index: int) -> tuple[Source | None, Span | None]:
-        """The file and the place in it of a row."""
+        """Return the file and the place in it of a row by its index; None where unknown."""
         if not (self.sources and self.line):
             return self.source, None
         source = self.sources[self.file[index] if self.file else 0]
@@ -84,7 +84,7 @@ class Measurements:
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
-        """(n,) bool: rows with a commanded state and something measured that can be right."""
+        """(n,) bool: rows with a commanded state and something measured, less those that cannot be right."""
         if not self.wrong:
             return self.filled
         places = zip(self.file or (0,) * len(self), self.row, strict=True)
@@ -102,17 +102,17 @@ class Measurements:
 
     @cached_property
     def observations(self) -> tuple[Observation, ...]:
-        """The kinds of numbers that a row holds."""
+        """The kinds of numbers that a row has columns for."""
         return observations(self.rotation is not None, self.joint is not None)
 
     @cached_property
     def observed(self) -> Observation:
-        """The kind that figures speak of: positions where there are any, else orientations, else joint angles."""
+        """The kind that figures are about: positions where there are any, else orientations, else joint angles."""
         some = [kind for kind in self.observations if np.isfinite(self.numbers(kind)).any()]
         return some[0] if some else self.observations[0]
 
     def numbers(self, kind: Observation) -> Array:
-        """(n, k) what was measured of one kind, NaN where it was not; orientations as they are written, (n, 9)."""
+        """Return (n, k) measured numbers of one kind, NaN where not measured; orientations as matrices (n, 9)."""
         if kind.name == "position":
             return self.position
         values = self.rotation if kind.name == "orientation" else self.joint
@@ -120,7 +120,7 @@ class Measurements:
         return values.reshape(len(self), -1)
 
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
-        """The rows of an index or of a mask, in that order."""
+        """Return the rows of an index, slice or mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
         some: dict[str, Any] = {name: getattr(self, name) for name in ("position", "rotation", "joint", "sigma")}
         some = {name: values if values is None else values[picked] for name, values in some.items()}
@@ -130,17 +130,17 @@ class Measurements:
         return replace(self, state=self.state.rows(picked), **some)
 
     def one_in(self, step: int) -> NDArray[np.bool_]:
-        """(n,) True for one pose of every so many, with its repeats: by chance, so that what alternates is not lost."""
+        """Return (n,) mask of one random pose out of every ``step``, with all its repeats; the same at every call."""
         poses = int(self.repeats.max(initial=-1)) + 1
         first = np.arange(0, poses, step)
         return np.isin(self.repeats, first + np.random.default_rng(0).integers(step, size=len(first)))
 
     @cached_property
     def order(self) -> NDArray[np.int_]:
-        """(n,) rows in an order that does not hang on that of the file, unless the user says that it counts.
+        """(n,) indices of the rows in an order that depends on the file only if the user says that its order counts.
 
         Sessions one after another, in each by `time_s`, or by the number of the row where that counts. Without either
-        the rows are exchangeable: they are mixed by what they say, repeats of a pose together.
+        the rows are exchangeable: they are sorted by a hash of their angles, repeats of a pose together.
         """
         state = self.state
         clock = state.time if state.time is not None else state.channels.get("row") if self.counted else None
@@ -153,7 +153,7 @@ class Measurements:
         return np.lexsort((*told.T, _rank(mixed), session))
 
     def _sessions(self, clock: Array | None) -> NDArray[np.int_]:
-        """(n,) place of the session of each row: by file, then by its first time, then by its name."""
+        """Return (n,) rank of the session of each row: by file, then by its first time, then by its name."""
         if self.state.session is None:
             return np.zeros(len(self), dtype=int)
         keys = []
@@ -166,7 +166,7 @@ class Measurements:
         return np.asarray(place[np.asarray(self.state.session, dtype=int)])
 
     def _said(self) -> Array:
-        """(n, k) channels and measured numbers of every row."""
+        """Return (n, k) channels and measured numbers of every row, to sort rows that are otherwise equal."""
         state, n = self.state, len(self)
         some = (state.payload_mass, state.approach, state.v, state.temperature, *state.channels.values())
         parts = [part.reshape(n, -1) for part in some if part is not None]
@@ -174,13 +174,13 @@ class Measurements:
 
     @property
     def in_order(self) -> Measurements:
-        """The same rows in that order."""
+        """The measurements with their rows sorted by ``order``; the object itself where they are."""
         order = self.order
         return self if (np.diff(order) > 0).all() else self.rows(order)
 
     @cached_property
     def step(self) -> float:
-        """Step [rad] of which all joint angles are multiples: a decimal place of a degree or a radian, 0 for none."""
+        """Step [rad] of which all joint angles are multiples, 1 to 1e-4 of a degree or radian by tens; 0 for none."""
         if len(self) < FEWEST or not np.isfinite(self.state.q).all():
             return 0.0
         for place in np.geomspace(1.0, 1e-4, 5):
@@ -192,9 +192,9 @@ class Measurements:
 
     @cached_property
     def repeats(self) -> NDArray[np.int_]:
-        """(n,) number of the group of repeats each row belongs to.
+        """(n,) number of the group of repeats that each row belongs to.
 
-        The same label, commanded joints, payload, approach and external axes.
+        Repeats have the same label, session, commanded joints and speeds, payload, approach and external axes.
         """
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
@@ -212,5 +212,5 @@ class Measurements:
 
 
 def _rank(labels: Sequence[Any]) -> NDArray[np.int_]:
-    """(n,) place of each label among the different ones, sorted."""
+    """Return (n,) rank of each label among the distinct ones, sorted."""
     return np.unique(np.array(labels), return_inverse=True)[1]

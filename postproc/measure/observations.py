@@ -23,12 +23,12 @@ class Observation:
     subject: str
 
     def key(self, name: str) -> str:
-        """A key of a document, which ends in the unit: ``rms_mm``, ``rms_mrad``."""
+        """Return the key of a figure in a document, with the unit at its end: ``rms_mm``, ``rms_mrad``."""
         return f"{name}_{self.unit}"
 
 
 def observations(rotation: bool, joint: bool) -> tuple[Observation, ...]:
-    """The kinds of numbers in a row of measurements, in the order in which they stand: positions always have columns.
+    """Return the kinds of numbers in a row of measurements, in the order of their columns; positions always exist.
 
     Args:
         rotation, joint: whether orientations, and joint angles on the output side, have columns.

@@ -29,11 +29,11 @@ Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, 
 
 
 def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
-    """The state with speeds, accelerations and approach sides, where time-stamped rows are a record of moving joints.
+    """Return the state with speeds, accelerations and approach sides, where rows with times record moving joints.
 
     Speeds are differences of second order, one-sided at the ends of a record. Accelerations are those of the parabola
-    through the rows around (Savitzky & Golay 1964). What the table states itself is kept. A clock that began anew goes
-    on, and one whose stamps are coarse for rows that come evenly is taken from their count.
+    through the rows around (Savitzky & Golay 1964). What the table states itself is kept. A clock that restarts is
+    continued, and coarse stamps of evenly spaced rows are replaced by their count. DAT014 reports all that.
     """
     derived = {"joint speeds": state.v, "accelerations": state.a, "approach sides": state.approach}
     lacking = [name for name, channel in derived.items() if channel is None]
@@ -69,7 +69,7 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
 
 
 def is_record(state: State) -> bool:
-    """Whether most rows follow each other closely in time while the arm moves; poses at which it stands never do."""
+    """Return whether rows record a moving arm: in the median at most `GAP_S` apart, and with a joint moving."""
     if state.v is None or state.time is None or not len(state):
         return False
     close = np.median(np.diff(np.sort(state.time), prepend=-np.inf)) <= GAP_S
@@ -77,13 +77,17 @@ def is_record(state: State) -> bool:
 
 
 def _runs(joined: NDArray[np.bool_]) -> list[slice]:
-    """The records: rows that follow each other."""
+    """Return the records as slices of rows; ``joined`` (n - 1,) says which rows follow the one before."""
     starts = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(joined) + 1]])
     return [slice(first, end) for first, end in pairwise(starts.tolist())]
 
 
 def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """(n, 6) speeds of rows in the order of time, 0 where a row has no neighbour; (n,) which have one."""
+    """Return (n, 6) joint speeds of rows in time order, 0 where a row has no neighbour, and (n,) which rows have one.
+
+    Args:
+        q: (n, 6); time: (n,); joined: (n - 1,) which rows follow the one before in a record.
+    """
     v, known = np.zeros_like(q), np.zeros(len(q), dtype=bool)
     for some in _runs(joined):
         if some.stop - some.start > 1:
@@ -92,7 +96,11 @@ def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, ND
 
 
 def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float) -> Array:
-    """(n, 6) accelerations of rows in the order of time, 0 in records too short for a parabola."""
+    """Return (n, 6) joint accelerations of rows in time order, 0 in records too short for a parabola.
+
+    Args:
+        q, time, joined: as in `_speeds`; rate: rows a second.
+    """
     size = 2 * max(1, int(np.ceil(AROUND_S * rate))) + 1
     a = np.zeros_like(q)
     for run in _runs(joined):
@@ -114,7 +122,7 @@ def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float
 
 
 def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
-    """Whether rows follow a path: something moves, at a possible speed, and steps resemble the ones before."""
+    """Return whether rows follow a path: something moves, at a possible speed, and steps resemble the ones before."""
     if np.abs(v).max() < 10 * STILL or np.abs(v).max() > FASTEST:
         return False
     inside = joined[1:] & joined[:-1]
@@ -126,7 +134,7 @@ def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
 
 
 def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
-    """(n, 6) side from which each joint came, kept while it stands; 0 where a record has not moved it yet."""
+    """Return (n, 6) sign of the last motion of each joint, kept while it stands; 0 before a record has moved it."""
     side = np.where(np.abs(v) > STILL, np.sign(v), 0.0)
     first = np.concatenate([np.full(run.stop - run.start, run.start) for run in _runs(joined)])[:, None]
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)

@@ -32,6 +32,7 @@ FINEST, MANY = 4, 8000
 
 
 def cosine(x: Any, order: Any, phase: Any) -> Any:
+    """Return cos(order x - phase), (n,) or (P, n) for (P, 1) orders and phases, the latter in single precision."""
     if np.ndim(order) == 0:
         return np.cos(order * x - phase)
     # Of many waves in single precision, which is many times as fast; within half a turn it is exact enough for that.
@@ -40,11 +41,15 @@ def cosine(x: Any, order: Any, phase: Any) -> Any:
 
 
 def _cycle(x: Any, order: Any, start: Any) -> Any:
+    """Return (order x / (2 pi) - start) mod 1, the share of a period that a wave has passed at x."""
     return (order / (2 * np.pi) * x - start) % 1.0
 
 
 def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> SignalCurve:
-    """A curve that no number forms."""
+    """Return a curve without numbers: a formula f(x), its words, its kind for the odds, its noun as a factor.
+
+    ``gate`` says in words where it is on, and makes it a possible switch (`SignalCurve`).
+    """
     return SignalCurve(law, said, kind, noun=noun, gate=(gate, f"not {gate}") if gate else ())
 
 
@@ -124,7 +129,7 @@ PULSE = SignalCurve(
 
 
 def line(signal: Signal, origin: float = 0.0) -> Block:
-    """The signal itself, as far as it is from an origin."""
+    """Return the pattern that is proportional to the signal, counted from an origin in the signal's unit."""
     curve = LINE_OF if signal.of else LINE
     if origin:
         noun = f"{{label}}, counted from {shown(signal.unit, origin)},"
@@ -133,7 +138,7 @@ def line(signal: Signal, origin: float = 0.0) -> Block:
 
 
 def of_signal(signal: Signal) -> Iterator[Block]:
-    """Every curve of one signal but those that repeat."""
+    """Yield all curves of one signal but waves: lines, powers, breaks, windows; of up to four values, levels."""
     x = signal.values
     if len(signal.distinct) <= 4:
         # Approach sides, payloads, sessions: their own value, and being one of them.
@@ -157,9 +162,9 @@ def of_signal(signal: Signal) -> Iterator[Block]:
 
 
 def of_channel(signal: Signal) -> Iterator[Block]:
-    """Curves of a channel, and of the size of one that goes both ways: angles, speeds, accelerations, loads.
+    """Yield the curves of a channel, and of its size |x| for angles, speeds, accelerations, loads of both signs.
 
-    What grows from a size on may do so to the same side, or each way to its own: stops, free play.
+    What grows from a size on may do so to one side in both directions, or to its own side in each: stops, free play.
     """
     yield from of_signal(signal)
     if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
@@ -171,7 +176,7 @@ def of_channel(signal: Signal) -> Iterator[Block]:
 
 
 def breaks(signal: Signal) -> Iterator[Block]:
-    """Steps, kinks, and what grows on one side of a knot."""
+    """Yield steps and kinks at quantiles of the signal, and ramps that grow on one side of a knot."""
     x = signal.values
     across = [0.0] if x.min() < 0 < x.max() else []
     places = _edges_at(signal, [*np.quantile(x, np.linspace(0.04, 0.96, STEPS)), *across])
@@ -185,7 +190,7 @@ def breaks(signal: Signal) -> Iterator[Block]:
 
 
 def levels(signal: Signal) -> Iterator[Block]:
-    """Every way to split three or four values in two; of four, the halves as well."""
+    """Yield the patterns that single out one of three or four values; of four also the pairs."""
     distinct = signal.distinct
     if 2 < len(distinct) <= 4:
         pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
@@ -195,9 +200,10 @@ def levels(signal: Signal) -> Iterator[Block]:
 
 
 def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
-    """At one of a few values, or at two of them."""
+    """Return the curve that is 1 at any of some values, within a distance ``near`` of them, and 0 elsewhere."""
 
     def law(x: Any) -> Any:
+        """Return where x is near one of the values."""
         found = np.abs(x - some[0]) < near
         for value in some[1:]:
             found = found | (np.abs(x - value) < near)
@@ -208,7 +214,7 @@ def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
 
 
 def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
-    """What settles, and what goes on ever more slowly, from the first value on; the width of either is a time."""
+    """Return exp(-(x - start) / t) and log(1 + (x - start) / t) with the number t, start being the lowest value."""
     start, kind, reach = float(signal.values.min()), "settling", ("reach",)
     said = ("settling within {n0}{of}", "growing with the logarithm, bent at {n0}{of}")
     # A draft is asked for states before the first that was measured, too.
@@ -219,43 +225,43 @@ def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
 
 
 def own_or_time(signal: Signal) -> bool:
-    """Whether it may settle, or come again though it is no angle: time, a rail or a turntable of the table's own."""
+    """Return whether a signal is time or a column of the table's own: it may settle, or repeat like no angle."""
     return signal.name == "time" or signal.of_table
 
 
 def waves(signal: Signal, orders: Iterable[float]) -> Block:
-    """Waves of an angle."""
+    """Return waves of an angle at several phases of each order that its values can tell from lower ones."""
     every = [(k, p) for k in told_apart(signal, orders) for p in (QUARTERS if k <= GEAR else THIRDS)]
     return block(WAVE, signal, every, "fine wave" if every and every[0][0] > GEAR else "wave")
 
 
 def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
-    """Orders that are no other names of lower ones at the values of an angle; those of what is no angle as they are."""
+    """Return the orders that the measured values tell from lower ones (no aliasing); all, unless it is an angle."""
     highest = finest(signal.values) if turns(signal) else np.inf
     return [order for order in orders if order <= highest]
 
 
 def periods(signal: Signal) -> list[float]:
-    """Orders of what is no angle: at most so many periods over the whole, and more than two values a period."""
+    """Return orders [rad per unit] of 1 to `SWAYS` periods over a signal's range, over two measured values in each."""
     whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(signal.distinct)))
     many = range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ()
     return [np.pi * k / whole for k in many]
 
 
 def sways(signal: Signal) -> Block:
-    """Waves of what is no angle."""
+    """Return waves of a signal that is no angle, at the orders of `periods` and four phases."""
     return block(WAVE, signal, product(periods(signal), QUARTERS), "sway")
 
 
 def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
-    """The middle of the two neighbouring measured values between which each of some places lies."""
+    """Return for each place the middle of the two neighbouring measured values around it."""
     distinct = signal.distinct
     at = np.clip(np.searchsorted(distinct, list(places)), 1, len(distinct) - 1)
     return (0.5 * (distinct[at - 1] + distinct[at])).tolist()
 
 
 def edges(signal: Signal, most: int = FINE) -> list[float]:
-    """Middles of neighbouring measured values between which a step can be seen."""
+    """Return at most ``most`` middles of neighbouring measured values, without wide gaps, where a step can be seen."""
     distinct = signal.distinct
     apart = np.diff(distinct)
     seen = (apart < GAP * (distinct[-1] - distinct[0])) | (apart < GRID * np.median(apart))
@@ -264,19 +270,23 @@ def edges(signal: Signal, most: int = FINE) -> list[float]:
 
 
 def knots(signal: Signal, most: int = KNOTS) -> list[float]:
-    """Places of a knot: a step lies between two rows, a kink anywhere."""
+    """Return ``most`` evenly spaced places between the 2 % and 98 % quantiles of the signal, where a curve may bend."""
     low, high = np.quantile(signal.values, [0.02, 0.98]).tolist()
     return np.linspace(low, high, most).tolist()
 
 
 def sharper(pattern: Pattern) -> Group:
-    """The same with its numbers at many places close by, closer at higher levels, and what it may be instead."""
+    """Return a pattern on a finer grid of numbers around its own, and as curves that resemble it.
+
+    The grid is finer at a higher level; the result is empty at level `FINEST` or without numbers.
+    """
     if pattern.level == FINEST or not pattern.numbers:
         return Group(())
     return Group(acting(b).with_(level=pattern.level + 1) for b in _closer(pattern))
 
 
 def _closer(pattern: Pattern) -> Iterator[Block]:
+    """Yield the blocks of patterns that `sharper` returns: other curves in place of a factor, and nearby numbers."""
     for k, (curve, signal, own) in enumerate(pattern.each):
         for new, numbers in _instead(curve, signal, own, pattern.level):
             first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
@@ -304,7 +314,7 @@ def _closer(pattern: Pattern) -> Iterator[Block]:
 def _instead(
     curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int
 ) -> Iterator[tuple[SignalCurve, Iterable[Sequence[float]]]]:
-    """Curves that one may turn out to be, all over the signal; of waves, at its order once that is known."""
+    """Yield (curve, rows of numbers) that may describe a signal better than this curve; few or none above level 0."""
     if curve.switch is not None:
         plain, side = curve.switch
         inside = _instead(plain, signal, numbers, level)
@@ -350,7 +360,7 @@ def _instead(
 
 
 def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
-    """Values close to each number of a curve."""
+    """Return for each number of a curve a list of values around it to try, spaced the closer the higher the level."""
     x, closer, found = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])
     for kind, number in zip(curve.numbers, numbers, strict=True):
@@ -374,10 +384,7 @@ def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level:
 
 
 def _orders(signal: Signal, order: float, closer: float) -> list[float]:
-    """Orders beside one that a range of values tells apart, 2 pi / range.
-
-    What turns comes again, however little of a turn was seen; what does not is no wave before it has come once.
-    """
+    """Return orders around one, finer than 2 pi / range; of an angle at least 0.4, else 1 period in the range."""
     apart = 2 * np.pi / max(float(np.ptp(signal.values)), 1e-300)
     near = order + apart * closer * np.linspace(-0.5, 0.5, 11)
     least = (0.4 if turns(signal) else 0.999) * apart
@@ -385,7 +392,7 @@ def _orders(signal: Signal, order: float, closer: float) -> list[float]:
 
 
 def _next_edges(signal: Signal, edge: float) -> list[float]:
-    """The edges next to one, as far as the neighbouring one of 36 and ten at most."""
+    """Return the edges of the signal around one, at least 2 and at most 10 to either side (an 18th of all between)."""
     places = edges(signal, len(signal.values))
     at, reach = int(np.searchsorted(places, edge)), min(max(2, len(places) // 18), 10)
     return places[max(0, at - reach) : at + reach] or [edge]

@@ -77,7 +77,7 @@ class Patterns:
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
-        """How many patterns there are of each kind."""
+        """Number of patterns of each kind, by kind."""
         found = Counter[str](p.kind for p in self.wide)
         for some in self.blocks:
             found[some.like.kind] += len(some)
@@ -85,24 +85,25 @@ class Patterns:
 
     @cached_property
     def own(self) -> frozenset[str]:
-        """The table's own columns."""
+        """Names of the channels that are columns of the table's own."""
         return self.slow - TABLE
 
     @cached_property
     def every(self) -> Group:
-        """All with one size: by the only place where they make sense, and those of any place by what they follow.
+        """All patterns with one size, sorted by the only place where they make sense, then by what they follow.
 
-        First what follows the arm, then what does not, last the table's own columns alone.
+        At one place those that follow the arm come first, then those that do not, last the table's own columns alone.
         """
 
         def order(some: Block) -> tuple[str, bool, bool]:
+            """Return the sorting key of a block: place, then what it follows."""
             names = some.like.channels
             return some.like.where or "", self.slow.issuperset(names), self.own.issuperset(names)
 
         return Group(sorted(self.blocks, key=order))
 
     def at(self, where: str) -> Iterator[tuple[slice, bool]]:
-        """Which of `every` make sense at a place, and whether they do so everywhere."""
+        """Yield the slices of `every` that make sense at a place, and whether they do so at any place."""
         blocks, ends = self.every.blocks, self.every.ends
         for only, some in groupby(range(len(blocks)), key=lambda k: blocks[k].like.where):
             good = [k for k in some if only == where or self.sensible(blocks[k].like, where)]
@@ -110,21 +111,27 @@ class Patterns:
                 yield slice(int(ends[good[0]]), int(ends[good[-1] + 1])), only is None
 
     def price(self, pattern: Pattern) -> float:
-        """2 log of the odds against a pattern at a place among all that are tried, and against what has no name."""
+        """Return 2 log of the prior odds against a pattern at a place.
+
+        It counts all patterns and places that are tried, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
+        """
         return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
 
     @cached_property
     def prices(self) -> Array:
-        """(P,) the same of all with one size."""
+        """(P,) price of each pattern in `every`, 2 log of the prior odds against it."""
         return self.every.of_blocks(lambda b: self.price(b.like))
 
     @cached_property
     def lines(self) -> list[Pattern]:
-        """What grows in proportion to a channel."""
+        """The patterns that are proportional to a signal."""
         return [b[0] for b in self.blocks if b.like.kind == "line"]
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
-        """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
+        """Return whether a pattern makes sense at a place.
+
+        Patterns of the arm's channels make none at an instrument or frame, which feels no load, unless made for it.
+        """
         free = self.own if where in LOADED else self.slow
         anywhere = (
             pattern.where is None and where != LEANS and (where not in APART or free.issuperset(pattern.channels))
@@ -133,13 +140,16 @@ class Patterns:
 
     @cached_property
     def sizes(self) -> Group:
-        """What grows in proportion to a channel, from its middle or from nothing on."""
+        """Patterns proportional to a channel, counted from its median and from zero, for a switch to act on."""
         some = [p.signals[0] for p in self.lines if p.channels != ("row",) and p.where is None]
         return Group(line(s, origin) for s in some for origin in dict.fromkeys((s.middle, 0.0)))
 
     @cached_property
     def switches(self) -> tuple[Group, Single]:
-        """Every switch, and (n, G) their values, that is open in more than a few rows and shut in others."""
+        """All switches with their values (n, G): factors that let a pattern act only where a channel is in some range.
+
+        Each is on in more than a few rows, and off in more than a few.
+        """
         found = list[Block]()
         for some in self.gates:
             [(curve, signal)] = some.like.factors
@@ -149,9 +159,10 @@ class Patterns:
         return group, group.values
 
     def grown(self, pattern: Pattern) -> Iterator[tuple[Single, Group]]:
-        """(n, G) values, and patterns: one, or a factor of it, where another channel switches it on.
+        """Yield (values (n, G), G patterns): a pattern, or one of its two factors, times switches of other channels.
 
-        What is a switch itself may switch whatever grows with another channel: a clamp that gives under the payload.
+        A pattern that may itself be a switch also switches what grows with another channel: a clamp giving under a
+        load.
         """
         switches, values = self.switches
         ends = switches.ends
@@ -176,13 +187,16 @@ class Patterns:
 
 
 def _switched(one: Pattern, switch: Block) -> Block:
-    """A pattern where each of some switches is on; its numbers may then lie elsewhere."""
+    """Return the products of a pattern with each of some switches, which say where another channel lets it act."""
     numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
     return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
 
 
 def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
-    """A pattern, which any channel may switch, or of a product each factor, which that of the other one may."""
+    """Yield (pattern, channel that may switch it): a pattern of one factor with "" for any channel but its own.
+
+    Of a product, each factor comes with the channel of the other factor.
+    """
     if len(pattern.factors) == 1:
         yield pattern, ""
     elif len(pattern.factors) == 2:
@@ -192,11 +206,11 @@ def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
-    """All patterns of the channels of measured rows, and of where gravity and acceleration pull the tool.
+    """Return all patterns to try on measured rows: of the channels, of forces on the tool and footing, and of memory.
 
     Args:
-        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m]; sight: the same
-            as the instrument sees it.
+        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m].
+        sight: the measured point as the instrument sees it; without it nothing follows the instrument's readings.
     """
     place = place_code(state, position)
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
@@ -232,9 +246,12 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
 
 
 def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
-    """Waves of angles and of sums of them, and where sums break.
+    """Yield waves of angles and of sums of two or three of them, and steps and kinks of these sums.
 
-    What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
+    Sums of neighbouring joints stand for linkages and angles against gravity; joints far apart only wind hoses (kinks).
+
+    Args:
+        slow: signals that are not the arm's, by which a wave of neighbouring joints may grow.
     """
     for angle in angles:
         yield waves(angle, range(1, GEAR + 1))
@@ -251,7 +268,7 @@ def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Bloc
 
 
 def of_two(first: Signal, second: Signal) -> Iterator[Block]:
-    """Products of lines and waves of two signals."""
+    """Yield products of two signals: line by line, wave by wave, and waves of one whose size is the other."""
     for a, b in ((0.0, 0.0), (float(first.values.mean()), float(second.values.mean()))):
         yield product_of(line(first, a), line(second, b), "product")
     if first.name[0] == second.name[0] == "q":
@@ -267,9 +284,13 @@ def of_two(first: Signal, second: Signal) -> Iterator[Block]:
 
 
 def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Block]:
-    """Waves of an angle, of a sum of some or of what comes again otherwise, whose size is another channel.
+    """Yield waves of one signal whose amplitude is proportional to another.
 
-    Low ones anywhere, a gear's at its own joint.
+    Waves of low order may act at any place, those of higher order (a gear's) at the joint of the angle alone.
+
+    Args:
+        angle: an angle, a sum of angles, or another signal that repeats, such as time.
+        size: what the amplitude follows.
     """
     middle, every = float(size.values.mean()), list(orders)
     kind = "swelling wave" if turns(angle) else "swelling sway"
@@ -281,13 +302,14 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[B
 
 
 def _quarters(signal: Signal, orders: Iterable[float]) -> Block:
+    """Return the cosine and the sine of a signal at every order that its values tell from lower ones."""
     return block(WAVE, signal, [(k, p) for k in told_apart(signal, orders) for p in (0.0, np.pi / 2)])
 
 
 def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
-    """The columns that hold words: for each word where it stands, as the table is read (``shift=night``).
+    """Return the columns that hold words: column name to one signal per word, 1 where it stands and 0 elsewhere.
 
-    Cells that are empty are a word, too.
+    They are channels named ``shift=night``; empty cells count as one more word, labelled ``empty``.
     """
     found: dict[str, list[Signal]] = {}
     for name, signal in signals.items():
@@ -302,21 +324,21 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 
 
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
-    """Each word, of two the first."""
+    """Yield for each word of a column the pattern that is 1 where it stands; of two words only the first."""
     for signal in column[:1] if len(column) == 2 else column:
         said = f"where {signal.name} is {signal.label}"
         yield block(fixed(lambda x: x, said, "level", said, signal.label), replace(signal, label=signal.name))
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
-    """A shift for every word of a column."""
+    """Yield one pattern with a shift for every word of a column of three words or more; that of the first is zero."""
     if len(column) > 2:
         form = f"another value at each of {joined([s.label for s in column])}"
         yield side_by_side((block(LINE, s)[0] for s in column[1:]), form, "levels")
 
 
 def each_level(signal: Signal) -> Iterator[Pattern]:
-    """A shift for each of a few numbers that a column holds, all of them more than once."""
+    """Yield one pattern with a shift for each number of a column of 3 to `MOST` numbers, each of them repeated."""
     distinct, count = np.unique(signal.values, return_counts=True)
     if 2 < len(distinct) <= MOST and count.min() > 1:
         form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"

@@ -45,7 +45,13 @@ class SignalCurve:
     switch: tuple[SignalCurve, int] | None = None
 
     def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
-        """A template filled: numbers by their place, ``of`` and ``label`` of the signal, and what comes again."""
+        """Fill a template of words for a signal and numbers of this curve.
+
+        Args:
+            template: with `{n0}`, `{n1}` .. for the numbers, `{of}`, `{label}` and `{name}` for the signal; for waves
+                with `{each}` for the period, `{verb}` before it, `{at}` for a crest and `{end}` for the end of a pulse.
+            spans: lowest and highest value of each number, shown as a value with its uncertainty.
+        """
         words = {f"n{k}": within(signal.unit, *span) for k, span in enumerate(spans)}
         if "order" in self.numbers:
             order, share = numbers[0], numbers[1] / (2 * np.pi if self.numbers[1] == "phase" else 1.0)
@@ -57,22 +63,30 @@ class SignalCurve:
 
 
 def turns(signal: Signal) -> bool:
+    """Return whether a signal is an angle (its unit is that of a joint angle), so that waves count per turn."""
     return signal.unit.rstrip("123456") == "q"
 
 
 def each(signal: Signal, order: float) -> str:
-    """How often a wave comes."""
+    """Return how often a wave repeats, in words: ``3 times a turn`` of an angle, else ``with a period of 20 s``."""
     return f"{order:.3g} times a turn" if turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
 
 
 def again(signal: Signal, order: float, share: float) -> float:
-    """The place next to the middle of the values at which a share of a period is over."""
+    """Return the place, next to the median of the signal, at which a given share of the period of a wave has passed.
+
+    Args:
+        order: angular frequency of the wave in the signal's unit; share: of a period, counted from the signal's zero.
+    """
     period = 2 * np.pi / order
     return (share + round(signal.middle / period - share)) * period
 
 
 def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
-    """Between which values a number lies: an edge between neighbouring measured values."""
+    """Return the lowest and highest value that some estimates of a number leave open, in the signal's unit.
+
+    An edge lies anywhere between the measured values beside it, and a width is shown doubled (as a whole width).
+    """
     low, high = min(numbers := list(numbers)), max(numbers)
     if kind == "edge":
         at = np.searchsorted(signal.distinct, (low, high)).clip(1, len(signal.distinct) - 1)
@@ -103,16 +117,18 @@ class Pattern:
 
     @property
     def wide(self) -> bool:
+        """Whether it consists of several parts side by side, each with a size of its own."""
         return bool(self.parts)
 
     @cached_property
     def signals(self) -> tuple[Signal, ...]:
+        """The signals of its factors, or of all its parts, each once."""
         own = dict.fromkeys(s for p in self.parts for s in p.signals)
         return tuple(own) if self.parts else tuple(s for _, s in self.factors)
 
     @cached_property
     def each(self) -> list[tuple[SignalCurve, Signal, tuple[float, ...]]]:
-        """Its factors with the numbers of each."""
+        """Its factors as (curve, signal, numbers of that curve)."""
         left, found = list(self.numbers), []
         for curve, signal in self.factors:
             own, left = tuple(left[: len(curve.numbers)]), left[len(curve.numbers) :]
@@ -121,41 +137,49 @@ class Pattern:
 
     @cached_property
     def raw(self) -> Array:
-        """(n,), or (n, k) of several side by side."""
+        """(n,) product of its curves in every row, or (n, k) for k parts side by side; not normalized."""
         if self.parts:
             return np.stack([p.raw for p in self.parts], axis=1)
         return np.asarray(reduce(mul, (c.law(s.values, *own) for c, s, own in self.each)), dtype=float)
 
     @cached_property
     def values(self) -> Array:
-        """The same by their largest size."""
+        """(n,) or (n, k) values divided by their largest absolute value, over all parts together."""
         return unit(self.raw)
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
-        """The first one of every signal, then the others."""
+        """Names of the channels that it follows, each once: the leading one of every signal first, then the others."""
         most = max(len(s.names) for s in self.signals)
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
     @cached_property
     def drafts(self) -> tuple[Draft, ...]:
-        """What gives its values, as expressions of a state with what a fit may move; none where no state tells them."""
+        """Expressions of a ``state`` that give its values, one for each part, with the numbers that a fit may move.
+
+        It is empty where a signal cannot be computed from a state alone.
+        """
         largest, every = float(np.abs(self.raw).max()), [p._text() for p in self.parts or (self,)]
         if any(text is None for text in every):
             return ()
         return tuple((text if abs(largest - 1) < 1e-3 else text / largest).draft for text in every)
 
     def _text(self) -> Any:
-        """Its formula as text."""
+        """Return the product of its curves as a `TracedExpression`; None where a signal has no expression."""
         some = [written(c.law, s, _movable(c, s, own)) for c, s, own in self.each]
         return None if any(text is None for text in some) else reduce(mul, some)
 
     @property
     def text(self) -> str:
+        """Description of the pattern in words, without other patterns to widen its numbers."""
         return self.told()
 
     def told(self, alike: Sequence[Pattern] = ()) -> str:
-        """What it looks like, its edges no closer than patterns that do the same have theirs."""
+        """Return the pattern in words, its numbers with the range that equally good patterns leave open.
+
+        Args:
+            alike: patterns that fit the data as well; those with the same curves widen the ranges.
+        """
         if self.form:
             return self.form
         same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
@@ -171,9 +195,10 @@ class Pattern:
 
 
 def _movable(curve: SignalCurve, signal: Signal, numbers: Sequence[float]) -> list[float]:
-    """Numbers as a fit may move them; what turns a whole number of times does so."""
+    """Return the numbers of a curve, those that a fit may move as `Movable`; a whole order of an angle stays fixed."""
 
     def still(kind: str, x: float) -> bool:
+        """Return whether a fit has to keep a number."""
         return kind not in MOVED or (kind == "order" and turns(signal) and x.is_integer())
 
     every = zip(curve.numbers, numbers, strict=True)
@@ -185,7 +210,12 @@ SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda 
 
 
 def switching(curve: SignalCurve, side: int) -> SignalCurve:
-    """The switch that a curve is: 1 where a pattern acts."""
+    """Return the curve that multiplies a pattern by one side of a gate, with words such as ``only where ..``.
+
+    Args:
+        curve: a gate, 0 or 1 (or between) over its signal.
+        side: 0 acts where the gate is on, 1 where it is off, 2 everywhere with the other sign where it is on.
+    """
     only, other = "only where {label} is ", "the other way where {label} is "
     said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
     law = curve.law
@@ -213,12 +243,12 @@ class Block:
         return map(self.__getitem__, range(len(self)))
 
     def with_(self, **changes: Any) -> Block:
-        """The same of another kind, for another place .."""
+        """Return the block with some fields of its pattern changed, such as ``kind`` or ``where``."""
         return replace(self, like=replace(self.like, **changes))
 
     @property
     def raw(self) -> Array:
-        """(P, n)."""
+        """(P, n) product of the curves of every pattern in every row, not normalized."""
         found: Any = np.float32(1.0)
         left = self.numbers.T[:, :, None]
         for curve, signal in self.like.factors:
@@ -234,14 +264,19 @@ def block(
     kind: str = "",
     where: str | None = None,
 ) -> Block:
-    """Patterns of one curve of one signal."""
+    """Return the patterns of one curve of one signal that differ in the curve's numbers.
+
+    Args:
+        numbers: rows of numbers, one row for each pattern; a single pattern without numbers by default.
+        kind: for their odds, the curve's by default; where: the only place at which they make sense, None for all.
+    """
     every = [tuple(some) for some in numbers]
     like = Pattern(((curve, signal),), kind=kind or curve.kind, where=where)
     return Block(like, np.array(every, dtype=float).reshape(len(every), len(curve.numbers)))
 
 
 def product_of(first: Block, second: Block, kind: str, where: str | None = None) -> Block:
-    """Every one of some patterns times every one of others."""
+    """Return the products of every pattern of one block with every one of another: len(first) * len(second)."""
     i, j = (index.ravel() for index in np.indices((len(first), len(second))))
     like = replace(first.like, factors=first.like.factors + second.like.factors, kind=kind, where=where)
     return Block(like, np.hstack([first.numbers[i], second.numbers[j]]))
@@ -266,7 +301,7 @@ class Group:
 
     @cached_property
     def values(self) -> Single:
-        """(n, P) by their largest size; in single precision, which is twice as fast."""
+        """(n, P) values of all patterns, each divided by its largest absolute value, in single precision for speed."""
         rows = len(self.blocks[0].like.factors[0][1].values) if self.blocks else 0
         raw = np.empty((len(self), rows), dtype=np.float32)
         for some, first in zip(self.blocks, self.ends, strict=False):
@@ -275,22 +310,29 @@ class Group:
         return np.divide(raw, np.maximum(most, 1e-30), out=raw).T
 
     def of_blocks(self, told: Callable[[Block], float]) -> Array:
-        """(P,) a number of each one's block."""
+        """Return (P,) for every pattern a number that a function gives of its block."""
         return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
 def side_by_side(some: Iterable[Pattern], form: str, kind: str, where: str | None = None) -> Pattern:
-    """Patterns each with a size of its own."""
+    """Return one pattern whose parts each have a size of their own in a fit.
+
+    Args:
+        form: what the whole is called in reports; kind: for its odds; where: the only place where it makes sense.
+    """
     return Pattern((), kind=kind, where=where, parts=tuple(some), form=form)
 
 
 def spread(moves: Array, values: Array) -> Array:
-    """(n, r, m k) moves (n, r, m) by values (n,) or (n, k)."""
+    """Return the moves of a place multiplied by a pattern: (n, r, m k) of moves (n, r, m) and values (n,) or (n, k)."""
     return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
 def acting(some: Block) -> Block:
-    """Patterns whose switch, if they have one, is on in more than a few rows, and off in others: any few have one."""
+    """Return the patterns of a block whose last factor, if it is a switch, is on and off in more than a few rows each.
+
+    A few rows are `FEW`, or `FEW_SHARE` of all; blocks without a switch come back as they are.
+    """
     [*_, (curve, signal)] = some.like.factors
     if curve.switch is None or not len(some):
         return some

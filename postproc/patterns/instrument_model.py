@@ -49,7 +49,7 @@ class Sight:
 
     @classmethod
     def of(cls, rest: Equilibrium) -> Sight:
-        """As a fit predicts it: a column that holds the measured numbers would explain their noise."""
+        """Return the sight of the points a model predicts; measured ones would explain their own noise."""
         frame = rest.deflection.instrument
         # Where it drifts, by millimetres: on average.
         T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
@@ -64,7 +64,7 @@ class Sight:
         return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)
 
     def moves(self) -> dict[str, Array]:
-        """(n, 3) how far it moves by an error of one of each reading."""
+        """Return (n, 3) displacement of the point by a unit error, by reading: azimuth, elevation, distance, scale."""
         x, y, z = self.point.T
         level, whole = np.maximum(np.hypot(x, y), 1e-9), np.maximum(np.linalg.norm(self.point, axis=1), 1e-9)
         return {
@@ -75,10 +75,10 @@ class Sight:
         }
 
     def blocks(self, slow: Iterable[Signal] = ()) -> Iterator[Block]:
-        """Patterns of what it reads, and an error that is the same everywhere.
+        """Yield patterns of the instrument's readings and of the beam's direction in tool axes, and a constant error.
 
         Args:
-            slow: channels with which the air between it and the point may bend and stretch what it sees.
+            slow: channels with which the air between instrument and point may bend and stretch the line of sight.
         """
         known = SEEN if self.code else ""
         flat, whole = f"np.hypot({SEEN}[:, 0], {SEEN}[:, 1])", f"np.linalg.norm({SEEN}, axis=1)"
@@ -104,12 +104,16 @@ class Sight:
 
 
 def around(position: Array, code: str) -> Iterator[Block]:
-    """Shapes of where the tool stands around joint 1: a footing turns and tilts with it."""
+    """Yield curves and waves of the tool's azimuth about joint 1, for a footing that turns or tilts with it.
+
+    Args:
+        position: (n, 3) of the tool in base axes [m]; code: its expression of a state, may be empty.
+    """
     return _shapes(azimuth(position, code, "the tool's azimuth"), "base")
 
 
 def azimuth(point: Array, code: str, label: str) -> Signal:
-    """Azimuth of points (n, 3) [rad]; it jumps where it is farthest from their middle."""
+    """Return the azimuth of points (n, 3) [rad] as a signal; it jumps by 2 pi opposite to their mean direction."""
     back = float(np.arctan2(*point.mean(axis=0)[1::-1])) - np.pi
     values = np.mod(np.arctan2(point[:, 1], point[:, 0]) - back, 2 * np.pi) + back
     text = f"np.mod(np.arctan2({code}[:, 1], {code}[:, 0]) - {back:.4f}, 2 * np.pi) + {back:.4f}" if code else ""
@@ -117,6 +121,7 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
 
 
 def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Block]:
+    """Yield the curves of a signal and its waves up to order ``most``, bound to one place; none if it is constant."""
     if varies(signal.values):
         some = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
         yield from (b.with_(where=where) for b in (*of_signal(signal), some))

@@ -21,12 +21,13 @@ BEFORE = ("line", "level", "curve", "step")
 
 
 def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Iterator[Block]:
-    """Where the arm stood in the row before, what it bore there, and what has hung behind it since.
+    """Yield blocks of patterns that follow the row before: its channel values, their change, and what lags behind.
 
-    What hangs behind knows no approach side; a row that repeats the one before has not moved.
+    A row in which no joint moved takes its values from the last row in which one did.
 
     Args:
-        signals: of rows in the order of measuring. session: (n,) of each row; nothing lies before its first one.
+        signals: channels by name, rows in the order of measuring.
+        session: (n,) session of each row; the first row of a session has no row before it.
     """
     angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
     if not angles:
@@ -54,7 +55,7 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
 
 
 def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
-    """What follows a temperature or a column of the table's own with a lag."""
+    """Yield patterns that follow a temperature or an own column of the table with a time lag; none without ``time``."""
     warm = [s for s in signals.values() if s.name == "temperature" or s.of_table]
     for signal in warm if "time" in signals else ():
         time, said = signals["time"].values, f"following {signal.name} with a lag of {{n0}}"
@@ -64,9 +65,17 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
 
 
 def dragged(x: Array, reach: float | Array) -> Array:
-    """(n,), or (P, n) for (P, 1) reaches, of what a signal drags along: z + dx / reach within -1 and 1, row by row.
+    """Return what a signal drags along before it slips: z + dx / reach from row to row, within -1 and 1, from z = 0 on.
 
-    Play, and dry friction that sets in before it slips: the stop operator (Prandtl 1928, Z. angew. Math. Mech. 8, 85).
+    It describes play, and dry friction that sets in before it slips: the stop operator (Prandtl 1928, Z. angew. Math.
+    Mech. 8, 85).
+
+    Args:
+        x: (n,) values in the order of measuring.
+        reach: change of x after which it slips from zero; (P, 1) for P of them at once.
+
+    Returns:
+        (n,), or (P, n) for P reaches.
     """
     steps = np.diff(x) / reach
     found = np.zeros((*steps.shape[:-1], len(x)))
@@ -76,9 +85,15 @@ def dragged(x: Array, reach: float | Array) -> Array:
 
 
 def late(x: Array, time: Array, lag: float | Array) -> Array:
-    """(n,), or (P, n) for (P, 1) lags, of what follows a signal: lag dz/dt = x - z, a casting behind the air.
+    """Return the first-order lag z of a signal x, lag dz/dt = x - z: a casting that follows the air's temperature.
 
-    Solved exactly for a signal that is straight from one time to the next; settled at the first of them.
+    It is exact for a signal that is linear between the times, and starts settled (z = x) at the earliest time.
+
+    Args:
+        x: (n,) values; time: (n,) of each, in any order; lag: time constant in the unit of time, (P, 1) for P at once.
+
+    Returns:
+        (n,), or (P, n) for P lags.
     """
     order = np.argsort(time, kind="stable")
     steps, lag = np.diff(time[order], prepend=time[order[0]]), np.asarray(lag)[..., 0] if np.ndim(lag) else lag

@@ -29,24 +29,30 @@ CLOSER = 4.0
 
 
 def off_everywhere(where: str) -> bool:
-    """Whether a place may be off in every pose: offsets, frame and tool take up what the others are."""
+    """Return whether a place may also be displaced by the same amount in every pose: the ends of arm bodies.
+
+    Other places need no such constant, since joint offsets, frames and the tool already take it up.
+    """
     return where.startswith("body") and where not in LOADED
 
 
 def sort(where: str) -> str:
-    """Joints are one sort of places, and so is all that an instrument may be off by where it stands."""
+    """Return the sort of place that a place belongs to, a key of `ROOMS` for those with a count of their own.
+
+    All joints are one sort (``joint``), and so is everything about the instrument but its moving frame.
+    """
     if where in LOADED:
         return "weight"
     return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
 
 
 def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
-    """How many patterns at places stand beside one.
+    """Return how many pairs of a pattern and a place compete with this one, all counted as equally likely beforehand.
 
-    Every kind is as likely, in it every one of its kind, and of those every place where it makes sense.
+    Every kind of pattern is as likely, within a kind every pattern, and for it every place where it makes sense.
 
     Args:
-        kinds: how many patterns there are of each kind.
+        kinds: number of patterns of each kind.
     """
     closer = CLOSER ** len(pattern.numbers) if pattern.level else 1.0
     return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * closer * ROOMS.get(pattern.where, 1)

@@ -13,12 +13,16 @@ CHUNK = 2048
 
 
 def above(linear: Linear) -> float:
-    """What is left above the noise, of the whitened sum of squares."""
+    """Return the excess of the whitened sum of squares over what noise alone leaves, at least a tenth of the whole."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
 
 
 def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
-    """The sum of squares of each row, and what columns take off it."""
+    """Return the sum of squares of each measured row, and by how much fitting some columns lowers it, both (rows,).
+
+    Args:
+        columns: (N, m) whitened; the fitted parameters are projected out of them first.
+    """
     inside = linear.project(columns)
     fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
     square, after = (np.bincount(linear.row, x**2).astype(float) for x in (linear.rest, linear.rest - fitted))
@@ -26,7 +30,10 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
 
 
 def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Sum of squares and what columns take off it, and both without the row that gains most: one reading is no law."""
+    """Return (sum of squares, fall by the columns) of all rows, and without the row whose fall is largest.
+
+    A pattern that only one reading supports loses its fall in the second pair.
+    """
     square, taken = taken_off(linear, columns)
     most = int(np.argmax(taken))
     whole = float(square.sum()), float(taken.sum())
@@ -34,10 +41,11 @@ def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float,
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:
-    """(P,) b^T (G + least)^-1 b of many small systems at once, by elimination: both are used up.
+    """Return (P,) b^T (G + least I)^-1 b of P small systems at once, by elimination; gram and along are overwritten.
 
     Args:
-        gram: (m, m, P), its upper triangle; along: (m, P); least: (P,) added to the diagonal.
+        gram: (m, m, P) matrices G, of which the upper triangle is read; along: (m, P) vectors b.
+        least: (P,) added to the diagonal.
     """
     found = np.zeros(along.shape[1])
     for i in range(len(along)):
@@ -55,7 +63,11 @@ class Place:
     """
 
     def __init__(self, linear: Linear, place: Array) -> None:
-        """place: (N, m) whitened columns."""
+        """Sum the products of the place's columns, residual and fitted columns over the numbers of each row.
+
+        Args:
+            linear: the fit at its present parameters; place: (N, m) whitened derivatives by the place's m moves.
+        """
         self.place = place
         self.pose = np.unique(linear.row)
         self.count = place.shape[1]
@@ -69,9 +81,12 @@ class Place:
         self.straight: Single = np.vstack([*inside, self.rest]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
-        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values.
+        """Return (P,) falls of the sum of squares when the place moves by each of P patterns with free sizes.
 
-        It is b^T G^-1 b with G = C^T M C and b = C^T M y of the columns C of each.
+        It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a pattern; M projects out what is fitted.
+
+        Args:
+            values: (n, P) value of each pattern in every row.
         """
         P, m = values.shape[1], self.count
         falls = np.zeros(P)

@@ -59,10 +59,10 @@ class PatternScreen:
         self.tried = tuple(one for where in self.moves for one in self._screened(where, anywhere))
 
     def suspects(self, asked: float = 0.0) -> list[Suspect]:
-        """The patterns that would bring the residual down most, strongest first, by each of their channels.
+        """Return the patterns that explain most of the residual, strongest first, once for each of their channels.
 
         Args:
-            asked: worth below which they may be told as they were tried.
+            asked: log evidence below which a pattern may come back on its coarse grid of numbers, not refined.
         """
         if asked < self.least:
             # Whatever is so near the best is sharpened in any case.
@@ -73,10 +73,11 @@ class PatternScreen:
         return self.last
 
     def _screened(self, where: str, anywhere: Array) -> Iterator[Suspect]:
-        """The best patterns at a place, each with the price of all that were tried.
+        """Yield the best `MOST` patterns with one size at a place, and all with several sizes that make sense there.
 
         Args:
-            anywhere: (P,) the most that each took off at one place, which is kept up to date.
+            anywhere: (P,) the largest fall of each pattern at any place so far; updated here. It selects the patterns
+                that are tried at arm bodies and at the tool that shifts and turns.
         """
         group = self.every.every
         for some, everywhere in self.every.at(where):
@@ -90,16 +91,22 @@ class PatternScreen:
             anywhere[use] = np.maximum(anywhere[use], falls)
 
             def made(k: int, use: NDArray[np.intp] = use) -> Pattern:
+                """Return the k-th of the patterns tried here."""
                 return group[int(use[k])]
 
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
         yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
+        """Return the suspect of a pattern at a place, under the pattern's first channel.
+
+        Args:
+            fall: of the sum of squares; worth: log evidence.
+        """
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
     def _at(self, where: str, form: Pattern) -> Suspect:
-        """A single pattern at a place."""
+        """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence."""
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
@@ -107,9 +114,13 @@ class PatternScreen:
         return self._suspect(where, form, fall, float(worth))
 
     def _best(self, asked: float) -> list[Suspect]:
-        """The best pattern of the same channels at each place, strongest first.
+        """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
 
-        One bad reading makes no law: without the row that gains most there must be something left to say.
+        Their evidence is limited to what it is without the row that gains most, so that one bad reading makes no
+        pattern.
+
+        Args:
+            asked: log evidence below which patterns are not refined.
         """
         once: dict[tuple[str, tuple[str, ...]], Suspect] = {}
         for one in sorted((*self.tried, *self._sharpened(asked)), key=lambda s: -s.evidence):
@@ -118,13 +129,20 @@ class PatternScreen:
         return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in found), key=lambda s: -s.evidence)
 
     def _without_a_row(self, one: Suspect) -> Suspect:
+        """Return the suspect with its evidence limited to what it is without the row that gains most by it."""
         linear, columns = self._seen(one.where).linear, self.problem.whiten(spread(one.place, one.values))
         _, (left, fall) = with_and_without_a_row(linear, columns)
         worth = float(_worth(left, fall, columns.shape[1], linear)) - one.searched
         return replace(one, evidence=min(one.evidence, worth))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
-        """The best of some patterns (P,); of one alone those that do as well."""
+        """Return the suspects of the best of P patterns at a place, best first.
+
+        Args:
+            falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against each.
+            made: returns the k-th pattern; top: how many suspects. For 1, it carries the patterns that fit as well
+                (`ALIKE`).
+        """
         seen = self._seen(where)
         worth = _worth(seen.linear.square, falls, seen.count, seen.linear) - price
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
@@ -136,6 +154,10 @@ class PatternScreen:
         return best
 
     def _seen(self, where: str) -> Place:
+        """Return the prepared `Place` of a name, made once.
+
+        At the ends of arm bodies a constant displacement is fitted beside it.
+        """
         if where not in self.prepared:
             place = self.problem.whiten(self.moves[where])
             linear = self.linear.extended(place) if off_everywhere(where) else self.linear
@@ -143,13 +165,13 @@ class PatternScreen:
         return self.prepared[where]
 
     def _sharpened(self, asked: float) -> list[Suspect]:
-        """The best patterns closer, and where another channel switches them, as far as that may make them the best.
+        """Return refined suspects: numbers on finer grids, and products with switches, where these may become the best.
 
-        1. The best of each kind, at the place where it tells most. 2. What another channel makes of them. 3. What turns
-        out best at every place.
+        First the best pattern of each kind is refined at the place where it explains most, then it is switched by other
+        channels, and what turns out best is tried at every place where it makes sense.
 
         Args:
-            asked: worth below which none is of interest.
+            asked: log evidence below which nothing is of interest.
         """
         ranked = sorted(self.tried, key=lambda s: -s.evidence)
         plain, asked = ranked[0].evidence, min(asked, 0.9 * self._could(ranked[0], np.inf))
@@ -172,14 +194,14 @@ class PatternScreen:
         return [*found, *(self._at(where, best.form) for where in others)]
 
     def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
-        """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
+        """Return the log evidence of a suspect with ``times`` its fall, among ``tries`` times as many patterns."""
         seen = self._seen(one.where)
         most = min(times * one.fall, 0.99 * seen.linear.square)
         worth = float(_worth(seen.linear.square, most, seen.count, seen.linear))
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
-        """The best of a pattern's numbers; the best on every level join what was found."""
+        """Return the suspect with its numbers refined level by level; appends the best of every level to ``found``."""
         best = one
         while near := sharper(one.form):
             price = near.of_blocks(lambda b: self.every.price(b.like))
@@ -189,9 +211,13 @@ class PatternScreen:
         return best
 
     def _switched(self, one: Suspect, least: float) -> list[Suspect]:
-        """The pattern, or a factor of it, where another channel switches it on: at the price of all switches.
+        """Return the best product of the pattern, or of one of its factors, with a switch of another channel.
 
-        None where that cannot be worth so much.
+        A switch is 1 where a curve of that channel is on, and 0 elsewhere. The product pays for all switches that were
+        tried.
+
+        Args:
+            least: log evidence that it must be able to reach; else, or where no switch fits, the list is empty.
         """
         count = len(self.every.switches[0])
         if not count or one.form.wide or self._could(one, SWITCHED, count) < least:
@@ -203,6 +229,7 @@ class PatternScreen:
         which = [(group, k) for _, group in parts for k in range(len(group))]
 
         def made(k: int) -> Pattern:
+            """Return the k-th product, at the price of having tried them all."""
             group, at = which[k]
             return replace(group[at], tries=one.form.tries * len(which))
 
@@ -214,16 +241,21 @@ class PatternScreen:
 
 
 def _kind(one: Suspect) -> Kind:
+    """Return the labels of a suspect's signals and the kind of its pattern: of each such pair one is refined."""
     return tuple(s.label for s in one.form.signals), one.form.kind
 
 
 def _worth(before: float, fall: Array | float, count: int, linear: Linear) -> Array:
-    """Log evidence of patterns with ``count`` sizes each."""
+    """Return the log evidence of falls of the sum of squares by ``count`` parameters each (Schwarz's criterion).
+
+    Args:
+        before: sum of squares without them; fall: (P,) or one.
+    """
     return log_evidence(before, before - np.asarray(fall), linear.freedom, unit_information(count, linear.freedom))
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
-    """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
+    """Return the first suspect again under each channel that goes with its own (rank correlation over `TOGETHER`)."""
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [
         replace(s, channel=name)
@@ -235,6 +267,6 @@ def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
 
 
 def _ranks(values: Array) -> Array:
-    """(n,) mean rank of each value."""
+    """Return (n,) rank of each value; equal values have their mean rank."""
     _, index, count = np.unique(values, return_inverse=True, return_counts=True)
     return np.asarray((np.cumsum(count) - 0.5 * count)[index])

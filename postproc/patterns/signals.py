@@ -54,49 +54,52 @@ class Signal:
 
     @property
     def size(self) -> Signal:
+        """The absolute value of the signal, ``|q2|``."""
         code = written(np.abs, self)
         text = "" if code is None else text_of(code.draft)
         return replace(self, values=np.abs(self.values), code=text, label=f"|{self.label}|", near=None)
 
     @property
     def of(self) -> str:
-        """What is said behind a shape of it."""
+        """Words behind the description of a curve of it: `` of <label>``, empty for a channel itself."""
         return "" if self.is_channel else f" of {self.label}"
 
     @property
     def name(self) -> str:
+        """The leading channel that it follows."""
         return self.names[0]
 
     @property
     def is_channel(self) -> bool:
-        """Whether it is a channel as it stands, and nothing made of one."""
+        """Whether it is a channel itself, and not computed from one."""
         return self.label == self.name
 
     @property
     def of_table(self) -> bool:
-        """Whether it is made of a column of the table's own."""
+        """Whether it is computed from a column of the table's own."""
         return "channels[" in self.code
 
     @property
     def whole(self) -> str:
-        """Its name, with the word that a column of words holds: ``door open``."""
+        """Its channel's name, followed by the word that it stands for in a column of words: ``door open``."""
         return self.name if self.is_channel else f"{self.name} {self.label}"
 
     @cached_property
     def middle(self) -> float:
+        """The median of its values."""
         return float(np.median(self.values))
 
     @cached_property
     def distinct(self) -> Array:
-        """Its values, each once, in order."""
+        """(k,) its distinct values in ascending order."""
         return np.unique(self.values)
 
 
 def channel_signal(name: str, values: Array, place: str = "") -> Signal:
-    """A channel by its name.
+    """Return the signal of a channel: its values (n,) with the expression of a state that gives them.
 
     Args:
-        place: code of the tool's place, as `place_code` gives it.
+        place: expression of the tool's position from `place_code`, for the channels x, y and z.
     """
     base = name.rstrip("123456")
     number = name[len(base) :]
@@ -114,7 +117,11 @@ def channel_signal(name: str, values: Array, place: str = "") -> Signal:
 
 
 def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
-    """The sum of some signals, or the difference of two."""
+    """Return the sum of some signals, or the difference of two, with the unit of the first.
+
+    Args:
+        sign: ``+`` or ``-``.
+    """
     ways = {"+": operator.add, "-": operator.sub}
     names = tuple(s.name for s in signals)
     values = reduce(ways[sign], (s.values for s in signals))
@@ -123,7 +130,7 @@ def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
 
 
 def channels_read(code: str) -> tuple[str, ...]:
-    """What an effect with an expression of a state reads: ``q``, ``load``, ``pose``, or columns of the table."""
+    """Return the channels that an expression of a state reads, each once: ``q``, ``load``, ``pose``, own columns."""
     fields = {field: name for name, field in FIELDS.items() if name != "dir"}
     fields |= {"body_load": "load", "T_base_body": "pose"}
     found = re.findall(r'state\.(?!channels)(\w+)|channels\[("(?:[^"\\]|\\.)*")\]', code)
@@ -132,13 +139,17 @@ def channels_read(code: str) -> tuple[str, ...]:
 
 
 def tool_poses(state: State) -> Array:
-    """(n, 4, 4) poses of the tool in base axes, as `TOOL` writes them."""
+    """Return the poses (n, 4, 4) of the tool in base axes, computed as the expression `TOOL` does."""
     flange = np.asarray(state.T_base_body)[:, 6]
     return np.asarray((flange if state.robot is None else flange @ state.robot.link[6]) @ state.T_flange_tcp)
 
 
 def place_code(state: State, position: Array) -> str:
-    """(n, 4) place of a tool's point (n, 3) in base axes as text, with the tool as the rows say it is on average."""
+    """Return an expression of a state for the tool's position in base axes, (n, 4) homogeneous; empty without a robot.
+
+    Args:
+        position: (n, 3) [m]; its mean in the axes of the tool is written into the expression as a constant point.
+    """
     if state.robot is None or state.T_base_body is None:
         return ""
     T = tool_poses(state)
@@ -179,6 +190,7 @@ class Movable(float):
 
     @property
     def way(self) -> Way:
+        """The number as a parameter of an effect: value, unit, bounds and typical size as text."""
         low, high = float(self.signal.values.min()), float(self.signal.values.max())
         at = int(np.searchsorted(self.signal.distinct, self).clip(1, len(self.signal.distinct) - 1))
         below, above = self.signal.distinct[at - 1 : at + 1].tolist()
@@ -195,7 +207,7 @@ class Movable(float):
 
 
 def text_of(draft: Draft, names: Mapping[Way, str] | None = None) -> str:
-    """An expression with all its numbers as they are, or those that may move by their names."""
+    """Return an expression as text, its movable numbers as they are, or by the parameter names that replace them."""
     return "".join(x if isinstance(x, str) else names[x] if names else x.value for x in draft)
 
 
@@ -203,7 +215,11 @@ class TracedExpression(np.lib.mixins.NDArrayOperatorsMixin):
     """An expression: what is calculated with it is written down."""
 
     def __init__(self, draft: Draft, bare: bool = False) -> None:
-        """bare: whether it needs brackets inside another one."""
+        """Start from an expression.
+
+        Args:
+            draft: text and movable numbers; bare: whether it needs brackets inside another expression.
+        """
         self.draft, self.bare = draft, bare
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> TracedExpression:
@@ -215,18 +231,24 @@ class TracedExpression(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def _said(x: Any) -> Draft:
+    """Return an operand as parts of an expression: a traced one's own, a movable number's, or a constant's text."""
     return x.draft if isinstance(x, TracedExpression) else (x.way,) if isinstance(x, Movable) else (f"{x:.7g}",)
 
 
 def _joined(between: str, parts: Iterable[Draft]) -> Draft:
+    """Return several expressions as one, with a text between them."""
     return reduce(lambda first, second: (*first, between, *second), parts)
 
 
 def written(law: Callable[..., Any], signal: Signal, numbers: Sequence[float] = ()) -> TracedExpression | None:
-    """The expression of a state that a law of a signal is; None where no state tells that."""
+    """Return the expression of a state that a formula of a signal gives; None where the signal has no expression.
+
+    Args:
+        law: called with the traced signal and the numbers.
+    """
     return law(TracedExpression((signal.code,), signal.bare), *numbers) if signal.code else None
 
 
 def unit(values: Array) -> Array:
-    """Values by their largest size."""
+    """Return values divided by their largest absolute value."""
     return np.asarray(values / max(float(np.abs(values).max()), 1e-300), dtype=np.float64)

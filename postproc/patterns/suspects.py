@@ -50,58 +50,58 @@ class Suspect:
 
     @property
     def values(self) -> Array:
-        """(n,) of the pattern, or (n, k)."""
+        """(n,) value of the pattern in every row, or (n, k) for k parts with a size each."""
         return self.form.values
 
     @property
     def drafts(self) -> tuple[Draft, ...]:
-        """What gives the values, as expressions of a state; none where no state tells them."""
+        """Expressions of a state that give the values, one per part; empty where a state alone has them not."""
         return self.form.drafts
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """All that the pattern follows, this channel among them."""
+        """The channels of the pattern; the suspect's own channel alone where that only varies along with them."""
         return self.form.channels if self.channel in self.form.channels else (self.channel,)
 
     @cached_property
     def pattern(self) -> str:
-        """What it looks like, for people."""
+        """Description of the pattern for people, with a note where the channel only varies along with its own."""
         said = self.form.told(tuple(self.alike())).rstrip(",")
         together = self.channel not in self.form.channels
         return f"{said}; {self.channel} goes with {self.form.channels[0]} here" if together else said
 
     def columns(self, problem: Problem) -> Array:
-        """(N, m) whitened moves for the rows that a fit uses; fits of one search may set other rows aside."""
+        """Return (N, m) whitened derivatives by the suspect's m sizes for the rows that a problem uses."""
         return problem.whiten(self.moves)
 
     @property
     def moves(self) -> Array:
-        """(n, r, m) of what is measured.
+        """(n, r, m) derivative of the prediction by the suspect's sizes, in measured units.
 
-        With what the place is off everywhere, which offsets, frame and tool take up but at the end of a body.
+        At the end of an arm body a constant displacement of the place is added, since nothing else can take it up.
         """
         moved = spread(self.place, self.values)
         return np.concatenate([moved, self.place], axis=2) if off_everywhere(self.where) else moved
 
     def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:
-        """The same by each of its channels, with what it explains of what another fit leaves."""
+        """Return the suspect once per channel, with its fall and its explained share on the residual of another fit."""
         fall = float(taken_off(linear, self.columns(problem))[1].sum())
         return replace(self, fall=fall).by_each_channel(above(linear))
 
     def by_each_channel(self, left: float) -> list[Suspect]:
-        """The same by each of its channels, with its share of what is left above the noise."""
+        """Return the suspect once per channel, with the share that it explains of an excess sum of squares ``left``."""
         return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
 
 
 def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
-    """(n, r, m) derivative of the prediction by a move at each place.
+    """Return (n, r, m) derivative of the prediction by m moves of a place of the arm, by the name of the place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
     may move, or the base as it leans), tool (translation, with a turn where that is measured), the far end of each arm
     body but the last (turn or shift), and what carries a weight (mass and moment). Body 6 is the tool.
 
     Args:
-        weighed: whether anything that is tried may be a weight.
+        weighed: whether carried weights are places, too.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -132,10 +132,13 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
-    """The strongest suspect of each channel, and other structures, as many as are told.
+    """Return at most `TOLD` suspects to report: the strongest of each channel, and other structures that were found.
 
-    First the strongest pattern, then those that were found with it taken, its second channel, another place that it
-    cannot be told from, or the joint that a weight winds, and other dresses of the first.
+    First the strongest pattern, then those found beside it, its second channel, another place that it cannot be told
+    from (or the joint that a weight winds), then other channels that explain nearly the same.
+
+    Args:
+        suspects: strongest first; beside: patterns found once the first was fitted.
     """
     if not suspects:
         return []
@@ -159,10 +162,10 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
 
 
 def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
-    """Suspects without those that could be chance.
+    """Return the suspects that are unlikely to be chance.
 
-    That is what leaves more than twice as much as the first, and what is worth less with further channels than without
-    them: chance has found them.
+    Dropped is what leaves more than twice as much as the first without coming near its evidence, and what follows
+    further channels with less evidence than without them.
     """
     first = suspects[0]
     near = [
@@ -177,7 +180,10 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
 
 
 def _elsewhere(suspects: Sequence[Suspect], likely: Sequence[Suspect]) -> list[Suspect]:
-    """The place that the first cannot be told from, or the joint that a weight winds, at which it shows most."""
+    """Return at most one rival place of the first suspect: one of nearly its evidence and the same channel elsewhere.
+
+    For a carried weight without such a rival, it is the joint that the weight winds most.
+    """
     first = suspects[0]
     close = [s for s in likely if s.channel == first.channel and s.evidence > first.evidence - UNNAMED_LOG_PRIOR]
     if others := [s for s in close if s.where != first.where]:

@@ -25,7 +25,11 @@ WAYS = 4
 
 
 def pulls(state: State, position: Array) -> Iterator[Block]:
-    """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
+    """Yield curves of the components, in tool axes, of the forces of `felt_by_tool`: the tool may lie loosely.
+
+    Args:
+        position: (n, 3) of the tool in base axes [m].
+    """
     for what, names, felt, code in felt_by_tool(state, position):
         for k, axis in enumerate("xyz"):
             if varies(felt[:, k]):
@@ -38,9 +42,10 @@ def pulls(state: State, position: Array) -> Iterator[Block]:
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
-    """Name, channels, (n, 3) components in the axes of the tool of what it feels, and the text of one.
+    """Return (name, channels, components (n, 3) in tool axes, expression) of each force or acceleration on the tool.
 
-    Gravity, its acceleration, the weight of the payload with its inertia, and the process force.
+    They are gravity, the tool's acceleration [m/s^2], the payload's weight with its inertia and the process force [N].
+    ``AXIS`` stands in the expression for the index of the component; the expression is empty where a state has none.
     """
     assert state.T_base_body is not None
     turn = tool_poses(state)[:, :3, :3]
@@ -64,13 +69,14 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
 
 
 def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block], list[Pattern]]:
-    """Curves of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
+    """Return patterns, with one size and with several, of the moment with which the arm leans on its footing.
 
-    In proportion to it the base tilts on `base_compliance`. About each of some horizontal axes, with one size; about
-    two of them, with a size for each; of the size of the moment, for a footing that is alike all around.
+    They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
+    effect `base_compliance`. The moment is taken about `WAYS` horizontal axes, about x and y with a size for each, and
+    by its magnitude; both lists are empty where loads are not known.
 
     Args:
-        others: channels by which a footing may soften: water under it, its temperature.
+        others: signals by which a footing may soften, such as a temperature.
     """
     lean = overturning_moment(state)
     if lean is None:
@@ -109,7 +115,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
 
 
 def overturning_moment(state: State) -> Array | None:
-    """(n, 3) about the base origin [N m]; None where loads are not known."""
+    """Return the moment (n, 3) on the base about its origin [N m], None where loads are not known."""
     if state.body_load is None or state.robot is None:
         return None
     force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
@@ -117,7 +123,10 @@ def overturning_moment(state: State) -> Array | None:
 
 
 def leaning(lean: Array) -> Array:
-    """(n, 3, 2) turn and shift of a base that leans as the moment (n, 3) pulls it, about a point above or below it."""
+    """Return (n, 3, 2) unit turn axis and unit shift of a base that tilts the way the moment (n, 3) pulls it.
+
+    The turn comes first on the last axis; together they tilt the base about a point at any height.
+    """
     size = np.hypot(lean[:, 0], lean[:, 1])
     x, y = lean[:, :2].T / np.maximum(size, 1e-9)
     still = np.zeros(len(lean))
@@ -125,12 +134,13 @@ def leaning(lean: Array) -> Array:
 
 
 def _moment(lean: Array, way: float) -> Signal:
-    """The moment (n, 3) about a horizontal axis."""
+    """Return the component of the moment (n, 3) about the horizontal axis at ``way`` [rad] from x, as a signal."""
     along = np.array([np.cos(way), np.sin(way), 0.0])
     code = f"({LEAN} @ {np.round(along, 4).tolist()})"
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
 
     def near(level: int) -> list[Signal]:
+        """Return moments about eight axes nearby, closer at higher levels."""
         apart = np.pi / (8 * WAYS) / 4**level
         return [_moment(lean, float(other)) for other in way + apart * np.arange(-4, 5) if other != way]
 

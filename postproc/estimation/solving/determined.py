@@ -20,13 +20,15 @@ NEARBY = 3.0
 def slope(
     problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float], before: Collection[Name] = ()
 ) -> Slope:
-    """The slope by all free parameters that the data determines, effect by effect; the others are held.
+    """Return the derivatives of the residual by all free parameters that the data determines; the others are held.
 
     A parameter is held where a change of ten ordinary sizes, or as large as itself, would stay below the noise of the
-    whole data set, or where it only repeats what stands before it (rank 1e-7).
+    whole data set, or where it only repeats parameters before it (rank 1e-7). Effects count in the model's order.
 
     Args:
-        before: what the slope before had; where two do the same, the choice is not made anew at every step.
+        masks: what is free, by effect; frozen: parameters that are left out all the same.
+        strength: of the smoothness penalty by effect.
+        before: parameters of the slope before; of two that do the same these are kept, so that the choice stays.
     """
     kept: list[Array] = []
     parameters: list[Name] = []
@@ -59,7 +61,11 @@ def slope(
 
 
 def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Which columns say something new beside a basis, and the basis with them."""
+    """Return (k,) which columns add a new direction to a basis, and the basis extended by them.
+
+    Args:
+        columns: (N, k); ordinary: (k,) largest plausible change of each parameter; basis: (N, b) orthonormal.
+    """
     from scipy.linalg import qr
 
     length = np.linalg.norm(columns, axis=0)
@@ -76,6 +82,7 @@ def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[
 
 
 def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, float]) -> Array:
+    """Return (p,) weights of the smoothness penalty, 0 for parameters of effects that are no free functions."""
     weights = {}
     for effect in problem.model.effects:
         rough = effect.roughness()
@@ -85,16 +92,17 @@ def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, fl
 
 
 def _weak(problem: Problem, parameters: list[Name]) -> Array:
+    """Return (p,) weights of the weak pull to null (`pull`) for some parameters."""
     every = {e.key: pull(problem, e) for e in problem.model.effects}
     return np.array([every[key][i] for key, i in parameters])
 
 
 def pull(problem: Problem, effect: Effect) -> Array:
-    """(p,) weights of a weak pull to null, for amplitudes with a deviation of thirty ordinary sizes, but for frames.
+    """Return (p,) weights of a weak pull to null of an effect's amplitudes, with a deviation of thirty ordinary sizes.
 
-    It is far below the noise of anything that the data determines, and keeps what it barely determines from running
-    away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal fits lies one that an arm
-    may have.
+    Frames have none. It is far below the noise of anything that the data determines, and keeps what it barely
+    determines from running away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal
+    fits lies one that an arm may have.
     """
     if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
         return np.zeros(len(effect.vector()))

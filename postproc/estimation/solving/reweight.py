@@ -15,10 +15,10 @@ WHOLE, FEWEST = 0.97, 3
 
 
 def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
-    """Weights by the present residual, and the rows that are set aside.
+    """Return the weights that follow from the present residual, and the indices of rows that are set aside.
 
     Args:
-        base: weights by the instrument's noise alone. robust: Huber weights for all rows.
+        base: weights by the instrument's noise alone; figures: that noise. robust: Huber weights for all rows.
     """
     aside = far_off(problem, base)
     values = _balanced(base, problem.data, problem.error, figures)
@@ -29,10 +29,10 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
 
 
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
-    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty.
+    """Return rows over ten times as far off as the median row: typing errors and lost beams, at most one row in twenty.
 
-    By each kind of what was measured alone: one may be weighed too much before its noise is known. None
-    where all of them are off as if the same joint had turned: they show what the model lacks.
+    Each kind of measured number is judged alone, since one may be weighed too much before its noise is known. Empty
+    where there are more, or where all of them are off as if one joint had turned: they show what the model lacks.
     """
     squares = problem.weighted(weights).squares()
     kinds = [squares[:, kind.columns].sum(axis=1) for kind in problem.data.observations]
@@ -41,7 +41,7 @@ def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
 
 
 def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
-    """Whether rows of several poses are all off as if one joint had turned.
+    """Return whether the errors of some rows, of three poses at least, all look like a turn of one and the same joint.
 
     A turn of joint j moves the point along its column J_j of the Jacobian, a typing error along any direction, which
     reaches the cosine c to J_j in k poses with the probability (1 - c)^k.
@@ -57,13 +57,13 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
 
 
 def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
-    """What is measured beside what is observed weighted by its own residual where repeats did not give its noise.
+    """Return (n, r) weights in which kinds of numbers without a known noise are weighted by their own residual.
 
-    The sigma that a table states for a row is that of its position. What else was measured there may scatter with it or
-    be as good as everywhere: whichever makes the residuals likelier.
+    A row's stated sigma is that of its position. Orientations or joint angles may scatter with it or be as good
+    everywhere: whichever makes their residuals likelier.
 
     Args:
-        every: (n, r) what is left of each number.
+        every: (n, r) measured minus predicted.
     """
     values = weights.values.copy()
     first, *others = sorted(data.observations, key=lambda kind: kind != data.observed)
@@ -87,18 +87,23 @@ def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise
 
 
 def robust_rms(error: Array) -> float:
-    """1.4826 times the median absolute value of the finite numbers."""
+    """Return 1.4826 times the median absolute value of the finite numbers: their standard deviation if normal."""
     good = error[np.isfinite(error)]
     return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
 
 
 def _surprise(error: Array) -> float:
-    """Minus the mean log likelihood of numbers of one scatter, each at most as surprising as three deviations."""
+    """Return minus the mean log likelihood of errors for their own robust scatter, each capped at three deviations."""
     scatter = robust_rms(error)
     return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0
 
 
 def _huber(problem: Problem, values: Array) -> Array:
+    """Return (n,) Huber factors, 1 for rows with a whitened error up to 1.5 times the median, less beyond.
+
+    Args:
+        values: (n, r) weights.
+    """
     length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
     limit = 1.5 * float(np.median(length))
     return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300))))

@@ -19,11 +19,11 @@ half of the 99 % point of the chi-bar-square distribution of six variances at th
 
 
 def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
-    """The same where angles are rounded: every pose then has an error of covariance J J^T step^2 / 12.
+    """Return problem and noise with the error that rounded joint angles add, of covariance J J^T step^2 / 12 per pose.
 
     All repeats of a pose share it, and its position and orientation do, where repeats tell the noise of orientations
     (what is weighted by its own residual has its rounding in there). With m times as much in each of them, and m of
-    them, the pose tells as much as its mean does.
+    them, the pose tells as much as its mean does. Unchanged where angles are not rounded or it is below the noise.
     """
     if not problem.data.step or problem.data.rounded is False:
         return problem, noise
@@ -43,7 +43,7 @@ def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
 
 
 def rounded(fit: Fit) -> bool:
-    """Whether the arm stood beside the angles of its table: they were rounded when written, not when commanded.
+    """Return whether the angles of the table were rounded when written, so that the arm stood beside them.
 
     The mean e of the m repeats of a pose has the covariance C = (s^2 / m + u^2) I + sum_j t_j^2 J_j J_j^T: of the
     noise, and of what the model misses, anywhere and at each joint, as likely as it can be. Rounding is a floor under
@@ -63,10 +63,10 @@ def rounded(fit: Fit) -> bool:
 
 
 def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float:
-    """Logarithm of the largest likelihood of errors (n, 3) [m] with the covariance v I + x_0 w I + sum_j x_j J_j J_j^T.
+    """Return the largest log likelihood of errors (n, 3) [m] with the covariance v I + x_0 w I + sum_j x_j J_j J_j^T.
 
     Args:
-        noise: (n,) v [m^2]; w is the mean square error. turns: (n, 3, 6) J. least: that x_j can be.
+        noise: (n,) v [m^2]; w is the mean square error. turns: (n, 3, 6) J. least: lower bound of x_j.
     """
     from scipy.optimize import minimize
 
@@ -74,6 +74,7 @@ def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float
     outer = np.einsum("nij,nkj->njik", turns, turns)
 
     def cost(x: Array) -> tuple[float, Array]:
+        """Return minus the log likelihood at x, and its derivative (7,)."""
         C = (noise + typical * x[0])[:, None, None] * np.eye(3) + np.einsum("j,njik->nik", x[1:], outer)
         inverse = np.linalg.inv(C)
         seen = (inverse @ error[:, :, None])[:, :, 0]

@@ -16,13 +16,13 @@ CLOCKS = {"row": "row", "time": "time_s"}
 
 
 def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
-    """DAT034 for effects that follow the row or the time of a session on a table that the model was not fitted to.
+    """Return DAT034 for effects of the row or time of a session, on a table that the model was not fitted to.
 
-    Rows of another table are other rows. Times may go on from those of the fit: where some lie beyond them, it is
-    another session.
+    Rows of another table are other rows. Times may continue those of the fit: where some lie beyond them by more than a
+    tenth of their range, it is another session.
 
     Raises:
-        PostprocError: DAT034 where such a law would be applied, unless the user accepts it.
+        PostprocError: DAT034 where such an effect would be applied, unless the user accepts it.
     """
     found = []
     for effect in model.effects:
@@ -45,14 +45,14 @@ def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
 
 
 def _fitted_to(model: Model, data: Measurements) -> bool:
-    """Whether all files are among those that the model was fitted to, or the data is in memory alone."""
+    """Return whether the model was fitted to all files of the data; True where the data has no file."""
     told = model.fit.get("data_sha256", [])
     known = [told] if isinstance(told, str) else list(told)
     return all(hashlib.sha256(source.data).hexdigest() in known for source in data.sources)
 
 
 def _beyond_times(model: Model, data: Measurements) -> bool:
-    """Whether times lie outside those of the fit, by more than a tenth of them; True where these are not known."""
+    """Return whether times lie over a tenth of their range outside those of the fit; True where the fit has none."""
     span, time = model.fit.get("range", {}).get("time"), data.state.time
     if span is None or time is None:
         return span is None

@@ -32,7 +32,7 @@ class Smoothness:
 
 
 def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
-    """Resolution and penalty of one free function with the largest restricted likelihood, without refitting the model.
+    """Return the resolution and penalty of a free function with the largest restricted likelihood.
 
     Near its solution the fit is linear in the amplitudes, y = A b + C x + noise, with nothing known of b and x of
     variance s^2 / (f v)^2 for the strength f and the roughness v. With M the projection on what A leaves, and V diag(l)
@@ -44,7 +44,8 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
     Source: Patterson and Thompson (1971); for smoothing Wahba (1985).
 
     Args:
-        fit: a place to stand on, of rows enough; state: of all rows, which tell how fine it can be.
+        fit: with all other effects near their best values; key: of the free function.
+        state: of all rows, which limit how fine it can be.
     """
     effect = fit.model.effect(key)
     assert effect is not None
@@ -62,7 +63,11 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
 
 
 def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
-    """The strength of one form that is likeliest."""
+    """Return a free function of one resolution with the likeliest strength of its penalty.
+
+    Args:
+        known: residual and basis without it; few: the problem of its rows; form: the function with null amplitudes.
+    """
     rough = form.roughness()
     assert rough is not None
     columns = few.columns(form, np.ones(len(rough), dtype=bool)) * (form.scale() / rough)
@@ -80,20 +85,24 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 
 def enough_for_smoothness(problem: Problem) -> Problem:
-    """One pose in every so many of a problem, as many as the choice needs; itself where it has no more."""
+    """Return every k-th pose of a problem, about `ENOUGH` measured numbers; the problem itself where it has no more."""
     step = -(-len(problem.residual) // ENOUGH)
     return problem if step < 2 else problem.some(problem.data.one_in(step))
 
 
 def effective_parameters(fit: Fit, key: str) -> float:
-    """How many parameters of a free function the data moves: fewer than it has, since a penalty holds them."""
+    """Return the effective number of parameters of a free function, below its count since a penalty holds them."""
     own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
     others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
     return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
 
 
 def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
-    """What is to be told, y = r + A x, columns and penalties of all effects but one."""
+    """Return (y, columns, penalties) to fit one free function anew: y = r + A x, and those of all other effects.
+
+    Args:
+        key: of the free function, which is part of y and has no columns.
+    """
     problem = fit.problem
     columns, y = [problem.taken], problem.residual.copy()
     for effect in problem.model.effects:

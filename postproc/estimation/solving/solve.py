@@ -60,15 +60,14 @@ class Terms:
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
-    """Least squares by Levenberg and Marquardt inside the bounds; rows far off are set aside on the way.
+    """Fit by least squares (Levenberg and Marquardt) inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
     where a slope that still holds there foretells nothing. What was held because it only repeats what has stopped at a
     bound since is determined then, and goes on in its place.
 
     Args:
-        noise: of the instrument. terms: with masks for all effects.
-        fresh: effects that no fit has seen.
+        noise: of the instrument. terms: with masks for all effects. fresh: keys of effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -82,6 +81,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     kept: tuple[Name, ...] = ()
 
     def sloped(frozen: Set[Name] = frozenset()) -> Slope:
+        """Return the slope at the present problem, some parameters left out."""
         return slope(problem, terms.free, replaced | frozen, terms.strength, kept)
 
     for sweep in range(SWEEPS):
@@ -122,19 +122,19 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
 
 
 def _giving_way(at: Slope, stopped: set[Name], beside: Callable[[set[Name]], Slope]) -> set[Name]:
-    """Of what has stopped at a bound, only that gives way for whose sake alone something is held.
+    """Return those parameters that stopped at a bound and are the only reason why another one is held.
 
     Args:
-        beside: the slope with some names held.
+        beside: returns the slope without some parameters.
     """
     freed = set(at.held).difference(beside(stopped).held) if stopped else set()
     return {p for p in stopped if freed and freed.intersection(beside(stopped - {p}).held)}
 
 
 def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
-    """Where parameters stand that the data cannot determine, by effect.
+    """Return the values (q,), by effect, to which parameters go that the data cannot determine.
 
-    Null for what stands for a new effect or stood for it before; else what the model knows.
+    Amplitudes of new effects, and those of ``determined``, go to null; others to what the model has.
     """
     prior = {}
     for effect in problem.model.effects:
@@ -147,13 +147,14 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
 def _held_at_prior(
     problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
 ) -> Problem:
-    """The problem with what is held where it belongs, once each; frames and free functions stay.
+    """Return the problem with held parameters put back to their prior, each once; frames and free functions stay.
 
-    So does what is new where others could make up for it by wild values alone, or what its fitted parameters need: a
-    slack length says nothing without the hose.
+    So do parameters of new effects where others could make up for them by implausible values only, or where fitted
+    parameters of the effect need them: a slack length means nothing without the hose.
 
     Args:
-        returned: what has been put back, which grows: what is just about determined might come and go for ever.
+        prior: values by effect; fresh: keys of effects that no fit has seen.
+        returned: parameters that have been put back; grows here, since they might else come and go for ever.
     """
     effects = []
     for effect in problem.model.effects:
@@ -176,10 +177,12 @@ def _held_at_prior(
 
 
 def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
-    """Whether fitted parameters can take over what a change of held ones takes away, and stay of ordinary size.
+    """Return whether fitted parameters can replace a change of held ones and stay of ordinary size, or become smaller.
 
-    What is larger than that already may become smaller. A turn of the last joint makes up for any direction of what
-    turns the tool, but by far too large an angle.
+    A turn of the last joint makes up for any direction of what turns the tool, but by far too large an angle.
+
+    Args:
+        mask: (q,) held parameters of the effect; change: (q,) of its vector.
     """
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
@@ -191,6 +194,10 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
 
 
 def _enough(problem: Problem, fitted: int) -> None:
+    """Raise DAT020 where there are no more measured numbers than fitted parameters.
+
+    Below four poses, all rows of a pose count as one.
+    """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
     if poses < min(FEWEST, rows):
@@ -205,12 +212,15 @@ def _enough(problem: Problem, fitted: int) -> None:
 def advance(
     problem: Problem, at: Slope, little: float, damping: float, tries: int
 ) -> tuple[Problem, float, set[Name], float]:
-    """A step at which the cost falls, held back until it does; by how much, what stops at a bound, the next damping.
+    """Make one step at which the cost falls, damped more until it does, at most ``tries`` times.
 
-    The more a step does of what the slope foretells, the less the next one is held back (Nielsen 1999).
+    The more of the predicted fall a step achieves, the less the next one is damped (Nielsen 1999).
 
     Args:
-        little: a fall that is none.
+        little: fall of the cost below which no step is made.
+
+    Returns:
+        The problem after the step, the fall of its cost, what stopped at a bound, the damping of the next step.
     """
     stopped: set[Name] = set()
     now = at.cost(problem)

@@ -22,7 +22,7 @@ FEWEST = 4
 
 
 def start_frames(problem: Problem) -> Problem:
-    """Give null `instrument_frame` and `tool_frame` effects the values that the nominal arm suggests.
+    """Return the problem with null `instrument_frame` and `tool_frame` effects fitted to the nominal arm (closed form).
 
     Sessions that saw the arm from another place than the first one get a frame of their own, in a `session` effect.
     """
@@ -53,13 +53,20 @@ def start_frames(problem: Problem) -> Problem:
 
 
 def _moved(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
-    """Sessions whose points are far from where the arm is and near it from another place."""
+    """Return the place of the instrument in each session that saw the arm from elsewhere (`elsewhere`), by its name.
+
+    Args:
+        begun: the problem placed by the first session; session: (n,) names; rows: (n,) those with a position.
+    """
     places = {name: elsewhere(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
     return {name: place for name, place in places.items() if place is not None}
 
 
 def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
-    """From where the instrument saw some rows, if that is far from where the model has it, and fits far better."""
+    """Return from where the instrument saw some rows; None unless that fits far better than where the model has it.
+
+    The rows must lie over `SUSPICIOUS_M` off in the median, and `CLEARER` times nearer from the new place.
+    """
     error = np.linalg.norm(begun.error[rows, :3], axis=1)
     if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
         return None
@@ -68,13 +75,13 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
 
 
 def seen_from(problem: Problem, place: Alignment) -> Problem:
-    """The problem with its instrument there."""
+    """Return the problem with its instrument frame at a place."""
     every = problem.model.effects
     return problem.at([e.with_vector(_vector(place)) if e.role is Role.INSTRUMENT_FRAME else e for e in every])
 
 
 def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
-    """The problem with its null frames where some rows see them."""
+    """Return the problem with null instrument and tool frames fitted to the positions of some rows (closed form)."""
     model, data = problem.model, problem.data
     frame, tool = model.in_role(Role.INSTRUMENT_FRAME), model.in_role(Role.TOOL_FRAME)
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
@@ -98,7 +105,7 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
 
 
 def turned_tool(problem: Problem) -> Problem:
-    """The problem with its tool turned as measured orientations say, as they are seen on the average."""
+    """Return the problem with its tool turned by the mean difference to the measured orientations."""
     tool, rotation = problem.model.in_role(Role.TOOL_FRAME), problem.data.rotation
     if tool is None or rotation is None:
         return problem
@@ -113,6 +120,6 @@ def turned_tool(problem: Problem) -> Problem:
 
 
 def _vector(place: Alignment) -> Array:
-    """(6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base as the instrument sees it."""
+    """Return (6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base for the instrument."""
     T = place.T_instrument_base
     return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()])

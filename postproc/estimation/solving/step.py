@@ -45,24 +45,27 @@ class Slope:
     damping: float = 0.0
 
     def values(self, problem: Problem) -> Array:
-        """(p,) the parameters of a model."""
+        """Return (p,) values of these parameters in a problem's model."""
         vectors = {e.key: e.vector() for e in problem.model.effects}
         return np.array([vectors[key][i] for key, i in self.parameters])
 
     def cost(self, problem: Problem) -> float:
-        """Sum of squares with what penalty and anchor count."""
+        """Return the whitened sum of squares plus the squares of the anchored parameters."""
         pulled = self.anchor * self.values(problem)
         return float(problem.residual @ problem.residual + pulled @ pulled)
 
     @cached_property
     def length(self) -> Array:
-        """(p,) lengths of the columns with their anchors; 1 where there is nothing."""
+        """(p,) lengths of the columns with their anchors appended, 1 in place of 0."""
         length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
         return np.where(length > 0, length, 1.0)
 
     @cached_property
     def factor(self) -> Array:
-        """R of [A; anchor] = Q R, columns of unit length; many through the normal equations (the steps correct it)."""
+        """(p, p) upper triangular R of [A; anchor] = Q R, for columns scaled to length 1.
+
+        Over `MANY` columns go through the normal equations, whose rounding errors the next steps of the fit correct.
+        """
         # What hardly anything determines is damped, so that every step has one solution.
         pull = np.maximum(self.anchor / self.length, DAMPING)
         if len(self.parameters) > MANY:
@@ -77,7 +80,7 @@ class Slope:
         return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
 
     def damped(self, damping: float) -> Slope:
-        """The same slope, its steps held back."""
+        """Return the slope with a damping of its steps, in place of its present one."""
         if damping == self.damping:
             return self
         other = replace(self, damping=damping)
@@ -86,33 +89,39 @@ class Slope:
         return other
 
     def solved(self, right: Array) -> Array:
-        """(A^T A + anchor^2)^-1 of one or several columns, by the semi-normal equations (Bjoerck 1996, Sec. 2.4.6)."""
+        """Return (A^T A + anchor^2)^-1 b for b (p,) or (p, k).
+
+        It solves the semi-normal equations with `factor` (Bjoerck 1996, Sec. 2.4.6).
+        """
         from scipy.linalg import cho_solve
 
         scaled = (right.T / self.length).T
         return np.asarray((cho_solve((self.factor, False), scaled, check_finite=False).T / self.length).T)
 
     def still_holds(self, problem: Problem, further: Problem) -> bool:
-        """Whether it is the slope of a further place as well: nothing that forms an effect, and no big move."""
+        """Return whether the slope holds at a further problem, too: it has amplitudes only, and all moves are small.
+
+        A move is small below `SMALL` of the parameter's ordinary size.
+        """
         every = {e.key: e.amplitudes() for e in problem.model.effects}
         forms = not all(every[key][i] for key, i in self.parameters)
         move = np.abs(self.values(further) - self.values(problem))
         return not forms and bool((move < SMALL * self._over(problem, lambda e: sizes(problem, e))).all())
 
     def bends(self, problem: Problem, further: Problem) -> float:
-        """How much the model misses what the slope foretells between two places, as a share of that."""
+        """Return the error of the predicted change of the residual between two problems, as a share of that change."""
         foretold = self.columns @ (self.values(further) - self.values(problem))
         missed = problem.residual - foretold - further.residual
         return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
 
     def foretold(self, problem: Problem, step: Array) -> float:
-        """The cost a step farther, as the slope has it."""
+        """Return the cost that the linear model predicts after a step (p,)."""
         rest = problem.residual - self.columns @ step
         pulled = self.anchor * (self.values(problem) + step)
         return float(rest @ rest + pulled @ pulled)
 
     def reweighted(self, weights: Weights) -> Slope | None:
-        """The same slope with other weights; None where they use rows that it has not seen."""
+        """Return the slope at other weights; None where they use rows that it has no columns of."""
         old, new = self.weights, weights
         if (new.used & ~old.used).any():
             return None
@@ -122,7 +131,7 @@ class Slope:
         return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
-        """(p,) the best step inside the bounds, as the slope has it, and the parameters that stop at one.
+        """Return (p,) the step to the least cost of the linear model inside the bounds, and what stops at a bound.
 
         Least squares in a box. Of what would leave it, x_B, the rest is eliminated: the cost is (x_B - a_B)^T K^-1
         (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This small problem is solved with
@@ -144,29 +153,34 @@ class Slope:
         return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
 
     def moved(self, problem: Problem, step: Array) -> Problem:
-        """The problem a step farther, inside the bounds."""
+        """Return the problem with a step (p,) added to the parameters, cut off at the bounds."""
         changes: dict[str, Array] = {e.key: e.vector().copy() for e in problem.model.effects}
         for (key, i), change in zip(self.parameters, step, strict=True):
             changes[key][i] += change
         return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
 
     def _over(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
+        """Return (p,) the values for these parameters of a figure that a function gives for each effect, (q,)."""
         every = {e.key: figure(e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in self.parameters])
 
 
 def sizes(problem: Problem, effect: Effect) -> Array:
-    """(p,) ordinary sizes of the parameters of an effect on the arm of a problem."""
+    """Return (p,) ordinary sizes of an effect's parameters: their typical magnitudes on the problem's arm."""
     return ordinary_sizes(effect, problem.model.robot)
 
 
 def _reach(effect: Effect) -> Array:
-    """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
+    """Return (q,) how far parameters may go in one step: amplitudes anywhere, knees and points by half their value."""
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
 
 
 def _boxed(aim: Array, covariance: Array, low: Array, high: Array) -> Array:
-    """The point of a box that is nearest to another in the metric of a covariance, min |L^-1 (x - a)|^2 for L L^T."""
+    """Return the point x of a box that minimizes |L^-1 (x - a)|^2, where L L^T is a covariance.
+
+    Args:
+        aim: (m,) a; covariance: (m, m); low, high: (m,) the box.
+    """
     from scipy.linalg import solve_triangular
     from scipy.optimize import lsq_linear
 

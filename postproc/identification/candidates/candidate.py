@@ -46,19 +46,22 @@ class Candidate:
 
     @property
     def forming(self) -> int:
-        """How many parameters only form the effect: a knee, the ends of a hose."""
+        """Number of free parameters that are no amplitudes but only shape the effect: a knee, the ends of a hose."""
         return int((self.free & ~self.effect.amplitudes()).sum())
 
     @property
     def far(self) -> bool:
-        """Whether its forms may all be far from the truth: a grid of knees is fine enough, one of points is not."""
+        """Whether at least half of the free parameters shape the effect, so that all starting forms may be far off.
+
+        A grid of knees is fine enough to start from, a grid of points in space is not.
+        """
         return 2 * self.forming > int(self.free.sum())
 
     @property
     def curved(self) -> bool:
-        """Whether a linear problem is not enough.
+        """Whether the effect has to be judged by full fits, since a linear problem cannot.
 
-        Parameters that form the effect move its columns, and so does the compliance that its load acts through.
+        Parameters that shape the effect change its columns, and so does the compliance that its load acts through.
         """
         return self.forming > 0 or type(self.effect).load is not Effect.load
 
@@ -82,7 +85,7 @@ class FormCache:
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """The same where the weights are nearly those before, else a new one."""
+        """Return this cache where weights are within 1 % of its own and use the same numbers, else an empty one."""
         old = self.weights
         if old is None or not np.array_equal(old.used, weights.used):
             return FormCache(weights)
@@ -108,9 +111,9 @@ class Screen:
     held: dict[str, Forms] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> Forms:
-        """What may be missing of an effect, or be added to what a search has of it (``current``).
+        """Return the forms of an effect that may be missing, or be added to what a search has of it (``current``).
 
-        Of a sum always the terms alone: `beside` puts one after those that are there.
+        Of a sum these are always single terms; `beside` appends one to the terms that are there.
         """
         cls, held = self.classes[key], self.problem.model.effect(key)
         known = (key, *self._depends_on(cls))
@@ -127,7 +130,10 @@ class Screen:
         return self.held[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
-        """Effects of the model that change how one moves the arm: springs under its load, loads that it follows."""
+        """Return keys of the model's effects that change how one moves the arm.
+
+        They are springs, if it is a load, and loads, if it reads loads.
+        """
         springs, loads = cls.load is not Effect.load, "load" in cls.reads
         model = self.problem.model.effects
         return tuple(
@@ -135,23 +141,23 @@ class Screen:
         )
 
     def odds(self, key: str, current: Effect | None) -> Array:
-        """(M,) how ordinary each form is, 0 where what is there leaves no room for it."""
+        """Return (M,) relative prior odds of each form, 0 where the effect that is there leaves no room for it."""
         forms, there = self.forms(key, current), current or self.problem.model.effect(key)
         odds = np.array([form.odds for form in forms], dtype=float)
         cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
         return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
 
     def rarity(self, key: str) -> float:
-        """2 log of the odds against one effect among all that are tried; what the model has may lack more of it."""
+        """Return 2 log of the number of effects that are tried; 0 for one in the model, which may lack more of it."""
         return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
 
     def beside(self, form: Form, current: Effect | None) -> Form:
-        """A form with what is there before it."""
+        """Return a form of a sum appended to the terms that are there; other forms as they are."""
         there = current or self.problem.model.effect(form.key)
         return form.beside(there) if isinstance(there, SumOfTerms) else form
 
     def _more(self, form: Form, held: Effect) -> Form | None:
-        """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
+        """Return a form of an effect in the model, freeing also what the fit moves; None where it frees nothing new.
 
         What the fit already moves cannot be missing, even where it stands at a bound.
         """
@@ -162,4 +168,5 @@ class Screen:
 
 
 def kind(effect: Effect) -> tuple[object, ...]:
+    """Return the values of an effect's structural fields: effects of one kind differ in numbers alone."""
     return tuple(getattr(effect, name) for name in effect.structures())

@@ -21,10 +21,13 @@ EACH = 2
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
-    """The best composition of an effect's forms: the best one, then more of its own while each is worth its parameters.
+    """Return the best composition of an effect's forms: the best, and further ones while each raises the evidence.
 
     Twice: from the best form on, and of the narrowest alone, so that nothing is fitted that only goes with the rest
     (all joints for the sake of three). None where no form moves anything.
+
+    Args:
+        linear: the fit at its present parameters; key: of the effect.
     """
     forms = screen.forms(key, None)
     price = _prices(screen.odds(key, None)) + screen.rarity(key)
@@ -53,24 +56,35 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
 
 
 def _prices(odds: Array) -> Array:
-    """(M,) what each form costs for having been searched, 2 log of the odds against it beforehand.
+    """Return (M,) price of each form, 2 log of the prior odds against it among all M.
 
     A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
     best of many is good by chance (Davies 1987).
+
+    Args:
+        odds: (M,) relative prior odds of the forms.
     """
     with np.errstate(divide="ignore"):
         return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
 
 
 def _starts(forms: Forms, worth: Array) -> list[int]:
-    """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
+    """Return indices of the two best forms of every kind (law, pair of bodies ..), to optimize knees or points from.
+
+    Args:
+        worth: (M,) log evidence of each form.
+    """
     order = np.argsort(-worth, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]
     return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
-    """A form with more of its own while each is worth its parameters, of those that move no more than ``widest``."""
+    """Return the candidate of a form with further forms of its effect, added while each raises the evidence.
+
+    Args:
+        first: gain of the form; price: 2 log of the odds against it; widest: most amplitudes of a form to add.
+    """
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + type(effect).unlikely
     columns = _columns(screen.problem, form, free)
@@ -100,7 +114,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
 
 
 def _candidate(linear: Linear, form: Form, brought: Gain, searched: float) -> Candidate:
-    """A form with what it brings, at the price of what was searched for it."""
+    """Return a form as a candidate with its gain, at the price ``searched`` (2 log of odds) of finding it."""
     fall, count = float(brought.fall), int(brought.count)
     p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, searched)
     worth = float(brought.evidence) - searched
@@ -112,11 +126,12 @@ def _candidate(linear: Linear, form: Form, brought: Gain, searched: float) -> Ca
 def _sharpened(
     problem: Problem, linear: Linear, effect: Effect, gain_: Gain, new: int
 ) -> tuple[Form, Gain, float] | None:
-    """The effect with its new terms where they explain most, what it brings there, and what it cost to look.
+    """Return the effect with its new terms varied to where they explain most, its gain, and the price of the search.
 
-    Not the last alone: where the first was found, the others were missing.
+    All of them vary, since the first were found while the others were missing. None where nothing is better.
 
-    None where it stays as it is.
+    Args:
+        gain_: gain of the present effect; new: how many terms are new.
     """
     best, paid = None, 0.0
     while near := forms_nearby(problem, effect, new):
@@ -130,7 +145,11 @@ def _sharpened(
 
 
 def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: float) -> tuple[Form, float] | None:
-    """What is best added to an effect, and its price; None where nothing is worth that."""
+    """Return the best form to add to an effect, and its price; None where none is worth its price.
+
+    Args:
+        inner: the fit with the effect's columns; widest: most amplitudes of a form.
+    """
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
     if not forms:
         return None
@@ -140,21 +159,25 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
-    """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
+    """Return `columns_of` for a form's effect and a mask (q,), put together from known columns where that is enough.
+
+    Args:
+        before: (N, k) columns of what was there before the form, if any.
+    """
     whole = form.columns if before is None else np.hstack([before, form.columns])
     alike = whole.shape[1] == linear_part(form.effect, mask).sum()
     return whole if alike else columns_of(problem, form.effect, mask)
 
 
 def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Columns of the amplitudes of a mask for their ordinary sizes.
+    """Return (N, k) whitened columns of an effect's amplitudes in a mask (q,), for their ordinary sizes.
 
-    What forms the effect has none while they are null.
+    Parameters that only form the effect have no columns while its amplitudes are null.
     """
     part = linear_part(effect, mask)
     return problem.columns(effect, part) * ordinary(problem.model, effect, part)
 
 
 def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The amplitudes of a mask: what forms the effect has no column while the amplitudes are null."""
+    """Return (q,) the part of a mask over an effect's vector that are amplitudes, in which the effect is linear."""
     return mask & effect.amplitudes()

@@ -45,10 +45,11 @@ class Form:
 
     @property
     def width(self) -> int:
+        """Number of amplitudes with a column, which a score test judges together."""
         return int(self.screened.sum())
 
     def beside(self, effect: SumOfTerms) -> Form:
-        """A term of a sum after those of an effect: it moves the arm as it does alone."""
+        """Return the form with its term appended to those of an effect; its columns stay."""
         assert isinstance(self.effect, SumOfTerms)
         marked = self.effect.with_vector(self.screened.astype(float))
         whole, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
@@ -75,6 +76,7 @@ class Stack:
 
     @classmethod
     def of(cls, some: Sequence[Form], index: Sequence[int]) -> Stack:
+        """Return the stack of forms of one width; index: which forms of all they are."""
         values = np.hstack([form.columns for form in some])
         C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
         numbers = ([f.forming, f.effect.roughness() is not None, f.sign] for f in some)
@@ -91,6 +93,7 @@ class Forms:
 
     @classmethod
     def of(cls, every: Iterable[Form]) -> Forms:
+        """Return forms with their columns stacked by width, at most `CHUNK` numbers in a stack."""
         forms, stacks, alike = list(every), list[Stack](), dict[int, list[int]]()
         for i, form in enumerate(forms):
             alike.setdefault(form.width, []).append(i)
@@ -112,16 +115,16 @@ class Forms:
 
     @cached_property
     def width(self) -> NDArray[np.int_]:
-        """(M,) how many amplitudes of each are screened."""
+        """(M,) number of screened amplitudes of each form."""
         return np.array([form.width for form in self], dtype=int)
 
 
 def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Iterable[Form] = ()) -> Forms:
-    """All forms of one effect on the data of a problem; those that move nothing are left out.
+    """Return all forms of one effect on the data of a problem, without those that move nothing.
 
     Args:
-        alone: forms where the model has nothing of it: while all is small, what nothing else forms moves the arm beside
-            others as it does alone.
+        current: the effect as the search or the model has it, None for nothing.
+        alone: its forms on a model without it, whose columns are used again where ``current`` is null and linear.
     """
     found: list[Form | None] = []
     small = current is not None and current.is_null and bool(current.amplitudes().all())
@@ -136,14 +139,14 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
 
 
 def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
-    """Forms of an effect that say one of its new terms a little differently, each with the columns of all its terms."""
+    """Return variants of a sum with one of its last ``new`` terms slightly changed, with the columns of all terms."""
     near = effect.nearby(new) if isinstance(effect, SumOfTerms) else ()
     every = (replace(v, free=v.refit) for v in near)
     return Forms.of(form for v in every if (form := make_form(problem, v)) is not None)
 
 
 def make_form(problem: Problem, v: Variant) -> Form | None:
-    """The whitened columns of a variant, None where they vanish on this data."""
+    """Return a variant with its whitened columns for ordinary sizes; None where they vanish on this data."""
     size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
     basis = None if v.effect.missing(state) else v.effect.basis(state)
     if basis is None:
@@ -159,6 +162,9 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Ordinary size of the parameters of a mask on an arm; rough shares of a free function are smaller than smooth."""
+    """Return (p,) ordinary sizes (typical magnitudes on such an arm) of an effect's parameters in a mask (q,).
+
+    Rough parts of a free function are smaller than smooth ones.
+    """
     size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
     return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

@@ -49,7 +49,7 @@ class SubsampledProblem:
     known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
-        """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
+        """Return (N, m) whitened displacements by each of m effects of one class, springs responding to their loads."""
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
@@ -63,7 +63,11 @@ class SubsampledProblem:
         return np.asarray(answer[self.problem.weights.used])
 
     def by_load(self, first: int) -> Array:
-        """(n, r, 6) whitened displacement by a unit of the joints' torques, or of the wrench on a body."""
+        """Return (n, r, 6) whitened displacements by unit joint torques, or by the unit wrench on a body.
+
+        Args:
+            first: index of the first of the six among all loads.
+        """
         seen = self.problem.softer
         at = len(self.problem.data), first, *(e.key for e in seen.springs)
         if at not in self.known:
@@ -77,7 +81,7 @@ class SubsampledProblem:
 
 
 def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
-    """Every k-th pose of a problem, as many as a shape needs.
+    """Return every k-th pose of a problem, about `POSES` or twice the number of parameters.
 
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
     there is one, counts by the share f of the rows.
@@ -100,12 +104,12 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
 
 
 def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
-    """A candidate with what forms it where it explains most, from all of its starts; laws that come near are kept.
+    """Return a candidate with its knees and points optimized from all of its starts; the best few become its starts.
 
-    What the model holds already is where a fit has put it.
+    Unchanged where it has no such parameters, or where the model has the effect, fitted already.
 
     Args:
-        least: evidence below which it is of no interest, and is left as it was.
+        least: log evidence below which it is of no interest, and comes back as it was.
     """
     held = screen.problem.model.effect(candidate.key) is not None
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
@@ -131,18 +135,23 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
 
 
 def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
-    """A candidate's `Effect.relatives`, at the price of being rarer."""
+    """Return the candidate's `Effect.relatives` as candidates, at the price of being rarer."""
     every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
     return [replace(start, effect=v.effect, label=v.label, searched=start.searched - 2 * np.log(v.odds)) for v in every]
 
 
 def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
+    """Return a candidate with its parameters optimized, and the sum of squares left.
+
+    Args:
+        tries, closely: as in `optimise_nonlinear`.
+    """
     effect, left = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
     return replace(start, effect=effect), left
 
 
 def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
-    """A candidate at values that were found on some rows, judged on all of them by everything that it moves there."""
+    """Return a candidate, its form found on some rows, with amplitudes, fall and evidence from all rows."""
     effect = start.effect
     columns = screen.problem.columns(effect, start.free)
     inside = linear.project(columns)
@@ -166,12 +175,14 @@ def optimise_nonlinear(
     tries: int = STAGES[-1][0],
     closely: float = ENOUGH,
 ) -> tuple[Effect, float]:
-    """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
-
-    In the end with the weak pulls of a fit (`determined.pull`).
+    """Return the effect with its free parameters at the least sum of squares, and that sum.
 
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
-    1973): amplitudes, knees and points go together, for a point in space cannot be found on a grid of points.
+    1973): amplitudes, knees and points go together, for a point in space is not found on a grid of points. With
+    ``closely`` below `ENOUGH`, the weak pulls of a fit (`determined.pull`) are added.
+
+    Args:
+        free: (q,) mask; tries: steps at most; closely: share of the sum of squares below which a step is the last.
     """
     from scipy.optimize import least_squares
 
@@ -182,17 +193,20 @@ def optimise_nonlinear(
     inside = 1e-6 * np.minimum(size, high - low)
 
     def at(z: Array) -> Effect:
+        """Return the effect with its free parameters at z."""
         y = x.copy()
         y[index] = z
         return effect.with_vector(y)
 
     def project(effects: Sequence[Effect]) -> Array:
+        """Return (N, m) displacements by the effects with the fitted parameters projected out."""
         return seen.linear.project(seen.answers(effects))
 
     # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
     weak = pull(seen.problem, effect)[index] * (closely < ENOUGH)
 
     def rest(z: Array) -> Array:
+        """Return the residual at z, and the weak pulls below it."""
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:

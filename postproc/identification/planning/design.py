@@ -20,9 +20,13 @@ from postproc.identification.candidates.nonlinear import refit_form
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
-    """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes.
+    """Return whitened columns of all free parameters for their ordinary sizes, and the parameters' prior precision.
 
-    Their prior precision.
+    Args:
+        pool: c poses that may be measured; without: keys of effects that are left out.
+
+    Returns:
+        (N, p) on the data of the fit, (c, 3, p) on the pool, (p,) precision.
     """
     old, new, tied = [], [], []
     for effect in fit.model.effects:
@@ -41,11 +45,12 @@ NEVER = 10.0
 
 
 def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[Name], list[Name]]:
-    """Greedy D-optimal choice.
+    """Choose n poses of a pool that shrink the parameters' covariance most, one after another (greedy D-optimal).
 
     Returns:
-        the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before and after; the
-        parameters that are the worst of that; those that no pose determines.
+        The indices of the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before;
+        the
+        same after; the parameters that are the worst of that before; those that no pose determines.
     """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
@@ -77,7 +82,13 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
-    """Greedy T-optimal choice for two effects, each at the size that the data suggests (or an ordinary one)."""
+    """Choose n poses of a pool that tell two effects apart best, one after another (greedy T-optimal).
+
+    Each effect has the size that the data suggests, an ordinary one at least.
+
+    Returns:
+        the indices of the poses; how many standard deviations the effects differ by, before and after.
+    """
     A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
     sides: list[_Side] = []
@@ -127,32 +138,38 @@ class _Side:
     total: float
 
     def rest(self) -> Array:
+        """Return (c, 3) the signal at each pose of the pool that the regressors cannot explain."""
         return np.asarray(self.s - self.Z @ (self.P @ self.cross))
 
     def gain(self) -> Array:
-        """(c,) growth of what is left of the signal by each candidate, e^T (I + z P z^T)^-1 e."""
+        """Return (c,) growth of the unexplained signal by measuring each pose, e^T (I + z P z^T)^-1 e."""
         e = self.rest()
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
         return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
 
     def take(self, index: int) -> None:
+        """Add a pose of the pool, by its index, to the measured ones."""
         z, s = self.Z[index], self.s[index]
         self.P = _updated(self.P, z)
         self.cross = self.cross + z.T @ s
         self.total += float(s @ s)
 
     def distance(self) -> float:
-        """What is left of the signal, in standard deviations of the noise of all data."""
+        """Return the size of the unexplained signal over all measured poses, in standard deviations of the noise."""
         return float(np.sqrt(max(self.total - float(self.cross @ self.P @ self.cross), 0.0)))
 
 
 def _updated(P: Array, z: Array) -> Array:
-    """(P^-1 + z^T z)^-1 by the matrix inversion lemma."""
+    """Return the covariance (p, p) after measuring rows z (3, p), (P^-1 + z^T z)^-1, by the matrix inversion lemma."""
     Pz = P @ z.T
     return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))
 
 
 def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
+    """Return an effect in the form to plan for, and (q,) mask of its amplitudes that count.
+
+    It is the model's own, else the best one on the data, else the first variant on the pool.
+    """
     held = fit.model.effect(cls.key)
     if held is not None:
         return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
@@ -167,10 +184,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
 
 
 def _size(fit: Fit, columns: Array) -> Array:
-    """Amplitudes in ordinary sizes.
-
-    Those of the data with a pull towards ordinary ones, at least an ordinary one in all.
-    """
+    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p); at least of norm 1."""
     linear = fit.linear
     projected = linear.project(columns)
     x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)

@@ -67,7 +67,10 @@ class MeasuringPlan:
         return np.column_stack([stood.get(f"eax_{axis}", np.full(len(axes), np.nan)) for axis in AXES])
 
     def as_csv(self) -> str:
-        """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
+        """Return the poses as a measurement table without measured columns.
+
+        Its columns are ``pose_id``, joints, approach sides, payload and external axes.
+        """
         s = self.state
         names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
         columns = [np.degrees(s.q), np.zeros((len(s), 6)) if s.approach is None else s.approach]
@@ -131,16 +134,17 @@ def plan_poses(
 
 
 def _beside(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
-    """The fit with all that is missing beside a pair, and whether the diagnosis tells these two apart."""
+    """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart."""
     others = [m.candidate for m in found.missing if m.key not in pair]
     unsure = any({m.key, other} == set(pair) for m in found.missing for other in m.not_separable)
     return refit_all(found.base, found.final, others, found.base.noise.stated), not unsure
 
 
 def _candidates(fit: Fit, room: Room) -> State:
-    """Random states.
+    """Return random states to choose from, or the room's own candidates.
 
-    Joints inside the limits (inside the measured span where it is wide), free of the floor, sides and payloads mixed.
+    Joints are uniform inside their limits, or inside the measured range where the room asks for it; approach sides and
+    payloads are drawn at random, loads from those measured, or up to the rated one where there was one alone.
     """
     g = np.random.default_rng(SEED)
     robot, seen = fit.model.robot, fit.data.state
@@ -179,13 +183,14 @@ def _candidates(fit: Fit, room: Room) -> State:
 
 
 def _median(values: Array | None, count: int) -> Array | None:
+    """Return (count,) the median of values, None for None."""
     return None if values is None else np.full(count, float(np.median(values)))
 
 
 def _pool(fit: Fit, state: State, room: Room) -> Problem:
-    """The candidates as a problem with every position measured.
+    """Return the candidates inside the room as a problem with every position measured.
 
-    Poses with a body or the TCP below the base are dropped.
+    Random poses with a body or the TCP less than 0.1 m above the base plane are dropped, if 50 remain.
     """
     nowhere = np.zeros((len(state), 3))
     ids = tuple(str(i) for i in range(len(state)))

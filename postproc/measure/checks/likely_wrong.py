@@ -50,10 +50,12 @@ def check_measurements(
     measured: bool = True,
     unit: str = "mm",
 ) -> list[Diagnostic]:
-    """All findings about a table; of poses that nobody has measured those about their angles.
+    """Return all findings about a table, errors included.
 
     Args:
-        agreed: which of its rows cannot be right. unit: of length, in which the positions were read.
+        cells: the table as text, for places in the file; turns: the measured orientations as numbers, if any.
+        agreed: which rows cannot be right. measured: False for poses that have yet to be measured.
+        unit: of length, in which the positions were read.
     """
     if not _asked(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
@@ -77,15 +79,17 @@ def check_measurements(
 
 
 def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
-    """(n,) rows that say what they have to."""
+    """Return (n,) mask of rows that can be used: with commanded angles and, if ``measured``, with a measured pose."""
     return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
 
 
 def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
+    """Return DAT009 at the first row of the table."""
     return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
 
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
+    """Return DAT005 for rows without angles or measurements, DAT006 for rows that repeat another digit by digit."""
     found = []
     commanded = _asked(data, measured=False)
     for lacking, what in ((~commanded, "no joint angles"), (commanded & ~_asked(data, measured), "nothing measured")):
@@ -109,13 +113,14 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
 
 
 def _listed(some: NDArray[np.bool_]) -> str:
-    """Rows by their numbers, the first of many."""
+    """Return the marked rows (n,) in words, ``rows 1, 4, 9``, the first five of many."""
     rows = [str(i + 1) for i in np.flatnonzero(some)]
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN])}{more}"
 
 
 def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
+    """Return DAT010 where all joint angles are multiples of 0.01 deg or of a coarser step."""
     step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
     if step < COARSE:
         return []
@@ -130,9 +135,13 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 def _check_readings(
     data: Measurements, arm: PlacedArm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
-    """Where the points are not where the arm is: what makes them fit, or that nothing does.
+    """Return DAT009 where the points do not fit the nominal arm: with another reading that does, or that none does.
 
-    Joint angles under which measured orientations do not follow the flange are no other reading.
+    Joint angles that measured orientations contradict are not proposed.
+
+    Args:
+        arm: the nominal arm at every row; agreed: which rows agree; unit: in which positions were read.
+        turns: measured orientations, if any.
     """
     rows = agreed.rows
     some = rows[:: max(1, len(rows) // 120)]
@@ -145,6 +154,7 @@ def _check_readings(
         return []
 
     def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
+        """Return DAT009 in a list."""
         return [_finding(severity, message, help_, cells)]
 
     if own:
@@ -178,7 +188,7 @@ def _check_readings(
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
-    """Whether orientations allow other joint angles than those that were read (n, 6): they follow no worse."""
+    """Return whether orientations follow other joint angles (n, 6) no worse than those that were read (n, 6) [rad]."""
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
     if turns is None or good.sum() < FEW:
         return True
@@ -188,7 +198,12 @@ def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -
 
 
 def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells) -> Diagnostic:
-    """Points beside the joint angles of other rows: by so many steps before the k-th and after it."""
+    """Return DAT009 for points that stand beside the joint angles of another row.
+
+    Args:
+        before, after: steps by which angles are off before the k-th row and from it on (`slipped`).
+        rows: (m,) index in the table of the rows that k counts.
+    """
     last, first = len(rows) - 1, int(rows[min(k, len(rows) - 1)])
     where = f"from row {first + 1} on every" if after else f"up to row {int(rows[k - 1]) + 1} every"
     whole = k <= 1 if after else k >= last
@@ -202,7 +217,7 @@ def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells)
 def _check_orientations(
     data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, turns: Turns | None
 ) -> list[Diagnostic]:
-    """Orientations that do not follow the flange, and the form, order or unit in which they do."""
+    """Return DAT009 where orientations do not follow the flange, with the form, order or unit in which they do."""
     if turns is None:
         return []
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
@@ -229,6 +244,7 @@ def _check_orientations(
 
 
 def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
+    """Return DAT011 for the first five rows with a joint over 1 deg outside its limits."""
     margin = np.deg2rad(1.0)
     beyond = (data.state.q > robot.upper + margin) | (data.state.q < robot.lower - margin)
     found = []
@@ -247,7 +263,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
 
 
 def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
-    """Rows that cannot be right: typing errors, another target, a lost beam, an instrument that was moved."""
+    """Return findings on rows that cannot be right: DAT007 where fits leave them out, DAT009 if they are too many."""
     if not agreed.near or not agreed.wrong.any():
         return []
     mixed = _check_mixed(data, agreed, unit)
@@ -277,7 +293,7 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
 
 
 def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
-    """A single row that cannot be right."""
+    """Return DAT007 for the k-th of the agreed rows, with the coordinate that alone is off, if one is."""
     error, worst = float(np.linalg.norm(agreed.error[k])), int(np.argmax(np.abs(agreed.error[k])))
     size, i = agreed.error[k, worst], int(agreed.rows[k])
     cause = "another point, or a wrong joint angle?"
@@ -293,7 +309,7 @@ def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
 
 
 def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int, str, str] | None:
-    """Many rows in another unit: the first of them, what they look like, and what to do."""
+    """Return (index of the first row, message, help) where many rows are in another unit of length; None otherwise."""
     limit = max(LEAST_M, TIMES * float(agreed.typical.min()))
     position = data.position[agreed.rows]
     for factor, look, short in other_lengths(unit):
@@ -307,7 +323,7 @@ def _check_mixed(data: Measurements, agreed: Agreement, unit: str) -> tuple[int,
 
 
 def numbered(rows: NDArray[np.int_]) -> str:
-    """All of some rows by their numbers, runs of them as ``4 to 9``."""
+    """Return row numbers in words, runs of them as ``4 to 9``: ``rows 1, 4 to 9``."""
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     some = [f"{r[0]}" if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs]
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(some)}"

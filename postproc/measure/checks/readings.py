@@ -55,17 +55,17 @@ class PlacedArm:
     T_reference_base: Array | None = None
 
     def flange(self, q: Array) -> Array:
-        """(n, 4, 4) nominal flange poses of joint angles (n, 6) in that frame."""
+        """Return (n, 4, 4) nominal flange poses of joint angles (n, 6) [rad] in the frame to which points count."""
         T = forward(self.robot, q)
         return T if self.T_reference_base is None else self.T_reference_base @ T
 
     def rows(self, index: Any) -> PlacedArm:
-        """The arm at some of the rows."""
+        """Return the arm at some of the rows, by a mask or by indices."""
         return self if self.T_reference_base is None else PlacedArm(self.robot, self.T_reference_base[index])
 
 
 def seen(arm: PlacedArm, q: Array, position: Array) -> Alignment:
-    """The nominal arm as the instrument sees it; points of another world (lost beams, 1e9) do not count.
+    """Return the alignment of the nominal arm with points (n, 3) [m]; points of lost beams (1e9) are not fitted.
 
     Residuals are of all points.
     """
@@ -73,18 +73,18 @@ def seen(arm: PlacedArm, q: Array, position: Array) -> Alignment:
 
 
 def near(position: Array) -> NDArray[np.bool_]:
-    """(n,) points of this world."""
+    """Return (n,) mask of points within 20 times the median distance from their median: others are lost beams."""
     away = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     return np.asarray(away <= STRAY * np.median(away))
 
 
 def fits(found: Alignment) -> bool:
-    """Whether the points are where the arm is, in its units and its hand."""
+    """Return whether an alignment fits: within 10 mm in the median row, not mirrored, at a scale of 1."""
     return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME
 
 
 def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
-    """Lengths in other units than they are read in: their scale then, what they look like, and the unit."""
+    """Yield other units of length than ``unit``: the scale of points read in the wrong one, a text, the unit's name."""
     for short, name in LENGTHS.items():
         if UNITS[short] != UNITS[unit]:
             read = next(LENGTHS[known] for known in LENGTHS if UNITS[known] == UNITS[unit])
@@ -99,9 +99,10 @@ def other_reading(
     unit: str = "mm",
     allowed: Callable[[Array], bool] = lambda q: True,
 ) -> tuple[str, str] | None:
-    """What the table more likely means, and what to do, where that makes the points fit; None where nothing does.
+    """Return (message, help) of another reading of the table that makes the points fit clearly better; None for none.
 
     Args:
+        q: (n, 6) [rad] and position: (n, 3) [m] as they were read; as_read: their alignment.
         unit: of length, in which the positions were read. allowed: whether other joint angles (n, 6) are possible.
     """
     best, found = as_read.typical / CLEARER, None
@@ -128,7 +129,7 @@ def other_reading(
 
 
 def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] | None:
-    """Rows k at which points begin to stand beside the joint angles of other rows: (steps before k, steps after, k).
+    """Return (steps before k, steps after k, k) where points from row k on, or up to it, belong to other rows.
 
     One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
     twice, moves all that follow. The first third of the rows, or the last, tells where the instrument stands. None
@@ -154,7 +155,7 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
 
 
 def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
-    """The arms of the library that the points fit best in place of this one: several where their lengths are equal."""
+    """Return names of library arms that the points fit best in place of this one; several of equal lengths."""
     found: dict[str, float] = {}
     for name in list_robots():
         try:
@@ -167,10 +168,11 @@ def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
 
 
 def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float]:
-    """(6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] that is left."""
+    """Return (6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] left then."""
     from scipy.optimize import least_squares
 
     def error(offset: Array) -> Array:
+        """Return the residuals (3 n,) [m] with joint zeros moved."""
         return seen(arm, q + offset, position).residual.ravel()
 
     best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
@@ -178,7 +180,7 @@ def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float
 
 
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
-    """Other readings of the joint angles, the simplest first."""
+    """Yield other readings of joint angles, the simplest first: angles (n, 6) [rad], what they look like, help."""
     yield q, "", ""
     if np.nanmax(np.abs(q)) < RADIANS_BELOW:
         yield np.rad2deg(q), *RADIANS
@@ -202,6 +204,7 @@ def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
 
 
 def _negated(q: Array, counts: Iterable[int]) -> Iterator[tuple[Array, str, str]]:
+    """Yield readings as `_joints` does, with the signs of some joints reversed; counts: of how many at once."""
     for count in counts:
         for some in combinations(range(6), count):
             other = q.copy()

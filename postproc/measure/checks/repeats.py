@@ -38,30 +38,29 @@ class Noise:
 
     @property
     def stated(self) -> float | None:
-        """What the user has stated [m], None where the data tells its noise."""
+        """Standard deviation that the user has stated [m], without the share of rounding; None where not stated."""
         known = self.sigma is not None and self.origin == "user"
         return float(np.sqrt((self.sigma or 0.0) ** 2 - self.rounding**2)) if known else None
 
     @property
     def repeatability(self) -> float | None:
-        """What of the noise is the arm's [m]; None where `sigma_mm` and the whole are not both known."""
+        """Standard deviation of the arm's own repeatability [m]; None where its sum with `sigma_mm` is not known."""
         if self.instrument is None or self.sigma is None:
             return None
         return float(np.sqrt(max(self.sigma**2 - self.rounding**2 - self.instrument**2, 0.0)))
 
 
 def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
-    """Noise stated by the user, else from repeats (pooled scatter about the mean of each group).
+    """Return the noise stated by the user, else that of repeats (pooled scatter about the mean of each group).
 
-    What column ``sigma_mm`` states is the instrument's share; without repeats nothing tells the arm's. Repeats of one
-    visit count where there are enough of them: those of a later round, at another temperature, differ by drift and
-    growth as well. What follows a column of the user's own within repeats is no noise either; where all repeats then
-    scatter clearly less than those of one visit, they count.
+    Column ``sigma_mm`` states the instrument's share; without repeats the arm's is unknown. Repeats of one visit count
+    where there are enough of them: those of a later round, at another temperature, differ by drift and growth as well.
+    What follows a column of the user's own within repeats is no noise either; where all repeats then scatter clearly
+    less than those of one visit, they count.
 
     Args:
         stated: [m], or [rad] where only angles were measured.
-        error: (n, k) what a model leaves of the numbers that are observed: its scatter within repeats counts in place
-            of theirs.
+        error: (n, k) what a model leaves of the observed numbers: its scatter within repeats counts in place of theirs.
     """
     values = _values(data) if error is None else error
     beside = data.observed.name == "position"
@@ -79,30 +78,27 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
 
 
 def scatters(data: Measurements, values: Array) -> list[tuple[float, float]]:
-    """Pooled variance and its degrees of freedom of repeats of one visit, and of all repeats, of (n, k) numbers."""
+    """Return (pooled variance, degrees of freedom) of repeats of one visit, and of all repeats, of (n, k) numbers."""
     some = (visits(data), data.repeats)
     return [_beside_own_columns(data, _without_strays(values, groups), groups) for groups in some]
 
 
 def _values(data: Measurements) -> Array:
-    """(n, k) numbers that are observed, as far as repeats of them can be compared.
-
-    Orientations as rotation vectors from the first one of each pose.
-    """
+    """Return (n, k) observed numbers; orientations as rotation vectors [rad] from the first of each pose."""
     if data.observed.name == "orientation":
         return _turned(data, data.repeats)
     return data.numbers(data.observed)
 
 
 def _quieter(square: float, dof: float, than: Noise) -> bool:
-    """Whether a variance is no chance below another (F)."""
+    """Return whether a variance is significantly below that of a noise (F test)."""
     from scipy.special import fdtrc
 
     return bool(fdtrc(than.dof, dof, float(than.sigma or 0.0) ** 2 / square) < CHANCE)
 
 
 def visits(data: Measurements) -> NDArray[np.int_]:
-    """(n,) number of the visit of each row: repeats of a pose at nearly the same temperature and time."""
+    """Return (n,) number of the visit of each row: repeats of a pose at nearly the same temperature and time."""
     groups = data.repeats
     for channel, least in ((data.state.temperature, 0.3), (data.state.time, 0.0)):
         groups = groups if channel is None else _split(groups, channel, least)
@@ -110,7 +106,7 @@ def visits(data: Measurements) -> NDArray[np.int_]:
 
 
 def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDArray[np.int_]:
-    """Groups of rows where a channel has no gap of more than a twentieth of its range, nor of the least that counts."""
+    """Return groups (n,) split where a channel has a gap of over a twentieth of its range, and over ``least``."""
     if not np.isfinite(channel).all():
         return groups
     order = np.lexsort((channel, groups))
@@ -122,7 +118,7 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
 
 
 def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
-    """Pooled variance and degrees of freedom, less what follows the user's columns in repeats where it does (F)."""
+    """Return pooled variance and degrees of freedom within groups, less what follows own columns (F test)."""
     from scipy.special import fdtrc
 
     square, dof = pooled_scatter(values, groups)
@@ -140,7 +136,7 @@ def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.in
 
 
 def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
-    """The same with NaN in repeats that stray ten times farther from their group's median than repeats usually do.
+    """Return the values (n, k) with NaN in rows over ten times as far from their group's median as the median repeat.
 
     One typing error among the repeats would pass for noise of the instrument.
     """
@@ -158,12 +154,11 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
 
 
 def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None = None) -> tuple[float, float]:
-    """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom.
+    """Return the pooled variance of values (n, k) about their group's mean, and its degrees of freedom; NaN is ignored.
 
     Args:
-        beside: (n, c) columns; variance is then that about a plane in them of each group's own.
-
-    Coordinates that are NaN do not count.
+        groups: (n,) number of the group of each row.
+        beside: (n, c) columns; the variance is then that about a linear function of them in each group.
     """
     good = np.isfinite(values)
     _, index = np.unique(groups, return_inverse=True)
@@ -184,6 +179,7 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None
 
 
 def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> float | None:
+    """Return the pooled standard deviation per axis [rad] of orientations; None below 9 degrees of freedom."""
     if data.rotation is None:
         return None
     square, dof = pooled_scatter(_turned(data, groups), groups)
@@ -191,7 +187,7 @@ def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> float | N
 
 
 def _turned(data: Measurements, groups: NDArray[np.int_]) -> Array:
-    """(n, 3) by how much orientations are turned from the first one of their group [rad], NaN where not measured."""
+    """Return (n, 3) rotation vectors [rad] of orientations from the first of their group, NaN where not measured."""
     from scipy.spatial.transform import Rotation
 
     assert data.rotation is not None

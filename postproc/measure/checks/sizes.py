@@ -24,7 +24,7 @@ MISREAD_DEG = 5.0
 
 
 def check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
-    """Findings about masses and their centres, temperatures, stated noise and measured joints."""
+    """Return DAT009 for implausible masses, their centres, temperatures, stated noise and measured joint angles."""
     return [
         Diagnostic(
             "DAT009", severity, f"{message}{_more(row)}", cells.source, cells.span(int(np.flatnonzero(row)[0])), help_
@@ -35,7 +35,7 @@ def check_sizes(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnost
 
 
 def _wrong(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray[np.bool_], str, str]]:
-    """Severity, (n,) which rows are concerned, what is wrong with the first of them, and what to do."""
+    """Yield severity, (n,) mask of the rows concerned (may be empty), message about the first of them, and help."""
     state, n = data.state, len(data)
     unit = "give the unit in a column map"
     if state.payload_mass is not None:
@@ -75,5 +75,6 @@ def _wrong(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray
 
 
 def _more(row: NDArray[np.bool_]) -> str:
+    """Return text on the first row and how many more are concerned; empty for one row or for all."""
     count = int(row.sum())
     return f" (rows {int(np.flatnonzero(row)[0]) + 1} and {count - 1} more)" if 1 < count < len(row) else ""

@@ -50,27 +50,30 @@ class Cells:
     decimal: str
 
     def span(self, row: int) -> Span:
-        """Byte offsets of a row in the file."""
+        """Return the byte offsets (start, end) of a row, by its index from 0, in the file."""
         return self.source.line_span(self.lines[row])
 
     def at(self, name: str | int) -> int:
-        """Index of a column by its name, or by its number counted from 1; -1 where there is none."""
+        """Return the index of a column by its name, or by its number from 1; -1 where there is none."""
         if isinstance(name, int):
             return name - 1 if 0 < name <= len(self.header) else -1
         return self.header.index(name) if name in self.header else -1
 
     def text(self, name: str | int) -> list[str]:
-        """One column as it is written."""
+        """Return the cells of one column as they are written."""
         at = self.at(name)
         return [row[at] for row in self.rows]
 
     def numbers(
         self, name: str | int, diagnostics: list[Diagnostic], cure: str = "correct the cell or leave it empty"
     ) -> Array:
-        """One column as numbers, NaN where a cell is empty.
+        """Return (n,) one column as numbers, NaN where a cell is empty.
 
-        Signs alone are 1 and -1 where both occur. Cells that are no numbers (DAT003), and nines far from all other
-        values (DAT005), are reported and become NaN.
+        Signs alone are 1 and -1 where a plus occurs. Cells that are no numbers (DAT003), and nines far from all other
+        values (DAT005), are reported and become NaN; where most cells are no numbers, that is an error.
+
+        Args:
+            cure: help of the findings.
         """
         cells = self.text(name)
         if "+" in cells:
@@ -108,6 +111,11 @@ class Cells:
     def _report(
         self, rows: list[int], name: str | int, diagnostics: list[Diagnostic], code: str, what: str, help_: str
     ) -> None:
+        """Add one finding about cells of a column, at the first of some rows; none where there are no rows.
+
+        Args:
+            rows: indices from 0; what: end of the message, after the cell and the column; help_: what to do.
+        """
         if rows:
             at = self.at(name)
             more = f" (and {len(rows) - 1} more)" if rows[1:] else ""
@@ -117,10 +125,12 @@ class Cells:
 
 
 def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic], every: bool = False) -> Cells:
-    """Split a delimited text file into cells.
+    """Split a delimited text file, or the fullest sheet of a workbook, into cells.
 
     Args:
-        every: rows with more or fewer cells than the header stay, with nothing but their first cell.
+        layout: separator, decimal sign, comments and header, as far as the user states them.
+        every: keep rows with more or fewer cells than the header, all but their first cell empty; else they are
+            dropped.
 
     Raises:
         PostprocError: DAT001 where there is no table.
@@ -173,7 +183,7 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
 
 
 def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
-    """The file as UTF-8 or latin-1 with line feeds alone, whatever wrote it."""
+    """Return the file as text with line feeds and no byte order mark; UTF-16 and workbooks become UTF-8."""
     if source.data.startswith(MARK):
         return sheet_text(source, diagnostics)
     data = source.data
@@ -189,9 +199,12 @@ def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
 def _heading(
     split: Sequence[tuple[int, list[str]]], decimal: str, source: Source, diagnostics: list[Diagnostic]
 ) -> tuple[list[str], list[str], Sequence[tuple[int, list[str]]]]:
-    """Names and units of the columns, and the rows below: of the lines before the first numbers the fullest one.
+    """Return names and units of the columns, and the lines below; the header is the fullest line before any numbers.
 
-    Lines before it are a title, and said so; a line below it that holds units alone belongs to it.
+    Lines before it are reported as a title (DAT004); a line below it that holds units alone belongs to it.
+
+    Args:
+        split: (line number, cells) of every line.
     """
     numbers = (i for i, (_, cells) in enumerate(split[:SAMPLE]) if holds_numbers(cells, decimal))
     first = next(numbers, min(len(split) - 1, SAMPLE))
@@ -215,13 +228,17 @@ def _heading(
 
 
 def _find_separator(sample: Sequence[str], header: bool) -> str:
-    """The mark that splits a line into most cells; a comma between digits may be the decimal sign of a table."""
+    """Return the mark (comma, semicolon, tab, or ``whitespace``) that splits a line into most cells.
+
+    With a header, commas between digits do not count: they may be decimal signs.
+    """
     lines = [re.sub(r"(?<=\d),(?=\d)", "", line) if header else line for line in sample]
     best = max((",", ";", "\t"), key=lambda mark: max(line.count(mark) for line in lines))
     return best if any(best in line for line in lines) else "whitespace"
 
 
 def _split(line: str, separator: str) -> list[str]:
+    """Return the cells of a line, quotes taken into account."""
     if separator == "whitespace":
         return line.split()
     if '"' not in line:
@@ -233,9 +250,11 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _start(source: Source, line: int) -> Span:
+    """Return the byte offsets of the first byte of a line, counted from 1."""
     start = source.line_starts[line - 1]
     return start, start + 1
 
 
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
+    """Return the exception of DAT001."""
     return PostprocError.of("DAT001", message, source, help=help_)

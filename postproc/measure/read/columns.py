@@ -34,13 +34,13 @@ STANDARD = (
 
 
 def columns_of(channel: str) -> str:
-    """How a channel's columns are called, for people; a column of the table's own is its own channel."""
+    """Return the columns of a channel for people, ``q1_deg .. q6_deg``; a table's own column is its own channel."""
     names = COLUMNS.get(channel)
     return channel if names is None else " .. ".join(f"`{name}`" for name in dict.fromkeys((names[0], names[-1])))
 
 
 def unit_of(column: str) -> str:
-    """The unit that a standard column's name ends in, ``1`` where it has none."""
+    """Return the unit at the end of a standard column's name, ``1`` where it has none."""
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
 
 
@@ -72,7 +72,7 @@ _WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time
 
 
 def nearest(name: str) -> str | None:
-    """The standard column that a name may be a misspelling of; the numbers in both must agree."""
+    """Return the standard column that a name may be a misspelling of, with the same digits; None for none."""
     for found in difflib.get_close_matches(name, STANDARD, 3, 0.85):
         if re.sub(r"\D", "", found) == re.sub(r"\D", "", name) and found != name:
             return found
@@ -80,7 +80,13 @@ def nearest(name: str) -> str | None:
 
 
 def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedColumn]:
-    """Standard columns under another name that states its unit, ``X [mm]`` or ``J1 (rad)``, where it is unique."""
+    """Return standard columns found under another name that states its unit, ``X [mm]`` or ``J1 (rad)``.
+
+    Only those that one column alone may stand for.
+
+    Args:
+        header, units: of every column; the unit is empty where a column states none.
+    """
     pairs = zip(_meanings(header, units), header, units, strict=True)
     every = [(theirs, name, unit) for name, theirs, unit in pairs if name]
     names = [name for _, name, _ in every]
@@ -96,10 +102,10 @@ def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedC
 
 
 def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str] = STANDARD) -> str:
-    """The lines of a column map for columns that are called as robots and trackers often call them; empty if none are.
+    """Return lines of a column map for columns with names that robots and trackers often use; empty if there are few.
 
     Joints: J1, A1, axis_1, joint1, theta1, base, shoulder ..; positions: X, px, x [mm], TCP.Y, Actual X .. Units that
-    are stated are taken over.
+    are stated are taken over. At least three columns must be known.
 
     Args:
         needed: columns of which at least one must be among them.
@@ -119,7 +125,7 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
 
 
 def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
-    """Standard names of columns that another program wrote, empty where none is known.
+    """Return the standard name of every column that another program wrote, empty where none is known.
 
     Joint angles are six: fewer columns q1, q2, .. may be the parts of a quaternion, and are none.
     """
@@ -133,13 +139,13 @@ def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
 
 
 def _counted(theirs: str) -> str:
-    """A joint counted from 0 as one counted from 1: ``actual_q_0`` is ``q1``."""
+    """Return a joint's name counted from 0 as one counted from 1: ``actual_q_0`` is ``q1``; others as they are."""
     found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", theirs.strip().lower())
     return f"q{int(found[1]) + 1}" if found else theirs
 
 
 def _meant(theirs: str, unit: str) -> str:
-    """Standard name of a column that another program wrote; empty where none is known."""
+    """Return the standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", theirs).strip().lower()
     bare = re.sub("[ _]", "", plain)
     plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain

@@ -35,10 +35,11 @@ def commanded_joints(
     cells: Cells,
     diagnostics: list[Diagnostic],
 ) -> Array:
-    """Joint angles [rad] (n, 6) that the controller's nominal inverse kinematics gives for commanded flange poses.
+    """Return joint angles (n, 6) [rad] of commanded flange poses by the controller's nominal inverse kinematics.
 
     Args:
-        position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base; configuration: (n, 4) cf1, cf4, cf6, cfx.
+        position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base.
+        configuration: (n, 4) cf1, cf4, cf6, cfx; zeros where None.
 
     A row that the arm cannot reach is reported as DAT012 and becomes NaN.
 
@@ -79,7 +80,7 @@ class Commanded:
 
 
 def program_targets(table: Table, program: Source | Sequence[Source], robot: Robot, station: Station) -> Commanded:
-    """Joint angles, tools and external axes of the targets that a program visits, by their names in the table.
+    """Return joint angles, tools and external axes of the program's targets that the table names in column ``target``.
 
     Pose, work object, displacement, tool and configuration are those in force where the program moves to the target.
 
@@ -123,7 +124,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
 
 
 def _visited(program: Source | Sequence[Source], station: Station) -> dict[str, MotionEvent]:
-    """The first motion to every named target, by its name in lower case."""
+    """Return the first motion to every named target of a program, by the target's name in lower case."""
     events: dict[str, MotionEvent] = {}
     for event in place_events(walk(read_program(program)), station):
         argument = event.statement.argument("to")

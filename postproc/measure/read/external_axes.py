@@ -26,13 +26,14 @@ DESCRIBE = "`[[external_axes]]` of the model, or `--cell FILE` of `fit`, describ
 
 
 def with_external_axes(state: State, table: Table, station: Station | None, extax: Array | None) -> State:
-    """The state with the positions of the external axes, and where these put the arm; as channels, too (mm, deg).
+    """Return the state with the external axes, the arm's pose by them, and the axes as channels [mm], [deg].
 
     Args:
-        extax: (n, 6) those of the targets of a program, for axes that have no column; None where there is none.
+        station: the cell that the axes belong to, if known.
+        extax: (n, 6) those of a program's targets, for axes that have no column; None where there is none.
 
     Raises:
-        PostprocError: DAT038, the table has an axis that the cell has not, or nobody can tell where the arm stands.
+        PostprocError: DAT038, the table has an axis that the cell has not, or the arm's place cannot be computed.
     """
     joints = {} if station is None else station.joints
     stated = {name: _stated(table, name, joints.get(name[-1])) for name in EXTERNAL_AXES if name in table.place}
@@ -56,7 +57,14 @@ def with_external_axes(state: State, table: Table, station: Station | None, exta
 
 
 def _stated(table: Table, name: str, joint: Joint | None) -> Array:
-    """(n,) a column in mm or degrees; NaN where nothing stands, or 9E9."""
+    """Return (n,) positions in a column of an external axis [mm] or [deg], NaN for empty cells and 9E9.
+
+    Args:
+        joint: the cell's axis of that letter, None where it has none.
+
+    Raises:
+        PostprocError: DAT038 where the column's unit does not suit the kind of axis.
+    """
     values = table.column(name)
     assert values is not None
     unit, wanted = table.place[name].unit, UNIT[joint.kind] if joint is not None else "mm"
@@ -69,7 +77,11 @@ def _stated(table: Table, name: str, joint: Joint | None) -> Array:
 
 
 def _check(table: Table, stated: dict[str, Array], station: Station | None) -> None:
-    """Says which axes nobody describes, stand nowhere, or are beyond their limits."""
+    """Report DAT038 for axes that no cell describes, have no column, or leave their limits; raise it for unknown ones.
+
+    Args:
+        stated: positions (n,) [mm], [deg] by column name.
+    """
     moving = [name for name, values in stated.items() if np.nanmax(np.abs(values)) > 0]
     if station is None or not station.joints:
         if moving:
@@ -97,7 +109,7 @@ def _check(table: Table, stated: dict[str, Array], station: Station | None) -> N
 
 
 def check_work(state: State, table: Table, robot: Robot, position: Array) -> None:
-    """Raises DAT038 where points (n, 3) [m] that should stand on the work clearly stand in the world."""
+    """Raise DAT038 where points (n, 3) [m] that should be given on the work clearly fit the world instead."""
     station = state.station
     if station is None or station.work is None or state.external_axes is None:
         return
@@ -115,8 +127,10 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
 
 
 def _wrong(table: Table, message: str, help_: str) -> PostprocError:
+    """Return the exception of DAT038, with all findings so far."""
     return PostprocError([*table.diagnostics, _finding(table, message, help_)])
 
 
 def _finding(table: Table, message: str, help_: str) -> Diagnostic:
+    """Return DAT038 as an error at the first row."""
     return Diagnostic("DAT038", "error", message, table.cells.source, table.cells.span(0), help_)

@@ -11,7 +11,7 @@ from postproc.measure.read.values.numbers import as_number, is_number
 
 
 def join(seen: Cells, beside: Cells, diagnostics: list[Diagnostic]) -> Cells:
-    """The rows of one table with the columns of another beside them.
+    """Return the rows of one table with the columns of another beside them; how they were joined is reported (DAT033).
 
     Joined by a column of names (`pose_id`, `Point`, ..) that both have, where most names of the first stand in the
     second, once each; else row by row. Of columns that both have, the first table's count.
@@ -44,7 +44,10 @@ def join(seen: Cells, beside: Cells, diagnostics: list[Diagnostic]) -> Cells:
 
 
 def _by_name(seen: Cells, beside: Cells) -> tuple[list[int | None] | None, str]:
-    """(n,) the row of the second table for each of the first, None where it has none; None for no common names."""
+    """Return (n,) the row of the second table for each of the first, None where it has none, and how they were joined.
+
+    The list is None where no two columns of names match.
+    """
     names = [[name for name in cells.header if name.lower().replace("_", " ") in LABELS] for cells in (seen, beside)]
     for mine in names[0]:
         for theirs in names[1]:
@@ -58,7 +61,11 @@ def _by_name(seen: Cells, beside: Cells) -> tuple[list[int | None] | None, str]:
 
 
 def _as_in(cell: str, decimal: str, wanted: str) -> str:
-    """A cell with the decimal sign of the other table."""
+    """Return a cell with the decimal sign of another table.
+
+    Args:
+        decimal: its own sign; wanted: the other's.
+    """
     if decimal == wanted or not is_number(cell, decimal):
         return cell
     return as_number(cell, decimal).replace(".", wanted)

@@ -19,22 +19,26 @@ FORMS = {"help": "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) 
 
 
 def _known(unit: str) -> str:
+    """Return the unit; raise a validation error where it is not in `UNITS`."""
     if unit not in UNITS.keys() | {""}:
         raise PydanticCustomError("unit", f"`{unit}` is no unit of a column", {"help": f"known are {', '.join(UNITS)}"})
     return unit
 
 
 def _form(form: str) -> str:
+    """Return the form of an orientation; raise a validation error where it is none."""
     if form not in QUATERNIONS and form != "rotvec" and not EULER.fullmatch(form):
         raise PydanticCustomError("form", f"`{form}` is no form of an orientation", FORMS)
     return form
 
 
 def _stripped(name: object) -> object:
+    """Return a name without the blanks around it; other values as they are."""
     return name.strip() if isinstance(name, str) else name
 
 
 def _numbered(name: object) -> object:
+    """Return a column's number as text; other values as they are."""
     return str(name) if type(name) is int else name
 
 
@@ -63,6 +67,7 @@ class MappedColumn(FileTable):
 
 
 def _by_its_name(value: object) -> object:
+    """Return a bare name or number as the table ``{name = ..}``; other values as they are."""
     return {"name": value} if isinstance(value, str | int) else value
 
 
@@ -85,6 +90,7 @@ class MappedRotation(FileTable):
 
     @model_validator(mode="after")
     def _as_many_as_the_form_has(self) -> MappedRotation:
+        """Raise a validation error unless the number of columns and the unit suit the form."""
         many = 4 if self.form in QUATERNIONS else 3
         if len(self.columns) != many:
             raise PydanticCustomError(
@@ -118,12 +124,12 @@ class ColumnMap(FileTable):
 
     @property
     def turned(self) -> set[str]:
-        """Columns of the orientations."""
+        """Names of the columns that hold orientations."""
         return {name for mapped in (self.orientation, self.cmd_orientation) if mapped for name in mapped.columns}
 
 
 def read_column_map(source: Source | None) -> ColumnMap:
-    """The column map in a TOML file.
+    """Return the column map of a TOML file; an empty one for None.
 
     Raises:
         PostprocError: DAT002 for an unknown key, a wrong column or unit.

@@ -37,6 +37,11 @@ class Table:
         self.place = self._find(layout)
 
     def _find(self, layout: ColumnMap) -> dict[str, MappedColumn]:
+        """Return the place and unit of every standard column and channel that the table has.
+
+        They are found by the column map, the standard name, or another known name, which is reported (DAT015); DAT002
+        is raised for columns that are missing or ambiguous.
+        """
         header, units = self.cells.header, self.cells.units
         lower = {theirs.lower(): theirs for theirs in reversed(header)}
         place = {
@@ -71,7 +76,11 @@ class Table:
         return place
 
     def _in_its_unit(self, name: str, wanted: MappedColumn) -> MappedColumn:
-        """A column with the unit that it states itself, where the column map gives none and it can be that."""
+        """Return a column with its unit: that of the map, else the one it states if that fits, else the standard.
+
+        Args:
+            name: the standard column or channel that it stands for.
+        """
         at = self.cells.at(wanted.name)
         if at < 0:
             raise self._no_such(wanted.name, name)
@@ -85,7 +94,7 @@ class Table:
         return wanted.model_copy(update={"unit": wanted.unit or (stated if stated and known else standard)})
 
     def _once(self, name: str, theirs: str | int) -> None:
-        """Raises DAT002 where a name that is needed stands over two columns that differ."""
+        """Raise DAT002 where a needed name stands over two columns that differ."""
         header = self.cells.header
         same = [k + 1 for k, other in enumerate(header) if other == theirs]
         if len(same) > 1 and any(self.cells.text(k) != self.cells.text(same[0]) for k in same):
@@ -95,23 +104,26 @@ class Table:
             raise PostprocError.of("DAT002", message, self.cells.source, help=help_)
 
     def _no_such(self, theirs: str | int, wanted: str) -> PostprocError:
+        """Return the exception of DAT002 for a column that the map names and the table lacks."""
         message = f"the column map names `{theirs}` for `{wanted}`, and the table has no such column"
         return PostprocError.of("DAT002", message, self.cells.source, help=missing_help(self.cells))
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
-        """Add a finding, at a row of the table where one is given."""
+        """Add a finding about the table, at a row where one is given."""
         span = None if row is None else self.cells.span(row)
         self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
 
     def text(self, name: str) -> list[str]:
-        """One column as it is written; empty where it is not there."""
+        """Return one column as it is written; an empty list where the table lacks it."""
         return self.cells.text(self.place[name].name) if name in self.place else []
 
     def column(self, name: str, fill: float | str | None = None) -> Array | None:
-        """(n,) one column; None where it is not there.
+        """Return (n,) one column in SI, NaN in gaps; None where the table lacks it.
 
         Args:
-            fill: what is taken in gaps: a value, the ``median``, or what lies ``between`` the rows before and after.
+            name: standard name or channel.
+            fill: value in gaps: a number, the ``median``, or what lies ``between`` the rows before and after; reported
+                as DAT005. The result is None where all is empty.
         """
         if name not in self.place:
             return None
@@ -147,10 +159,11 @@ class Table:
     def vector(
         self, wanted: Sequence[str], fill: float | None = None, partial: bool = False, absent: float = 0.0
     ) -> Array | None:
-        """(n, k) several columns; None where none of them is there.
+        """Return (n, k) several columns in SI; None where the table has none of them.
 
         Args:
-            partial: some of them are enough; absent: what stands for the others.
+            fill: value in gaps and for missing columns, with a warning.
+            partial: whether some of the columns are enough; absent: value of the others then.
 
         Raises:
             PostprocError: DAT002 where some are missing that nothing fills.
@@ -169,7 +182,11 @@ class Table:
         return np.stack([nothing if part is None else part for part in parts], axis=1)
 
     def turns(self, wanted: Sequence[str], mapped: MappedRotation | None) -> Turns | None:
-        """Orientations from a quaternion's columns, or as the column map says."""
+        """Return orientations from the columns of a quaternion, or as the column map says; None where there are none.
+
+        Args:
+            wanted: standard names of the quaternion's columns, w first; mapped: the entry of the column map.
+        """
         if mapped is None:
             quaternion = self.vector(wanted)
             columns = tuple(str(self.place[name].name) for name in wanted if name in self.place)
@@ -184,6 +201,7 @@ class Table:
         return self._of_length_one(found) if mapped.form in QUATERNIONS else found
 
     def _of_length_one(self, turns: Turns) -> Turns:
+        """Return quaternions, NaN where their length is not 1 to a hundredth; the first five are reported (DAT008)."""
         length = np.linalg.norm(turns.numbers, axis=1)
         bad = np.abs(length - 1) > UNIT_LENGTH
         for i in np.flatnonzero(bad)[:5]:
@@ -192,20 +210,22 @@ class Table:
         return replace(turns, numbers=np.where(bad[:, None], np.nan, turns.numbers))
 
     def _stamps(self, name: str | int) -> Array | None:
+        """Return (n,) seconds of a column of time stamps; None where it holds numbers alone or no stamps."""
         told = ["" if cell.lower() in EMPTY else cell for cell in self.cells.text(name)]
         return seconds(told) if self.has_words(name) else None
 
     def has_words(self, name: str | int) -> bool:
-        """Whether a column holds what is neither a number nor empty."""
+        """Return whether a column holds cells that are neither numbers nor empty."""
         told = zip(self.cells.text(name), self.cells.numbers(name, []), strict=True)
         return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
 
 
 def missing_help(cells: Cells, wanted: Sequence[str] = names.STANDARD, otherwise: str = "") -> str:
-    """What the table has instead of columns that are missing, and a column map that may be meant.
+    """Return help for missing columns: the columns that the table has, and a column map that may be meant.
 
     Args:
-        otherwise: what to do where no other column looks like any that is wanted.
+        wanted: standard columns that are looked for.
+        otherwise: what to do where no other column looks like any of them.
     """
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
     likely = names.likely_map(cells.header, cells.units, wanted)

@@ -18,9 +18,9 @@ MOST_LEVELS = 12
 
 
 def own_channels(table: Table) -> dict[str, Array]:
-    """A column of numbers is one channel (n,), a column of a few words one for each: 1 where the word stands, else 0.
+    """Return the channels (n,) of the table's own columns, by name; what is left out is reported (DAT015).
 
-    What is left out is said (DAT015).
+    A column of numbers is one channel, a column of at most 12 words one for each: 1 where the word stands, else 0.
     """
     found: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells
@@ -67,7 +67,7 @@ def own_channels(table: Table) -> dict[str, Array]:
 
 
 def _say_turns(table: Table) -> None:
-    """Names columns that look like an orientation, where none is read."""
+    """Report columns that look like an orientation where none is read (DAT015)."""
     if table.layout.orientation is not None or "qw" in table.place:
         return
     plain = {re.sub(r"[\[(].*", "", name).strip().lower(): name for name in table.cells.header}
@@ -82,7 +82,11 @@ def _say_turns(table: Table) -> None:
 
 
 def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
-    """Channels ``name=word`` of a column that holds a few words; none of another."""
+    """Return channels (n,) ``name=word`` of a column of at most 12 words, 1 where the word stands; empty for others.
+
+    Args:
+        name: of the channel; theirs: the column in the table.
+    """
     told = np.array(table.cells.text(theirs))  # "none" is a word among others here
     levels = list(dict.fromkeys(told[told != ""].tolist()))
     if len(levels) > MOST_LEVELS or not table.has_words(theirs):
@@ -95,9 +99,13 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
 
 
 def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
-    """The number of the row, of rows that stand in the order of measuring, in place of a time that was not recorded.
+    """Return the channel ``row``, (n,) number of each row in the order of measuring, in place of a time not recorded.
 
-    Names of poses that end in a number and rise along the rows (``P12``) tell it where rows were left out, too.
+    Names of poses that end in a number and rise along the rows (``P12``) give it, so that gaps count. Empty where the
+    table has such a column itself.
+
+    Args:
+        labels: names of the poses.
     """
     if "row" in state.channels:
         return {}

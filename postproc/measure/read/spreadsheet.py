@@ -21,7 +21,7 @@ MOST_CELLS, MOST_BYTES = 2_000_000, 256_000_000
 
 
 def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
-    """The fullest sheet of a workbook (.xlsx) as comma-separated text, formulas as they were computed.
+    """Return the fullest sheet of a workbook (.xlsx) as comma-separated text, formulas by their stored results.
 
     Raises:
         PostprocError: DAT001 where it is no workbook, or nothing reads it (openpyxl, the extra ``xlsx``).
@@ -59,7 +59,7 @@ def sheet_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
 
 
 def _sheets(book: Workbook, source: Source) -> dict[str, list[list[str]]]:
-    """The cells of every sheet by its name, as text, without the empty ones behind and below them."""
+    """Return the rows of cells of every sheet as text, by its name; DAT001 where there are more than `MOST_CELLS`."""
     sheets: dict[str, list[list[str]]] = {}
     count = 0
     for sheet in book.worksheets:
@@ -75,6 +75,7 @@ def _sheets(book: Workbook, source: Source) -> dict[str, list[list[str]]]:
 
 
 def _text(cell: object) -> str:
+    """Return a cell's value as text, dates in ISO 8601, line feeds as blanks."""
     if cell is None:
         return ""
     if isinstance(cell, datetime | date | time):

@@ -47,7 +47,7 @@ def read_measurements(
         source: the table; comma, dot decimals and the standard column names unless the column map says otherwise.
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
         program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
-        column_map: how another layout writes its columns, see ``read_column_map``.
+        column_map: a TOML file (`ColumnMap`) that says how another layout writes its columns.
         measured: False for poses that are only asked about, or have yet to be measured: then every row stays.
         terms: what the user says of the table beside that.
 
@@ -94,7 +94,11 @@ def read_measurements(
 
 
 def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
-    """The table, joined with that of the joint angles where these stand in a file of their own."""
+    """Return the table, joined with that of the joint angles where these stand in a file of their own.
+
+    Args:
+        every: whether rows with too few or too many cells stay.
+    """
     diagnostics: list[Diagnostic] = []
     cells = read_cells(source, layout, diagnostics, every=every)
     if terms.joints is not None:
@@ -103,7 +107,7 @@ def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> T
 
 
 def _followed(state: State, table: Table, terms: Reading) -> State:
-    """The states with what times or, where that counts, the order of rows tell: speeds, sides, the row itself."""
+    """Return the state with speeds and approach sides from the times, or with the row number where the order counts."""
     if "time_s" in table.place:
         state, findings = with_motion(state, table.cells.source)
         table.diagnostics.extend(findings)
@@ -113,7 +117,7 @@ def _followed(state: State, table: Table, terms: Reading) -> State:
 
 
 def _state(table: Table, commanded: Commanded) -> State:
-    """What was commanded, with the channels."""
+    """Return the commanded state with the channels of the table; DAT015 where payload mass or centre is missing."""
     sessions = table.text("session")
     session_names = tuple(dict.fromkeys(sessions)) if sessions else ()
     state = State(
@@ -141,15 +145,15 @@ def _state(table: Table, commanded: Commanded) -> State:
 
 
 def _labels(q: Array) -> list[str]:
-    """Names for poses that have none: the number of the first row with the same joint angles."""
+    """Return a name for each pose: the number of the first row with the same joint angles."""
     first: dict[bytes, str] = {}
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
 def _seen(table: Table) -> Array | None:
-    """(n, 3) measured positions, NaN along axes that have no column.
+    """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column.
 
-    Exact zeros of all three among others are beams that were lost, and said so.
+    Rows in which all three are exactly 0, if not all, are lost beams: they become NaN, with a warning.
     """
     present = [name for name in names.POSITION if name in table.place]
     if not present:
@@ -173,7 +177,7 @@ def _seen(table: Table) -> Array | None:
 
 
 def _deviations(table: Table) -> Array | None:
-    """(n,) what the instrument says of itself; NaN, and said so, where that is nothing."""
+    """Return (n,) standard deviations [m] that the instrument states; 0 and less become NaN, with a warning."""
     sigma = table.column("sigma_mm")
     if sigma is None:
         return None
@@ -185,7 +189,7 @@ def _deviations(table: Table) -> Array | None:
 
 
 def _sides(table: Table) -> Array | None:
-    """(n, 6) approach sides; other numbers than +1, -1 and 0 count by their sign, and that is said."""
+    """Return (n, 6) approach sides +1, -1, 0; other numbers count by their sign, with a warning."""
     sides = table.vector(names.APPROACH, fill=0.0)
     if sides is None:
         return None
@@ -202,6 +206,11 @@ def _sides(table: Table) -> Array | None:
 
 
 def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | None, station: Station) -> Commanded:
+    """Return what was commanded: joint columns, targets of the program, or commanded poses, in this order.
+
+    Raises:
+        PostprocError: DAT002 where the table has none of them.
+    """
     q = table.vector(names.JOINTS)
     if q is not None:
         if "target" in table.place and program is not None:

@@ -33,7 +33,11 @@ AS_IT_IS = Reading()
 
 
 def accepted(found: Iterable[Diagnostic], accept: Set[str]) -> list[Diagnostic]:
-    """The findings, errors among them that the user accepts as warnings; how to accept the others is said."""
+    """Return the findings with those errors as warnings that the user accepts; the others say how to accept them.
+
+    Args:
+        accept: codes of the accepted findings.
+    """
     result = []
     for one in found:
         if one.severity == "error" and one.code in accept:

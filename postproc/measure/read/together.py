@@ -37,7 +37,10 @@ def read_tables(
     *,
     terms: Reading = AS_IT_IS,
 ) -> Measurements:
-    """Read tables of one arm, see ``read_measurements``; of several the map counts for those that have its columns.
+    """Read tables of one arm as one; arguments as `read_measurements`.
+
+    Args:
+        column_map: of several tables, it counts for those that have one of its columns.
 
     Raises:
         PostprocError: what is wrong with one of them; DAT031 where they do not belong together.
@@ -55,7 +58,7 @@ def read_tables(
 
 
 def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
-    """Tables of one arm as one.
+    """Join tables of one arm into one.
 
     A table that names no session is one of its own, called as its file; sessions of one name are one session. What was
     recorded in some tables alone is no channel; no payload, force or speed in a table means that there was none.
@@ -104,6 +107,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
 
 
 def _concerns(column_map: Source, source: Source) -> bool:
+    """Return whether a table has one of the columns that a column map names; True for a map that names none."""
     layout = read_column_map(column_map)
     columns = [*(mapped.name for mapped in layout.columns.values()), *layout.turned]
     try:
@@ -114,13 +118,13 @@ def _concerns(column_map: Source, source: Source) -> bool:
 
 
 def _names(sources: Sequence[Source]) -> list[str]:
-    """What tables are called: their files without ending, with folders where these are alike."""
+    """Return a name for each table: its file name without ending, or its path where these are alike."""
     short = [PurePath(source.path).stem for source in sources]
     return short if len(set(short)) == len(short) else [source.path for source in sources]
 
 
 def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill: float) -> Array | None:
-    """Parts one below the other, filled where a table has none; None where no table has one."""
+    """Return arrays one below the other, ``fill`` for tables that have none; None where no table has one."""
     known = next((part for part in parts if part is not None), None)
     if known is None:
         return None
@@ -129,6 +133,11 @@ def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill
 
 
 def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], found: list[Diagnostic]) -> State:
+    """Return the states of all tables as one.
+
+    Args:
+        names: session names of each table; found: findings, appended to where tables lack a channel.
+    """
     states = [table.state for table in tables]
     every = tuple(dict.fromkeys(name for some in names for name in some))
     session = [
@@ -167,7 +176,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
 def _shared(
     name: str, parts: Sequence[Array | None], tables: Sequence[Measurements], found: list[Diagnostic]
 ) -> Array | None:
-    """A channel that every table has recorded; said, and None, where some have not."""
+    """Return a channel (n,) that every table has recorded; None, with a warning, where only some have."""
     lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
     if lacking and len(lacking) < len(tables):
         message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
@@ -176,7 +185,11 @@ def _shared(
 
 
 def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: Sequence[str]) -> Diagnostic | None:
-    """DAT031 where the second table has its points elsewhere on the flange, or a session of both moved; else None."""
+    """Return DAT031 where two tables measured different points of the flange, or one session from two places.
+
+    Args:
+        shared: names of sessions in both.
+    """
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
@@ -200,8 +213,10 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
 
 
 def _located(table: Measurements) -> Array:
+    """Return (n,) mask of usable rows with a whole measured position."""
     return np.asarray(table.usable & np.isfinite(table.position).all(axis=1))
 
 
 def _finding(severity: Severity, message: str, help_: str) -> Diagnostic:
+    """Return DAT031."""
     return Diagnostic("DAT031", severity, message, help=help_)

@@ -16,7 +16,11 @@ EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 
 
 def as_number(cell: str, decimal: str) -> str:
-    """A number as Python reads it: with a decimal point, without marks between thousands (1'234.5, 1.234,5)."""
+    """Return a cell as Python reads numbers: with a decimal point, without thousands separators (1'234.5, 1.234,5).
+
+    Args:
+        decimal: decimal sign of the table, ``.`` or ``,``.
+    """
     mark = "," if decimal == "." else "."
     if GROUPED[decimal].fullmatch(cell):
         cell = re.sub(f"['\u2019 \u00a0{mark}]", "", cell)
@@ -25,7 +29,7 @@ def as_number(cell: str, decimal: str) -> str:
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number."""
+    """Return whether a cell is a number in a table with this decimal sign."""
     try:
         read_number(as_number(cell, decimal))
     except ValueError:
@@ -34,13 +38,13 @@ def is_number(cell: str, decimal: str) -> bool:
 
 
 def holds_numbers(cells: Sequence[str], decimal: str) -> bool:
-    """Whether at least half of the cells that are not empty are numbers."""
+    """Return whether at least half of the cells that are not empty are numbers, and one is not empty."""
     filled = [cell for cell in cells if cell.lower() not in EMPTY]
     return 2 * sum(is_number(cell, decimal) for cell in filled) >= max(len(filled), 1)
 
 
 def find_decimal(cells: Sequence[str]) -> str:
-    """The sign that stands last in most numbers."""
+    """Return the decimal sign, ``,`` where it stands last in most numbers, else ``.``."""
     numbers = [
         cell for cell in cells if re.fullmatch(r"[-+\d.,'\u2019\u2212 \u00a0eE]*\d[.,]\d+(?:[eE][-+]?\d+)?", cell)
     ]

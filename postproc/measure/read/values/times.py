@@ -16,7 +16,7 @@ DAY = 86400.0
 
 
 def seconds(cells: Sequence[str]) -> Array | None:
-    """(n,) seconds since the earliest of these stamps, NaN where a cell is empty; None where they are no time stamps.
+    """Return (n,) seconds since the earliest of these stamps, NaN where a cell is empty; None where they are no stamps.
 
     ISO 8601, dates with points or slashes and a time of day, or the time of day alone, which may pass midnight. Where
     days and months can be told apart in two ways, the shorter record is meant.
@@ -44,4 +44,5 @@ def seconds(cells: Sequence[str]) -> Array | None:
 
 
 def _read(cell: str, form: str) -> datetime:
+    """Return a stamp in a format of ``strptime``."""
     return datetime.strptime(cell, form)

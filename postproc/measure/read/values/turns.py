@@ -40,7 +40,7 @@ class Turns:
 
     @property
     def matrix(self) -> Array:
-        """(n, 3, 3), NaN where not measured."""
+        """(n, 3, 3) rotation matrices, NaN where not measured."""
         result = np.full((len(self.numbers), 3, 3), np.nan)
         good = np.isfinite(self.numbers).all(axis=1)
         if good.any():
@@ -48,14 +48,22 @@ class Turns:
         return result
 
     def off(self, R_base_flange: Array, R_instrument_base: Array | None) -> float | None:
-        """Median angle [rad] by which they do not follow the flange, whatever turn the tool has; None where untold.
+        """Return the median angle [rad] by which orientations do not follow the flange, whatever turn the tool has.
 
-        Without the place of the base the turns from row to row tell it, M_i M_j^T = B F_i F_j^T B^T.
+        Without the place of the base, the turns from row to row determine it, M_i M_j^T = B F_i F_j^T B^T; None where
+        fewer than three of them are clear.
+
+        Args:
+            R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
         """
         return _off(_read(self.numbers, self.form), Rotation.from_matrix(R_base_flange), R_instrument_base)
 
     def meant(self, R_base_flange: Array, R_instrument_base: Array | None) -> tuple[str, str, float] | None:
-        """Another reading that follows the flange: what it is, what to do, how far [rad] it is off; None for none."""
+        """Return another reading that follows the flange clearly better: (what it is, help, [rad] off); else None.
+
+        Args:
+            R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
+        """
         flange = Rotation.from_matrix(R_base_flange)
         best, found = min(FOLLOWS, (self.off(R_base_flange, R_instrument_base) or 0.0) / CLEARER), None
         four = self.numbers.shape[1] == 4
@@ -77,12 +85,14 @@ class Turns:
 
 
 def _read(numbers: Array, form: str) -> Rotation:
+    """Return rotations of numbers (n, 3) or (n, 4) in a form of `MappedRotation`."""
     if form in QUATERNIONS:
         return Rotation.from_quat(numbers[:, QUATERNIONS[form]])
     return Rotation.from_rotvec(numbers) if form == "rotvec" else Rotation.from_euler(form, numbers)
 
 
 def _off(measured: Rotation, flange: Rotation, R_instrument_base: Array | None) -> float | None:
+    """Return the median angle [rad] of `Turns.off` for measured and flange rotations."""
     if R_instrument_base is None:
         turns = (measured[1:] * measured[:-1].inv()).as_rotvec(), (flange[1:] * flange[:-1].inv()).as_rotvec()
         clear = np.maximum(*(np.linalg.norm(turn, axis=1) for turn in turns)) < CLEAR_TURN

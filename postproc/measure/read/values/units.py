@@ -35,20 +35,24 @@ _SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spe
 
 
 def stated_unit(theirs: str) -> str:
-    """The unit that a name states in brackets or at its end, as it is called here; what it is not known by stays."""
+    """Return the unit in brackets or at the end of a column's name, by its name in `UNITS`; empty where it has none.
+
+    A unit in brackets that is not known comes back as it is written.
+    """
     found = re.search(r"[\[(]([^\[(\])]*+)[\])]", theirs) or re.search(r"[ _.](rad|deg|mm|m|in)$", theirs.strip())
     return _spelt(found[1].strip()) if found else ""
 
 
 def is_unit(cell: str) -> bool:
-    """Whether a cell below a column's name is its unit."""
+    """Return whether a cell below a column's name is a unit."""
     return _spelt(cell.strip("[]() ")) in UNITS.keys() - {"1"}
 
 
 def _spelt(unit: str) -> str:
+    """Return a unit by its name in `UNITS`; one that is not known as it is."""
     return unit if unit in UNITS else _SPELT.get(unit.lower(), unit)
 
 
 def fitting(unit: str, standard: str) -> bool:
-    """Whether a column that is stated in a unit may be one whose standard unit is another."""
+    """Return whether two units measure the same quantity (mm and in, deg and rad)."""
     return unit == standard or any(unit in alike and standard in alike for alike in _ALIKE)
