@@ -62,7 +62,7 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
 
 
 def known_state(parts: Sequence[str], state: State) -> State:
-    """A state with the loads alone that the controller knows."""
+    """Return the state with those loads only that the controller knows: wrench, payload and motion if in ``parts``."""
     if "force" not in parts:
         state = state.with_(wrench=None)
     if "tool" not in parts:
@@ -73,7 +73,7 @@ def known_state(parts: Sequence[str], state: State) -> State:
 
 
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
-    """Arm and state with the loads alone that its controller does not know."""
+    """Return the model and state without the loads that its controller corrects already (``Model.already``)."""
     parts = model.already
     if "force" in parts:
         state = state.with_(wrench=None)
@@ -85,7 +85,7 @@ def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
 
 
 def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:
-    """Whether a controller that corrects these parts has an effect."""
+    """Tell whether a controller that corrects these parts corrects this effect, see `corrected_by_controller`."""
     if "load" in effect.reads:
         return any(part in parts for part in _LOADS)
     if not {"q", "robot"} >= set(effect.reads):

@@ -21,8 +21,8 @@ SURE = 2.0
 
 
 def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
-    """Effect, parameter and MOD005 of values that no arm has: springs that yield against their load, links that weigh
-    less than nothing.
+    """Yield (effect key, parameter, MOD005) for values that no arm has: springs that yield against their load, negative
+    mass.
     """
     beside = {effect.key: effect for effect in model.effects}
     for key, effect in beside.items():
@@ -53,7 +53,9 @@ def flange_mass(model: Model, state: State) -> Array:
 
 
 def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
-    """(p,) parameters that are below the least that an arm can have, by more than the chance of their fit."""
+    """Return (p,) which parameters are below the least an arm can have, by more than two standard deviations of their
+    fit.
+    """
     sigma, known = np.zeros(len(effect.vector())), read_uncertainty(model)
     if known is not None:
         for k, (key, index) in enumerate(known.parameters):

@@ -45,7 +45,9 @@ class Equilibrium:
 
     @property
     def T_reference_tcp(self) -> Array:
-        """(n, 4, 4) real TCP in the frame to which measured points count, but for the place of the instrument."""
+        """(n, 4, 4) real TCP in the frame of measured points (base, world or work), before the instrument's own
+        displacement.
+        """
         reference = self.state.T_reference_base
         return self.T_base_tcp if reference is None else reference @ self.T_base_tcp
 
@@ -58,7 +60,7 @@ class Equilibrium:
 
     @property
     def R_instrument_reference(self) -> Array:
-        """(n, 3, 3) axes of that frame as the instrument sees them."""
+        """(n, 3, 3) axes of the frame of `T_reference_tcp` as the instrument sees them."""
         moved = np.zeros(6) if self.deflection.instrument is None else self.deflection.instrument
         return np.asarray(np.broadcast_to(displace(moved)[..., :3, :3], (len(self.T_base_tcp), 3, 3)))
 
@@ -113,7 +115,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
 
 
 def unsettled(index: int) -> PostprocError:
-    """MOD010: the loads of a pose, by its index, deflect the springs ever farther."""
+    """Return the error MOD010: the loads of the pose with this index deflect the springs farther at every sweep."""
     return PostprocError.of(
         "MOD010",
         f"the deflection of pose {index} does not settle",
@@ -123,6 +125,7 @@ def unsettled(index: int) -> PostprocError:
 
 
 def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
+    """Return the equilibrium at a converged deflection, with chain and TCP of the deflected arm."""
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
     return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
@@ -138,15 +141,16 @@ def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
 
 
 def carries_load(model: Model) -> bool:
-    """Whether any effect asks for loads or for the pose of the deflected arm."""
+    """Tell whether any effect reads loads or the pose of the deflected arm."""
     return any({"load", "pose"} & set(e.reads) for e in model.effects)
 
 
 def active_bodies(model: Model, state: State) -> tuple[int, ...]:
-    """Bodies whose far ends an effect moves, or whose load it reads.
+    """Return the bodies whose far ends an effect moves or whose load it reads, ascending.
 
-    Asked of one state, once for every body, with a load on that body that is not a number: where it shows, it is read.
-    It does not show through a comparison (a step at a moment): what asks for loads and shows none may read any.
+    Effects are evaluated at one state with NaN as the load of one body after another: NaN in the result shows that
+    it is
+    read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all bodies.
     """
     asked: list[str] = []
 

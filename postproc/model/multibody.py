@@ -68,7 +68,7 @@ class Multibody:
 
     @property
     def size(self) -> int:
-        """Number of coordinates: six joints and six of each springy body."""
+        """Number of coordinates: six joints and six for each body with a virtual spring."""
         return int(self.model.nv) - self.base
 
     def rnea(

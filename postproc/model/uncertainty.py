@@ -61,7 +61,9 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
+    """Read the uncertainty in the model's table [fit]; None without covariance. Parameters the model lacks are left
+    out.
+    """
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -111,7 +113,11 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """(n, 3) half of what the position moves by [m] as the edge of a drafted law goes from one bound to the other."""
+    """Yield, for each edge of an effect that `add` composed, half the position change [m] from its low to its high
+    bound.
+
+    Each is (n, 3); an edge is a structural parameter that is a float.
+    """
     for effect in model.effects:
         edges = type(effect).structures() if effect.drafted else {}
         for name, bounds in ((n, b) for n, b in edges.items() if isinstance(getattr(effect, n), float)):
@@ -123,9 +129,12 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 def derivatives(
     model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """(n, 3, p) of the position by some parameters, what functions beyond their limits are off (n, 3) [m], which count.
+    """Return derivatives of the position (n, 3, p), the error of limited functions (n, 3) [m], and which parameters
+    count.
 
-    Which (p,): without the instrument its frame's do not.
+    Args:
+        parameters: (effect key, index in its vector) of the p parameters.
+        instrument: False: parameters of the instrument's frame do not count (False in the third array, (p,)).
     """
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(parameters)))
@@ -174,7 +183,7 @@ class Beyond:
 
     @property
     def text(self) -> str:
-        """The channel, where it reaches and where it was measured, in words."""
+        """One clause on the channel, the value it reaches and the range that was measured."""
         low, high, reached = self.low, self.high, self.reached
         if self.channel.startswith("dir"):
             side = "+" if reached > 0 else "-"
@@ -187,7 +196,7 @@ class Beyond:
 
 
 def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
-    """Keys of the table [fit.range] of a model file: lowest and highest value of every channel that was measured."""
+    """Return the table [fit.range] of a model file: lowest and highest value of each channel that the states have."""
     every = [states] if isinstance(states, State) else list(states)
     table: dict[str, list[float]] = {}
     for state in every:
@@ -198,7 +207,7 @@ def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
 
 
 def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
-    """Channels in which some states leave the range that the model was measured in; none where no range is known."""
+    """Return the channels in which states leave the model's measured range by over 2 % of it; empty without a range."""
     table: Mapping[str, Any] = model.fit.get("range", {})
     found = []
     for name, values in _channels(state.with_(station=model.station)).items():
@@ -213,6 +222,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
 
 
 def _channels(state: State) -> dict[str, Array]:
+    """Return the values (n,) of each channel that the states have, by its name in [fit.range]."""
     channels = {f"q{j + 1}": state.q[:, j] for j in range(6)}
     for name, values in (("payload", state.payload_mass), ("temperature", state.temperature), ("time", state.time)):
         if values is not None and np.isfinite(values).any():

@@ -41,11 +41,13 @@ class TypeName:
     payload: float
 
     def is_same_arm(self, other: TypeName) -> bool:
+        """Tell whether model, option and payload are equal and the reaches differ by at most 20 mm."""
         return ((self.model, self.option, self.payload) == (other.model, other.option, other.payload)) and abs(
             self.reach - other.reach
         ) <= SAME_REACH
 
     def __str__(self) -> str:
+        """Return model, option, reach and payload joined by underscores."""
         return "_".join(filter(None, (self.model, self.option, f"{self.reach:g}", f"{self.payload:g}")))
 
 
@@ -95,19 +97,22 @@ def nearest_names(type_: str, count: int = 3) -> list[str]:
 
 
 def _model(type_: str) -> str | None:
-    """The number of the model in a type name, also of one whose other parts are not understood."""
+    """Return the model number, three to five digits, in a type name, also of one that cannot be parsed; None without
+    one.
+    """
     found = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
     return found and found[0]
 
 
 def _bare(type_: str) -> str:
+    """Return a type name without the robot's number, and in a uniform spelling if it can be parsed."""
     parsed = parse_type_name(type_)
     return str(parsed) if parsed is not None else re.sub(r"^ROB\d*_", "", type_.strip().upper())
 
 
 @cache
 def _library() -> Mapping[str, tuple[str, ...]]:
-    """Controller types of every arm of the library that has any."""
+    """Return the controller's type names of every arm of the library that has any, by library name."""
     found = {}
     for path in sorted(ARMS.glob("*.toml")):
         types = tomllib.loads(path.read_text("utf-8")).get("controller", {}).get("types", ())

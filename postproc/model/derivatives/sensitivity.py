@@ -45,14 +45,15 @@ class Loaded:
 
     @cached_property
     def every(self) -> State:
-        """With those on all springs that an arm may have."""
+        """The states with the loads on all springs that an arm may have."""
         return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
 
     @cached_property
     def own(self) -> State:
-        """With those that the effects of the model read, or would read if they were not null.
+        """The states with those loads that the effects of the model read, or would read if their parameters were not
+        null.
 
-        To ask which these are takes as long as to work them all out for some hundred states.
+        Below ``MANY`` states all loads are computed, since finding out which are read takes as long.
         """
         rest = self.rest
         if len(rest.state) < MANY or not carries_load(self.model):
@@ -83,7 +84,7 @@ class Sensitivity:
         return self.loaded.every
 
     def seen_by(self, effect: Effect) -> State:
-        """The same, as far as an effect of the model reads it; all of it for others."""
+        """Return the states with the loads that an effect of the model reads; with all loads for any other effect."""
         mine = any(e is effect for e in self.loaded.model.effects)
         return self.loaded.own if mine else self.loaded.every
 
@@ -117,9 +118,9 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Derivative of the displacement by place, by one parameter of an effect after the other.
+        """Yield, for each parameter in ``index``, the derivative of the displacement by first column of its place.
 
-        Its load on the springs included.
+        It includes how the springs give under the load that the effect adds.
         """
         if effect.missing(state):
             return
@@ -146,7 +147,11 @@ class Sensitivity:
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
-        """Displacement of the springs by a further load (n, 54) on the states of `loaded`, by place."""
+        """Return how far the springs give under an added load (n, 54), by first column of the place.
+
+        Args:
+            state: the states of ``loaded`` to which the load is added.
+        """
         n = len(state)
         every = np.zeros((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
@@ -157,14 +162,16 @@ class Sensitivity:
 
     @cached_property
     def _sprung_by_own(self) -> dict[int, Array]:
+        """Displacement of the springs under ``loaded.own``, by first column of the place."""
         return self._sprung(self.loaded.own)
 
     @cached_property
     def _sprung_by_every(self) -> dict[int, Array]:
+        """Displacement of the springs under ``loaded.every``, by first column of the place."""
         return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
-        """Displacement of the springs by the loads of the states, by place."""
+        """Return the displacement of the springs under the loads of the states, by first column of the place."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))
@@ -172,7 +179,9 @@ class Sensitivity:
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
-    """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
+    """Compute the Jacobian J_theta of the measured pose by all places at an equilibrium; loads do not follow the
+    motion.
+    """
     n = len(rest.state)
     chain = rest.chain
     if chain.tip is None:
@@ -197,7 +206,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
-    """The same with what the deflected arm carries besides, J_theta (I - C K_E)^-1: exact, and slower."""
+    """Compute `sensitivity` where the loads follow the deflection, J_theta (I - C K_E)^-1: exact, and slower."""
     rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place
@@ -207,11 +216,13 @@ def grown_sensitivity(model: Model, state: State) -> Sensitivity:
 
 
 def nudged(model: Model) -> Model:
-    """A model with nothing null: what its effects read then shows."""
+    """Return the model with every parameter raised by a thousandth of its usual size, so that no effect is null."""
     return model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
 
 
 def _turned(displacement: Array | None, n: int) -> Array:
-    """(n, 3, 3) what a change of a displacement's rotation vector turns, in the axes before the rotation."""
+    """Return (n, 3, 3) the rotation per change of a displacement's rotation vector, in the axes before it; None is
+    zero.
+    """
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     return left_jacobian(np.broadcast_to(vector, (n, 3)))

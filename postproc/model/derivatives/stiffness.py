@@ -57,7 +57,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
 
 
 def inertia(rest: Equilibrium, at: RestingArm) -> Array:
-    """Inertia of links and payload by the coordinates of the arm, (n, m, m), m = 6 or 48."""
+    """Return the mass matrix (n, m, m) of links and payload (a point mass) in the coordinates of the arm."""
     M = at.bodies.inertia(at.coordinates)
     state = rest.state
     if state.payload_mass is None:
