@@ -100,9 +100,7 @@ def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
 
 
 def _key(move: Index, u: Array) -> Array:
-    """Return (n,) numbers 2 move + u, which ascend along a path and separate a move's goal from the next one's
-    start.
-    """
+    """Return (n,) numbers 2 move + u, which ascend along a path; the goal of a move differs from the next start."""
     return np.asarray(2.0 * move + u)
 
 
@@ -141,9 +139,7 @@ def _interpolated(at: Array, values: Array, place: Array) -> Array:
 
 
 def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts, q: Array) -> Array:
-    """Return the motor torques (n, 6) [N m] of the rigid arm: links, payload, sustained acceleration and process
-    force.
-    """
+    """Return the motor torques (n, 6) [N m] of the rigid arm: links, payload, lasting acceleration and force."""
     rigid, motion = model.with_effects(), plan.motion
     timeline, moves = motion.timeline, motion.moves
     torque = np.empty((len(q), 6))

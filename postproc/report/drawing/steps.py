@@ -73,9 +73,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
 
 
 def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
-    """Return the forces of these effects on bodies, each with its body and encoded wrench (k, 6) about the base
-    origin.
-    """
+    """Return the forces of these effects on bodies, each with body and encoded wrench (k, 6) about the base origin."""
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
     every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
@@ -109,9 +107,7 @@ def _chosen(fit: Fit) -> Array:
 
 
 def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
-    """Return measured minus predicted position (k, 3) [m] and the predicted TCP (k, 3) [m] of rows, both in base
-    axes.
-    """
+    """Return measured minus predicted position (k, 3) [m] and the predicted TCP (k, 3) [m], both in base axes."""
     error = np.nan_to_num(fit.position_error[rows])
     rest = fit.problem.rest
     error = np.einsum("nji,nj->ni", rest.R_instrument_base[rows], error)
