@@ -63,7 +63,7 @@ class RunTimeTables:
     pulls: tuple[Pull, ...] = ()
 
     def plus(self, other: RunTimeTables) -> RunTimeTables:
-        """The sum of both."""
+        """Return the sum of two effects' tables."""
 
         def both(a: Any, b: Any) -> Any:
             if isinstance(a, Mapping):

@@ -24,11 +24,15 @@ LEFT_OPEN = "Required figures are filled in by hand where the contract states th
 
 
 def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
-    """The certificate for a corrected program: a row for each seam with its tolerance, kept or not.
+    """Describe a corrected program as a certificate to sign: a row for each seam, whose tolerance is kept or not.
 
-    It is kept by a program that was written, of which everything that welds was corrected and keeps its tolerance in
-    the proof; without welds everything along lines and arcs. On the arm that is shown where a fitted model is sure
-    enough. What is accepted, people sign.
+    The verdict is "kept" if the program was written, everything that welds was corrected, and each seam keeps its
+    tolerance in the proof; without welds, if everything along lines and arcs does. It counts for the real arm only
+    where
+    a fitted model is accurate enough.
+
+    Args:
+        name: of the program. made: model, loads and choices by label.
     """
     document, made = plain(found.report), made or {}
     facts = [("program", name)]
@@ -133,9 +137,7 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
 
 
 def _seam(seam: Values, tolerance: float) -> Row:
-    """Return the row of a seam; its tolerance is kept if it was measured, is within it, and no statement was left
-    out.
-    """
+    """Return the row of a seam: its tolerance is kept if it was measured, is within it, and nothing was left out."""
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"

@@ -192,9 +192,7 @@ def shown_on_the_arm(document: Values, tolerance_mm: float) -> bool:
 
 
 def elsewhere(document: Values) -> list[str]:
-    """List deviations above the tolerance away from steady speed: while the speed changes, where the correction
-    jumps.
-    """
+    """List deviations above the tolerance outside of steady speed: at speed changes and jumps of the correction."""
     places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
     return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 

@@ -296,9 +296,7 @@ def curve_text(curve: JointCurve) -> str:
 
 
 def _remaining(d: Diagnosis) -> Section:
-    """Return the section with the patterns that no effect explains; with missing effects, the chart of the
-    strongest.
-    """
+    """Return the section with the patterns that no effect explains, with a chart of the strongest."""
     drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
     return Section("What remains follows", [drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
 
@@ -313,9 +311,7 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
 
 
 def _held_out(asked: Intervention) -> Section:
-    """Return the section on how levels of a channel are predicted that were not fitted, and which effects fail
-    there.
-    """
+    """Return the section on how held-out levels of a channel are predicted, and which effects fail there."""
     rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in asked.levels]
     columns = (asked.channel, "rows", f"as it came [{asked.unit}]", f"with what was found [{asked.unit}]")
     doubtful = [(key, asked.fails(key)) for key in asked.levels[0].without]

@@ -132,8 +132,9 @@ def _extent(d: Diagnosis, s: Suspect) -> str:
 
 
 def of_little_worth(d: Diagnosis) -> list[str]:
-    """Return keys of missing effects that are significant but lower the error by less than 2 %; none if something
-    remains.
+    """Return keys of missing effects that are significant but lower the error by less than 2 %.
+
+    Empty where the verdict is "unknown".
     """
     if d.verdict == "unknown":
         return []

@@ -25,7 +25,12 @@ class EffectFailure(Exception):
 
 
 def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnostic:
-    """EFF005 at the line of an effect's file that an error comes from; EFF010 where it wrote into the state."""
+    """Return the diagnostic of an exception in an effect: EFF010 where it wrote into the state, else EFF005 at its
+    line.
+
+    Args:
+        member: name of the method that was called.
+    """
     line = line_of(error, inspect.getsourcefile(cls) or "")
     if isinstance(error, ValueError) and "read-only" in str(error):
         help_ = "work on a copy: q = state.q.copy()"
@@ -35,7 +40,7 @@ def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnos
 
 
 def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
-    """What may help, the most likely first."""
+    """Yield texts on what may help, the most likely first."""
     text = str(error)
     if isinstance(error, KeyError) and error.args:
         yield f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'
