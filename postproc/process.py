@@ -25,7 +25,7 @@ def seldom_collecting() -> Iterator[None]:
 
 
 def load_scipy() -> None:
-    """Load scipy without a Fortran compiler and tools for tests: a twentieth of a second.
+    """Import scipy without the parts of numpy for Fortran and tests, which saves a twentieth of a second.
 
     scipy takes over all names of numpy (`from numpy import *`), and numpy loads these two parts when they are asked
     for. Whoever asks for them later gets them as always.

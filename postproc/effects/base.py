@@ -288,9 +288,7 @@ class Effect:
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Return (p,) which parameters no arm can have beside other effects (by key); a diagnosis holds them at
-        null.
-        """
+        """Return (p,) which parameters no arm can have beside other effects (by key); a diagnosis keeps them null."""
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod

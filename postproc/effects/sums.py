@@ -31,7 +31,5 @@ class SumOfTerms(Effect, ABC):
         return np.ones(len(terms), dtype=bool)
 
     def generalised(self) -> Sequence[tuple[Self | None, str]]:
-        """Return parts of it to keep (None: nothing), each with the key of a free function that may replace the
-        rest.
-        """
+        """Return parts to keep (None: nothing), each with the key of a free function that may replace the rest."""
         return ()
