@@ -222,8 +222,8 @@ def _move(
 ) -> tuple[_Task, list[Diagnostic]]:
     """Plan the motion of the program, with the model as far as it holds for these events.
 
-    With correction on the controller, values that another task or run sets, and targets out of reach, are taken as
-    unknown. The motion is planned again without the targets that the arm cannot run, if the rest may be corrected.
+    With correction on the controller, targets out of reach and values left by an earlier run are taken as unknown. The
+    motion is planned again without the targets that the arm cannot run, if the rest may be corrected.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)

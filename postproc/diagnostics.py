@@ -50,7 +50,7 @@ class Source:
     Args:
         path: name shown to the user.
         data: the bytes of the file.
-        lent: it is read along with others for what it declares and defines, and never changed.
+        read_only: it is read along with others for what it declares and defines, and never changed.
     """
 
     path: str
@@ -78,9 +78,7 @@ class Source:
 
     @cached_property
     def _characters(self) -> list[int]:
-        """Numbers of characters before every block of ``_BLOCK`` bytes, so that columns in long lines are found
-        fast.
-        """
+        """Numbers of characters before every block of ``_BLOCK`` bytes, for fast positions in long lines."""
         parts = (self.data[at : at + _BLOCK] for at in range(0, len(self.data), _BLOCK))
         return [0, *accumulate(len(self._begun(part)) for part in parts)]
 

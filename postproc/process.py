@@ -15,7 +15,9 @@ SPARED = ("f2py", "testing")
 
 @contextmanager
 def seldom_collecting() -> Iterator[None]:
-    """Python looks for garbage by the thresholds of ``COLLECT``, afterwards by those that were in force."""
+    """Set the thresholds of Python's garbage collection to ``COLLECT`` in a ``with`` block, and restore them after
+    it.
+    """
     before = gc.get_threshold()
     gc.set_threshold(*COLLECT)
     try:

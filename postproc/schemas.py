@@ -42,9 +42,7 @@ class _DescribedSchema(GenerateJsonSchema):
     """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
 
     def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
-        """Return the schema of a table, with descriptions of its keys from the ``Args`` of its class and base
-        classes.
-        """
+        """Return the schema of a table, with descriptions of its keys from the ``Args`` of its class and bases."""
         part = super().model_schema(schema)
         cls: type[BaseModel] = schema["cls"]
         said = [parse(base.__doc__ or "") for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]

@@ -105,9 +105,7 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
 
 
 def _error_span(source: Source, message: str) -> Span:
-    """Return the byte span of the place that a parser's message names, by line and column; the end of the file
-    without.
-    """
+    """Return the byte span of the line and column that a parser's message names; without, the end of the file."""
     found = re.search(r"at line (\d+), column (\d+)", message)
     if not found:
         return len(source.data), len(source.data)
@@ -117,9 +115,7 @@ def _error_span(source: Source, message: str) -> Span:
 
 @lru_cache(maxsize=8)
 def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
-    """Return by path the spans, in characters, of every key and of its value; entries of [[tables]] have their
-    number.
-    """
+    """Return by path the spans, in characters, of every key and its value; entries of [[tables]] have a number."""
     places: dict[Keys, tuple[Span, Span]] = {}
     prefix: Keys = ()
     counts: dict[Keys, int] = {}
@@ -174,9 +170,7 @@ def _value_end(text: str, start: int) -> int:
 
 
 def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
-    """Return the byte span of a key, or of its value, or of the innermost part of its path in the file; None for
-    none.
-    """
+    """Return the byte span of a key, or of its value, or of the innermost part of its path that is in the file."""
     text = source.data.decode("utf-8", "replace")
     places = locate(text)
     for length in range(len(keys), 0, -1):

@@ -119,7 +119,7 @@ def with_arm(settings: Settings, task: Task, bare: bool = False) -> Settings:
 
 
 def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
-    """Yield the files below a folder by relative path, following links; without the output folder and version control.
+    """Yield the files below a folder by relative path, following links; without outputs, version control and settings.
 
     Raises:
         PostprocError: BAT002, a folder cannot be read: what is in it must not count as gone.

@@ -54,6 +54,7 @@ def local_pool(workers: int) -> Pool:
     """Return a pool of local processes, started afresh since threads of linear algebra do not survive a fork."""
 
     def make(count: int) -> Executor:
+        """Start this many worker processes."""
         return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker)
 
     return Pool(make, workers)

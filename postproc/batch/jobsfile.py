@@ -181,6 +181,7 @@ def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[
     """Return tasks and copies with the folder put before their names."""
 
     def moved(names: Iterable[str]) -> tuple[str, ...]:
+        """Return names with the folder before them."""
         return tuple((folder / name).as_posix() for name in names)
 
     renamed = [

@@ -81,6 +81,7 @@ class _Work:
     """How far a long work is: what is done, its share, and since when."""
 
     def __init__(self, what: str, lines: int) -> None:
+        """Start the clock of a work with this name and number of lines."""
         self.what, self.lines = what, lines
         self.begun = self.told = time.monotonic()
         self.step, self.share = "", 0.0
@@ -118,6 +119,7 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
     terminal, done, work = sys.stderr.isatty(), threading.Event(), _Work(what, lines)
 
     def tell() -> None:
+        """Print the progress until the work is done."""
         pause = 1.0 if terminal else 10.0
         while not done.wait(pause):
             line = work.line(time.monotonic())

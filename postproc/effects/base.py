@@ -258,7 +258,7 @@ class Effect:
 
     @cached_property
     def layout(self) -> Layout:
-        """What is declared for every entry of the vector."""
+        """Bounds, sizes and null values as declared, for every entry of the vector."""
         return layout_of(type(self), tuple(map(self.shape, self.parameters())))  # type: ignore[arg-type]
 
     def bounds(self) -> tuple[Array, Array]:

@@ -108,7 +108,7 @@ def unit_suffix(unit: str) -> str:
 
 
 def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
-    """Spread one number, or numbers along the last axis, over a parameter's shape."""
+    """Return one number, or numbers along the last axis, spread over a parameter's shape."""
     array = np.asarray(value, dtype=float)
     return array if array.shape == shape else np.full(shape, array)
 
@@ -119,6 +119,7 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
     declared = effect.parameters().values()
 
     def spread(values: Iterable[Number]) -> Array:
+        """Return one value a parameter, spread over all its entries, as a read-only vector (p,)."""
         parts = [broadcast(value, shape).ravel() for value, shape in zip(values, shapes, strict=True)]
         whole = np.concatenate([np.zeros(0), *parts])
         whole.setflags(write=False)

@@ -66,6 +66,7 @@ class RunTimeTables:
         """Return the sum of two effects' tables."""
 
         def both(a: Any, b: Any) -> Any:
+            """Add two numbers or arrays; of mappings, join the tuples of each key."""
             if isinstance(a, Mapping):
                 return {key: a.get(key, ()) + b.get(key, ()) for key in {**a, **b}}
             return a + b

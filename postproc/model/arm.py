@@ -83,7 +83,7 @@ class Model:
 
     @property
     def elastic(self) -> Multibody:
-        """The six joints and a virtual spring at the far end of each of the seven bodies."""
+        """Rigid-body model of the six joints, with a virtual spring at the far end of each of the seven bodies."""
         return self.multibody(ALL_BODIES)
 
     def standing(self, station: Station) -> Model:

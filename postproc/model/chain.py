@@ -133,7 +133,7 @@ def point_jacobian(along: Directions, point: Array) -> Array:
 
 
 def spread(along: Directions, forces: Array) -> Array:
-    """Generalised forces J^T w of wrenches, (n, m).
+    """Return the generalised forces J^T w (n, m) of wrenches w on the bodies.
 
     Args:
         forces: (n, 8, 6) force [N] and moment about the base origin [N m] on each body and the flange.

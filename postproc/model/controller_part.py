@@ -25,7 +25,7 @@ _PROBE = np.array([[0.3, -0.4, 0.5, 0.6, 0.7, -0.8], [-0.9, 0.2, -0.3, -0.5, 1.1
 
 
 def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
-    """The parts, each once.
+    """Return the names of corrected parts in the order of `PARTS`, each once.
 
     Raises:
         PostprocError: MOD012, one of them does not exist, or stands without the one that it needs.
@@ -41,14 +41,16 @@ def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
-    """The model of an arm whose controller corrects some parts of it by itself.
+    """Return the model of an arm whose controller corrects these parts of it by itself.
 
-    Of the effects the controller has, for ``geometry``, those that displace joints or bodies by the same in every
-    posture; for a load, all springs, and torques on joints alone (a balancer) with the weight. Forces that effects add
-    (cables, a payload that is not as stated) it does not know.
+    The controller is taken to correct, for ``geometry``, effects that displace joints or bodies equally in every
+    posture;
+    for a load, all springs; with ``gravity``, also torques that act on joints alone (a balancer). It knows no forces
+    that
+    effects add (cables, a payload that is not as stated).
 
     Raises:
-        PostprocError: MOD012, see ``check_parts``.
+        PostprocError: MOD012, as in ``check_parts``.
     """
     parts = check_parts(parts)
     if not parts:

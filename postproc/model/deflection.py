@@ -76,6 +76,6 @@ def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
 
 
 def tcp(chain: Chain, state: State, deflection: Deflection) -> Array:
-    """Real TCP in the base frame, flange times nominal tool times tool displacement, (n, 4, 4)."""
+    """Return the real TCP in the base frame, (n, 4, 4): flange times nominal tool times tool displacement."""
     T: Array = chain.T_base_flange @ state.T_flange_tcp
     return T if deflection.tool is None else T @ displace(deflection.tool)

@@ -36,7 +36,7 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
 
 
 def flange_mass(model: Model, state: State) -> Array:
-    """(n,) mass of the last body and all that hangs on it [kg]: its own, the stated payload, and what effects add.
+    """Return (n,) the mass [kg] of the last body and all that hangs on it: its own, the stated payload, and of effects.
 
     Of an effect counts what changes with gravity, F(g) - F(0) = m g: the pull of a hose is no weight.
     """

@@ -74,8 +74,9 @@ class Equilibrium:
 def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled: float = SETTLED) -> Equilibrium:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
 
-    Where a law is steep or jumps at a load, sweeps swing from one side to the other; the arm then rests on the edge,
-    at the load where it jumps (Filippov 1988), which steps find that halve at every turn.
+    Where an effect is steep or jumps at a load, sweeps alternate between both sides; the arm then rests at the load
+    where
+    it jumps (Filippov 1988). From the eighth sweep on, steps that turn back are halved, which finds it.
 
     Args:
         also: bodies whose loads are wanted beside those that the effects move or read.
@@ -132,7 +133,11 @@ def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int,
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4); ``settled`` as in `equilibrium`."""
+    """Return the real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4).
+
+    Args:
+        settled: [m] what a further sweep of `equilibrium` may still move.
+    """
     result = np.empty((len(state), 4, 4))
     # Batches that stay in the processor's cache are faster.
     for rows in blocks(len(state), BATCH):

@@ -77,6 +77,7 @@ def applied(model: Model, state: State, chain: Chain, deflection: Deflection) ->
     torques = np.zeros((n, 6))
 
     def add(body: int, wrench: Array) -> None:
+        """Add a wrench (n, 6) to those on a body."""
         nonlocal forces
         if forces is None:
             forces = np.zeros((n, 8, 6))

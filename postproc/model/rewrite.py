@@ -52,6 +52,7 @@ def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
     from scipy.spatial.transform import Rotation
 
     def angles(table: str, R: Array) -> list[float]:
+        """Return roll, pitch, yaw [deg] of R; those of the table, if they mean the same rotation."""
         before: list[float] = list(_unwrapped(document.get(table, {})).get("rpy_deg", [0.0, 0.0, 0.0]))
         if np.allclose(rpy(np.radians(np.array(before, float))), R, atol=1e-12):
             return before

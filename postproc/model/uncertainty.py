@@ -44,9 +44,9 @@ class Uncertainty:
 
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
-    """Keys of the table [fit] of a model file.
+    """Return the keys of the table [fit] of a model file that state a fit's uncertainty.
 
-    ``parameters`` by name, ``covariance``, ``not_identifiable``, which are those held, ``unseen`` directions over both,
+    ``parameters`` by name, their ``covariance``, ``not_identifiable`` parameters, ``unseen`` directions over both, and
     ``unexplained_mm``. Of the covariance the lower triangle is written, a line of numbers for each row: lists of a
     million numbers would cost minutes.
     """
@@ -86,15 +86,16 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Covariance of the predicted TCP position, D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T, (n, 3, 3) [m^2].
+    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP: D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T.
 
-    D are the pose derivatives, B the directions in which parameters may be off unseen: there the instrument's frame
-    counts, too, since what it took on is what they may be off.
-
-    Beyond what a free function has learned, D is that of the function without that limit: there P holds what it may
-    be by its prior. The prediction keeps the value at the limit, and m is how far that is from the function's own.
-    For each edge of a drafted law (a structural number, that no row tells closer than from one bound to the other) e
-    is half of what the pose would move by between the two: half of the step for poses that lie between them.
+    D are the derivatives of the position by the parameters, P their covariance, u the unexplained error, and B
+    directions
+    in which the data leaves parameters open; for B parameters of the instrument's frame always count, as they absorb
+    errors of others.
+    Beyond the range of data of a free function, D is that of the function without its limit, where P has its prior. The
+    prediction keeps the value at the limit, and m is how far that is from the function's own.
+    For each edge in an effect that was composed from data (a structural number, which no row tells closer than its two
+    bounds) e is half of the change of the position between the bounds.
 
     Args:
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
@@ -154,9 +155,12 @@ def derivatives(
 
 
 def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
-    """Standard deviation of the predicted position per axis (root mean square over the axes), (n,) [m].
+    """Return the standard deviation of the predicted position per axis (root mean square over the axes), (n,) [m].
 
     NaN where the model file has no covariance.
+
+    Args:
+        instrument: as an instrument sees it; else in the base frame.
     """
     known = read_uncertainty(model)
     if known is None:

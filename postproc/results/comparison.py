@@ -94,7 +94,7 @@ def comparison_document(name: str, found: Comparison) -> Document:
 
 
 def comparison_values(found: Comparison) -> Values:
-    """``postproc/compare/1``; keys of figures end in the unit of what was observed."""
+    """Return the ``postproc/compare/1`` document; keys of figures end in the unit of what was observed."""
     data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
     far = sizes(found.fit.observed_error, kind) * 1e3

@@ -105,7 +105,7 @@ def _known(value: float | None) -> float | None:
 
 
 def diagnosis_values(d: Diagnosis) -> Values:
-    """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
+    """Return the ``postproc/diagnose/1`` document; keys of figures hold the unit of what was observed."""
     key = d.base.observed.key
     return {
         "schema": "postproc/diagnose/1",
@@ -255,9 +255,11 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
 
     def distances() -> list[str]:
+        """Return the chart of the share of poses over their distance."""
         return [distance_chart(d.final, floor, held_out=True)]
 
     def without_laws() -> list[str]:
+        """Return the chart of the strongest pattern, if no effect's curve can be drawn in its place."""
         laws = any(step["laws"] for step in steps()["steps"])
         return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
 

@@ -134,7 +134,7 @@ def noise_values(fit: Fit) -> Values:
 
 
 def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
-    """[value, standard deviation] of every parameter of an effect; no deviation where it was not fitted."""
+    """Return by parameter of an effect [value, standard deviation] of each entry; None where it was not fitted."""
     effect = fit.model.effect(key)
     if effect is None:
         return {}

@@ -155,7 +155,7 @@ class RobotFile(FileTable):
 
 
 def list_robots() -> list[str]:
-    """Names of the robots in the library, sorted."""
+    """Return the names of the robots in the library, sorted."""
     return sorted(path.stem for path in ARMS.glob("*.toml"))
 
 
@@ -288,7 +288,7 @@ def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
 
 
 def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> tuple[Array, Array]:
-    """Link transforms (7, 4, 4) and axes (6, 3) of a standard Denavit-Hartenberg table.
+    """Return link transforms (7, 4, 4) [m] and axes (6, 3) of a standard Denavit-Hartenberg table, (6,) a column.
 
     T_i = Rot_z(theta_i + offset_i) Trans_z(d_i) Trans_x(a_i) Rot_x(alpha_i) (seed paper, Eq. 2b corrected).
     """

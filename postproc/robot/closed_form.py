@@ -43,6 +43,7 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
     poses = RigidTransform.from_matrix(np.where(finite[:, None, None], poses, np.eye(4))).as_matrix()
 
     def solve(T: Array) -> Array:
+        """Return the solutions (n, 8, 6) of poses (n, 4, 4), without limits."""
         # Limits that nothing meets: skips the singular values that reach() would compute, four times faster.
         reach = solver.reach(RigidTransform.from_matrix(T), joint_limits=np.tile([10.0, 11.0], (6, 1)))
         return np.array(reach.joints)

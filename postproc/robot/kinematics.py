@@ -13,7 +13,7 @@ BLOCK = 5000  # poses whose bodies are held at a time: long programs need little
 
 
 def skew(vector: Array) -> Array:
-    """Cross-product matrices, (..., 3) -> (..., 3, 3)."""
+    """Return cross-product matrices of vectors, (..., 3) -> (..., 3, 3)."""
     vector = np.asarray(vector, dtype=float)
     S = np.zeros((*vector.shape, 3))
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
@@ -116,7 +116,7 @@ def forward(robot: Robot, q: Array) -> Array:
 
 
 def jacobian(robot: Robot, q: Array, T_flange_tcp: Array | None = None) -> Array:
-    """Geometric Jacobian of the flange (of the TCP, if a tool is given) in base axes, (n, 6, 6).
+    """Return the geometric Jacobian (n, 6, 6) of the flange (of the TCP, if a tool is given) in base axes.
 
     Column j is [z_j x (p - p_j); z_j] (seed paper, Sec. 2.2): linear part first, [m/rad] and [rad/rad].
     """

@@ -57,7 +57,7 @@ def left_jacobian(vector: Array) -> Array:
 
 
 def rotation_vectors(R: Array) -> Array:
-    """(n, 3) rotation vectors of (n, 3, 3) rotations; NaN rows stay NaN."""
+    """Return the rotation vectors (n, 3) [rad] of rotations (n, 3, 3); NaN rows stay NaN."""
     result = np.full((len(R), 3), np.nan)
     good = np.isfinite(R).all(axis=(1, 2))
     if good.any():

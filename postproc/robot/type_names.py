@@ -90,6 +90,7 @@ def nearest_names(type_: str, count: int = 3) -> list[str]:
     wanted, model = _bare(type_), _model(type_)
 
     def likeness(name: str) -> float:
+        """Return the likeness, 0 to 1, of the wanted type to the most similar one of an arm."""
         return max(SequenceMatcher(None, wanted, _bare(known)).ratio() for known in _library()[name])
 
     of_model = [name for name, types in _library().items() if model in (None, *map(_model, types))]

@@ -106,6 +106,7 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
     step, rounded = np.pi / 4, set()
 
     def written(found: re.Match[str]) -> str:
+        """Return a match of an ``rpy`` attribute with its angles written in full."""
         words = found[3].split()
         for i, word in enumerate(words):
             try:

@@ -86,7 +86,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
 
 
 def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnostic]:
-    """EFF016 where a parameter's bounds, null value and typical size do not go together."""
+    """Yield EFF016 where a parameter's bounds, null value and typical size are inconsistent."""
     message = ""
     try:
         low, high, null, typical = (0.0 + np.asarray(x) for x in (meta.low, meta.high, meta.null, meta.typical))

@@ -20,6 +20,7 @@ class EffectFailure(Exception):
     """An effect cannot be used, for the reason that its diagnostic tells."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
+        """Keep the diagnostic that says why."""
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
 

@@ -80,7 +80,7 @@ class Sensitivity:
 
     @property
     def state(self) -> State:
-        """The states with poses and loads filled in."""
+        """The states with poses of bodies and all loads."""
         return self.loaded.every
 
     def seen_by(self, effect: Effect) -> State:
@@ -89,9 +89,12 @@ class Sensitivity:
         return self.loaded.own if mine else self.loaded.every
 
     def by_parameter(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """(n, 6, p) derivative of the pose by the free parameters of an effect, at their present values.
+        """Return the derivative (n, 6, p) of the pose by the free parameters of an effect, at their present values.
 
         Linear amplitudes are exact; others are central differences over a thousandth of the ordinary size.
+
+        Args:
+            free: mask over the effect's vector, with p times True.
         """
         index, state = np.flatnonzero(free), self.seen_by(effect)
         basis = None if effect.missing(state) else effect.basis(state)
@@ -110,7 +113,11 @@ class Sensitivity:
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
-        """(n, 6) change of the pose by a small displacement of some places."""
+        """Return the change (n, 6) of the pose by a small displacement of some places.
+
+        Args:
+            moved: (n, 6) or (6,) displacement [rad or m] by first column of its place.
+        """
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
             there = self.matrix[:, :, at : at + 6]
@@ -128,6 +135,7 @@ class Sensitivity:
         loads = type(effect).load is not Effect.load
 
         def answer(values: Array) -> tuple[dict[int, Array], dict[int, Array]]:
+            """Return displacement and load of the effect with these parameters, by first column of the place."""
             moved = effect.with_vector(values)
             return placed(displacement_of(moved, state)), carried(load_of(moved, state)) if loads else {}
 

@@ -183,6 +183,7 @@ def _curve(
     swept = _swept(state.rows(np.tile(rows, len(at))), channel, np.repeat(at, len(rows)))
 
     def law(e: Effect) -> Array:
+        """Return what an effect with these parameters does (k,) at each value of the channel, averaged over rows."""
         return np.asarray(seen(e, swept).reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()

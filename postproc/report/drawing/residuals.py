@@ -66,6 +66,7 @@ def channel_sections(
 
     @cache
     def charts() -> tuple[list[str], list[str]]:
+        """Return the charts of the first section and of the second."""
         trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
         draw = _Charts.of(fit)
         out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
@@ -81,11 +82,16 @@ def channel_sections(
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
-    """The error of the suspect's place over its channel, without the share that the fit has taken on.
+    """Return a chart of the error at the suspect's place over its channel, with the share that fitted parameters
+    absorbed.
 
     Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
-    parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for what
-    has several sizes, or neither turns nor shifts.
+    parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for a
+    pattern
+    of several sizes, or a place that neither turns nor shifts.
+
+    Args:
+        noise: standard deviation per axis [m], [rad], or None.
     """
     named, ours = fit_channels(fit), _moves(suspect.where)
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:

@@ -16,6 +16,7 @@ class ChartAxes:
     """Axes of a chart: from values to places on the page."""
 
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:
+        """Set the ranges of x and y and the size of the image [pixels]; a title takes 16 pixels at the top."""
         self.range_x, self.range_y, self.size, self.title = x, y, size, title
         self.left, self.top = 56, 26 if title else 10
         self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40

@@ -33,7 +33,10 @@ CARRIED = ("TRACK", "EXT_LIN")
 
 
 def read_cell(backup: Backup) -> Cell:
-    """Units, arms and tasks of a controller; what is not understood is a finding (KIN014, KIN015), never a guess."""
+    """Build the units, arms and tasks of a controller's configuration.
+
+    What is not understood becomes a finding of the cell (KIN014, KIN015), and is never guessed.
+    """
     motion = backup.motion
     units = {unit.name.lower(): unit for unit in _units(motion)}
     names = {alias.lower(): name for alias, name in _aliases(motion)}
@@ -62,7 +65,7 @@ def _named(alias: str | None, names: dict[str, str]) -> str | None:
 
 
 def _units(motion: Entries) -> Iterator[Unit]:
-    """Mechanical units; in a fragment without MECHANICAL_UNIT each SINGLE and GEN_KIN chain is one."""
+    """Yield the mechanical units; without MECHANICAL_UNIT in a fragment, each SINGLE and each GEN_KIN chain is one."""
     singles, robots = (by_name(motion, kind) for kind in ("SINGLE", "ROBOT"))
     arms = {e["name"].lower() for e in arm_entries(motion) if "name" in e}
     listed = motion.get("MECHANICAL_UNIT", [])
@@ -244,7 +247,7 @@ def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Ent
 
 
 def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
-    """KIN015 where mounting angle and base frame say different things, or the angle is not understood."""
+    """Yield KIN015 where mounting angle and base frame disagree, or the angle is not understood."""
     arm = cell.arms.get(entry.get("name", "").lower())
     if arm is None:
         return
