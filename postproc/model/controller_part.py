@@ -44,10 +44,8 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
     """Return the model of an arm whose controller corrects these parts of it by itself.
 
     The controller is taken to correct, for ``geometry``, effects that displace joints or bodies equally in every
-    posture;
-    for a load, all springs; with ``gravity``, also torques that act on joints alone (a balancer). It knows no forces
-    that
-    effects add (cables, a payload that is not as stated).
+    posture; for a load, all springs; with ``gravity``, also torques that act on joints alone (a balancer). It knows no
+    forces that effects add (cables, a payload that is not as stated).
 
     Raises:
         PostprocError: MOD012, as in ``check_parts``.

@@ -75,8 +75,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
 
     Where an effect is steep or jumps at a load, sweeps alternate between both sides; the arm then rests at the load
-    where
-    it jumps (Filippov 1988). From the eighth sweep on, steps that turn back are halved, which finds it.
+    where it jumps (Filippov 1988). From the eighth sweep on, steps that turn back are halved, which finds it.
 
     Args:
         also: bodies whose loads are wanted beside those that the effects move or read.
@@ -153,9 +152,9 @@ def carries_load(model: Model) -> bool:
 def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     """Return the bodies whose far ends an effect moves or whose load it reads, ascending.
 
-    Effects are evaluated at one state with NaN as the load of one body after another: NaN in the result shows that
-    it is
-    read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all bodies.
+    Effects are evaluated at one state with NaN as the load of one body after another: NaN in the result shows that it
+    is read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all
+    bodies.
     """
     asked: list[str] = []
 

@@ -16,8 +16,7 @@ def with_axes(station: Station, state: State, positions: Array) -> State:
     """Return the states with external axes at these positions (n, 6) [m], [rad].
 
     Sets ``T_reference_base``: measured points are in the frame of the unit that carries work, else in the world.
-    Gravity
-    is set by row where a turning axis carries the arm.
+    Gravity is set by row where a turning axis carries the arm.
     """
     unit, gravity = station.work, station.gravity(positions)
     state = state.with_(external_axes=positions)

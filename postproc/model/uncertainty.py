@@ -89,13 +89,11 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     """Return the covariance (n, 3, 3) [m^2] of the predicted TCP: D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T.
 
     D are the derivatives of the position by the parameters, P their covariance, u the unexplained error, and B
-    directions
-    in which the data leaves parameters open; for B parameters of the instrument's frame always count, as they absorb
-    errors of others.
-    Beyond the range of data of a free function, D is that of the function without its limit, where P has its prior. The
-    prediction keeps the value at the limit, and m is how far that is from the function's own.
-    For each edge in an effect that was composed from data (a structural number, which no row tells closer than its two
-    bounds) e is half of the change of the position between the bounds.
+    directions in which the data leaves parameters open; for B parameters of the instrument's frame always count, as
+    they absorb errors of others. Beyond the range of data of a free function, D is that of the function without its
+    limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from the
+    function's own. For each edge in an effect that was composed from data (a structural number, which no row tells
+    closer than its two bounds) e is half of the change of the position between the bounds.
 
     Args:
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.

@@ -28,8 +28,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
 
     The verdict is "kept" if the program was written, everything that welds was corrected, and each seam keeps its
     tolerance in the proof; without welds, if everything along lines and arcs does. It counts for the real arm only
-    where
-    a fitted model is accurate enough.
+    where a fitted model is accurate enough.
 
     Args:
         name: of the program. made: model, loads and choices by label.

@@ -101,9 +101,8 @@ def _would_tell(d: Diagnosis) -> str:
 def to_record(d: Diagnosis) -> list[str]:
     """Return the columns that the table lacks, where the patterns explain less than 90 % of what is above the noise.
 
-    The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks
-    like a
-    function of other columns, which explains some of it.
+    The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
+    a function of other columns, which explains some of it.
     """
     if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= WHOLE:
         return []

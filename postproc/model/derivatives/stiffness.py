@@ -27,9 +27,8 @@ def tcp_compliance(model: Model, state: State) -> Array:
 def stiffness(model: Model, state: State) -> Array:
     """Return the stiffness at the TCP in base axes, K = (J (K_theta - K_E)^-1 J^T)^-1 (seed paper, Eq. 22), (n, 6, 6).
 
-    Units are N/m to N m/rad; force before moment, translation before rotation. All entries are infinite at poses
-    that are
-    rigid in some direction: singular arms, rigid models.
+    Units are N/m to N m/rad; force before moment, translation before rotation. All entries are infinite at poses that
+    are rigid in some direction: singular arms, rigid models.
     """
     S = tcp_compliance(model, state)
     K = np.full_like(S, np.inf)

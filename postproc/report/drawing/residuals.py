@@ -87,8 +87,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
 
     Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
     parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for a
-    pattern
-    of several sizes, or a place that neither turns nor shifts.
+    pattern of several sizes, or a place that neither turns nor shifts.
 
     Args:
         noise: standard deviation per axis [m], [rad], or None.

@@ -128,8 +128,7 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
     zero.
 
     Left out: an axis that follows another one of its unit, and units whose motion is not known. A unit that only
-    follows
-    another one carries nothing.
+    follows another one carries nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
     arm, found = set(station.cell.below(station.cell_arm.unit)), list[dict[str, Any]]()

@@ -95,8 +95,7 @@ class Station:
         """Return by axis the frames T_base_axis (n, 4, 4) right before and right after its motion, at positions (n, 6).
 
         They are those of a model file: a slide goes along x, a turn about z. A controller's joint that moves another
-        way is
-        turned there by the smallest rotation, in the axes of the base with all axes at zero.
+        way is turned there by the smallest rotation, in the axes of the base with all axes at zero.
         """
         at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
         for axis, frames in self._joint_frames(positions).items():
