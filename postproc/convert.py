@@ -244,7 +244,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Return the events without targets that cannot be run, and the findings in place of their errors; none if they
+    """Return the events without targets that cannot be run, and findings in place of their errors; none if they
     stay.
     """
     if options.run_time != "off":

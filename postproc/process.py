@@ -15,9 +15,7 @@ SPARED = ("f2py", "testing")
 
 @contextmanager
 def seldom_collecting() -> Iterator[None]:
-    """Set the thresholds of Python's garbage collection to ``COLLECT`` in a ``with`` block, and restore them
-    after it.
-    """
+    """Set the thresholds of garbage collection to ``COLLECT`` in a ``with`` block, and restore them after it."""
     before = gc.get_threshold()
     gc.set_threshold(*COLLECT)
     try:

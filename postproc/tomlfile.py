@@ -216,9 +216,7 @@ def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
 
 
 def _odd(value: Any) -> str:
-    """Say what is wrong with a number or a word, whatever it stands for: too large, or with the character 0; else
-    empty.
-    """
+    """Say what is wrong with any number or word: too large, or with the character 0; else empty."""
     if isinstance(value, str):
         return "no text holds the character 0" if "\0" in value else ""
     if not isinstance(value, int | float) or abs(value) <= LARGEST_NUMBER:  # NaN is in no order

@@ -36,9 +36,7 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
 
 
 def with_modules(data: bytes, modules: Iterable[tuple[str, str]]) -> bytes:
-    """Return the bytes of backinfo.txt with modules (task, path) added at the end of their task's list, if it lacks
-    them.
-    """
+    """Return the bytes of backinfo.txt with modules (task, path) added to their task's list, if it lacks them."""
     for task, module in modules:
         section = re.search(_TASK % re.escape(task.encode()), data)
         name = module.encode()

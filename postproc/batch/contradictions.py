@@ -26,8 +26,7 @@ PROCESS = ("force", "moment", "already")
 
 
 def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) -> list[Diagnostic]:
-    """Return BAT012, BAT019 and BAT020: what settings say against a controller or data sheet; errors for a settings
-    file.
+    """Return BAT012, BAT019 and BAT020: contradictions to controller or data sheet; errors for a settings file.
 
     Args:
         place: a file of the task, or its folder. robot: the arm of the settings' model.
@@ -44,8 +43,7 @@ def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) ->
 
 
 def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Diagnostic]:
-    """Return BAT012 where the model's arm is not that of the controller; an info where the controller's arm is not
-    known.
+    """Return BAT012 where the model's arm is not that of the controller; an info if the latter is not known.
 
     Args:
         inherited: keys that a settings file states; an arm or model from there makes it an error.

@@ -76,9 +76,7 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
 
 
 def task_around(module: Path) -> Task:
-    """Return the task of the controller's backup that a module belongs to, without its files; elsewhere a task of its
-    own.
-    """
+    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of its own."""
     here = module.absolute()
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
@@ -240,9 +238,7 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 
 
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
-    """Return a task with the arm and station it drives, if any; BAT013 is among its findings where the arm's place is
-    unknown.
-    """
+    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown."""
     if driven is None:
         return Task(name, tuple(files))
     from postproc.robot.cells.station import station_of

@@ -54,8 +54,7 @@ class Journal:
         return found
 
     def find(self, name: str, key: str) -> Line | None:
-        """Return the newest line about a task made from the same input, if its files are unchanged in the tree; else
-        None.
+        """Return the newest line of a task with this key, if its files are unchanged in the tree; else None.
 
         Args:
             key: hash of all that the result depends on.
@@ -83,9 +82,7 @@ class Journal:
         self.held.add((copied, name))
 
     def add(self, result: Result) -> Line:
-        """Write the files of a result, then its line; return the line, with BAT016 for each file that was edited by
-        hand.
-        """
+        """Write the files of a result, then its line; return it, with BAT016 for each file that was edited by hand."""
         edited = [d.as_json() for path, data in result.outputs.items() for d in self.put(path, data)]
         line = self.note(
             {
@@ -150,9 +147,7 @@ class Journal:
             yield Diagnostic("BAT016", "warning", text, help=help_)
 
     def write(self, path: str, data: bytes) -> None:
-        """Write a file of the tree atomically: under another name, forced to the disk, then renamed; BAT004 if that
-        fails.
-        """
+        """Write a file of the tree atomically: under another name, then renamed; BAT004 if that fails."""
         try:
             write_whole(self.root / path, data, _unfinished(self.root, self.part))
         except OSError as error:

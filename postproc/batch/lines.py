@@ -29,9 +29,7 @@ def encoded(line: Mapping[str, Any]) -> bytes:
 
 
 def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
-    """Yield the valid lines of a journal; appends BAT018 to ``findings`` with the number of lines no batch can have
-    written.
-    """
+    """Yield the valid lines of a journal; appends BAT018 to ``findings`` with the number of invalid lines."""
     odd = 0
     for text in read_file(path).split(b"\n"):
         try:

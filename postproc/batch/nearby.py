@@ -34,9 +34,7 @@ def help_nearby(name: str, module: Path) -> str | None:
 
 
 def _nearby(module: Path) -> Iterator[Path]:
-    """Yield modules beside a file, in the other folders of its task, and in other tasks of its backup, which share
-    data.
-    """
+    """Yield modules beside a file, in the other folders of its task, and in other tasks of its backup."""
     if not module.is_file():
         return
     backup = module.parent.name.lower() in PARTS

@@ -231,9 +231,7 @@ def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
 
 
 def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None, list[Job]]:
-    """Yield results from one executor until all jobs are done or a worker dies; returns the jobs that were lost with
-    it.
-    """
+    """Yield results from one executor until all jobs are done or a worker dies; returns the jobs lost with it."""
     executor = pool.make(pool.workers)
     running: dict[Future[Result], Job] = {}
     lost: list[Job] = []

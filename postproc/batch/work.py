@@ -33,9 +33,7 @@ def prepare_worker() -> None:
 
 
 def _follow_parent() -> None:
-    """Wait for the parent process to end, then exit: a killed parent closes no queue, and its workers would wait for
-    ever.
-    """
+    """Exit when the parent process has ended: a killed one closes no queue, and workers would wait for ever."""
     from multiprocessing import parent_process
 
     parent = parent_process()

@@ -164,17 +164,14 @@ class Effect:
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load | None:
-        """Return the loads of m effects that differ in parameters alone, (n, 6, m) each; None if `load` is to be called
-        for each.
+        """Return the loads of m effects that differ in parameters alone, (n, 6, m) each; None: call `load` for each.
 
         A search evaluates hundreds; an override must give what `load` gives.
         """
         return None
 
     def basis(self, state: State) -> JointBasis | None:
-        """Return columns by parameter, for linear effects with many; then `displacement` need not be written. None
-        without.
-        """
+        """Return columns by parameter, for linear effects with many, in place of writing `displacement`; else None."""
         return None
 
     def run_time_tables(self) -> RunTimeTables | None:
@@ -186,9 +183,7 @@ class Effect:
         return None
 
     def roughness(self) -> Array | None:
-        """Return weights w (p,) of the penalty |w x|^2 that keeps a free function smooth; None where nothing is
-        penalised.
-        """
+        """Return weights w (p,) of the penalty |w x|^2 that keeps a free function smooth; None without one."""
         return None
 
     def unlimited(self) -> Self:
@@ -196,7 +191,7 @@ class Effect:
         return self
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """Return kinds of a free function, each from fine to coarse; a fit takes the most likely kind, as coarse as is
+        """Return kinds of a free function, each from fine to coarse; a fit takes the likeliest, as coarse as is
         enough.
         """
         return ((self,),)
@@ -368,9 +363,7 @@ def variant(
     refit: Any = None,
     odds: float = 1.0,
 ) -> Variant:
-    """Return a form with all amplitudes screened and everything refitted, unless the masks ``free`` and ``refit``
-    differ.
-    """
+    """Return a form with all amplitudes screened and everything refitted, unless masks (p,) say otherwise."""
     free = effect.amplitudes() if free is None else free
     everything = free | ~effect.amplitudes() if refit is None else refit
     return Variant(effect, free, np.asarray(everything, dtype=bool), label, odds)

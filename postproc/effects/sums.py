@@ -20,9 +20,7 @@ class SumOfTerms(Effect, ABC):
         """Return the effect with the terms of another one of its kind after its own."""
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """Return the effect with a structure of one of its ``new`` last terms slightly changed, to be tried in its
-        place.
-        """
+        """Return forms with a structure of one of the ``new`` last terms slightly changed, to be tried instead."""
         return ()
 
     @classmethod

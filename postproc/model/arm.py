@@ -62,15 +62,12 @@ class Model:
         return {}
 
     def felt(self, state: State) -> State:
-        """Return the states with this arm's robot and station; the model's gravity replaces theirs unless it is stated
-        by row.
-        """
+        """Return the states with this arm's robot, station and, unless they state it by row, gravity."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
         return state.with_(robot=self.robot, station=self.station, gravity=gravity)
 
     def multibody(self, bodies: tuple[int, ...] = (), carried: bool = False) -> Multibody:
-        """Return the rigid-body model of the six joints with virtual springs at the far ends of the bodies; built once
-        a choice.
+        """Return the rigid-body model of the six joints, with virtual springs at the far ends of these bodies.
 
         Args:
             bodies: numbers 0 to 6 of the bodies that get a spring.
@@ -109,8 +106,7 @@ class Model:
         return other
 
     def state(self, q: Array, **channels: Any) -> State:
-        """Return the states at commanded joint angles q (n, 6) [rad]; without ``T_flange_tcp`` they have the model's
-        tool.
+        """Return states at commanded joint angles q (n, 6) [rad]; without ``T_flange_tcp`` with the model's tool.
 
         Args:
             channels: further fields of `State`.

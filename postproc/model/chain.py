@@ -95,7 +95,7 @@ class Directions:
 
     @cached_property
     def line(self) -> Array:
-        """(n, m, 6) Plücker line of each coordinate, s + o x a and a: times force and moment about the base origin, its
+        """(n, m, 6) line [s + o x a, a] of each coordinate; its product with a wrench about the base origin is the
         load.
         """
         return np.concatenate([self.slide + np.cross(self.origin, self.spin), self.spin], axis=-1)

@@ -61,16 +61,12 @@ def distance(new: Deflection, old: Deflection) -> Array:
 
 
 def moves(new: Deflection, old: Deflection) -> Array:
-    """Return ``new`` minus ``old`` as columns: joints (n, 6), then six for each body that ``new`` displaces, in its
-    order.
-    """
+    """Return ``new`` minus ``old`` as columns: six joints, then six for each body of ``new``, in its order."""
     return np.hstack([new.joint - old.joint, *(xi - old.body.get(b, 0.0) for b, xi in new.body.items())])
 
 
 def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
-    """Return ``old`` plus ``part`` (n, k), a step in the columns of `moves`, with tool and instrument taken from
-    ``new``.
-    """
+    """Return ``old`` plus ``part`` (n, k), a step in the columns of `moves`, with tool and instrument of ``new``."""
     body = {b: old.body.get(b, 0.0) + part[:, 6 * k + 6 : 6 * k + 12] for k, b in enumerate(new.body)}
     return Deflection(old.joint + part[:, :6], body, new.tool, new.instrument)
 

@@ -21,9 +21,7 @@ SURE = 2.0
 
 
 def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
-    """Yield (effect key, parameter, MOD005) for values that no arm has: springs that yield against their load, negative
-    mass.
-    """
+    """Yield (effect key, parameter, MOD005) for values that no arm has, as negative compliance or mass."""
     beside = {effect.key: effect for effect in model.effects}
     for key, effect in beside.items():
         none = effect.impossible(model.robot, beside) | below_least(model, effect)
@@ -53,9 +51,7 @@ def flange_mass(model: Model, state: State) -> Array:
 
 
 def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
-    """Return (p,) which parameters are below the least an arm can have, by more than two standard deviations of their
-    fit.
-    """
+    """Return (p,) which parameters are more than two standard deviations below the least that an arm can have."""
     sigma, known = np.zeros(len(effect.vector())), read_uncertainty(model)
     if known is not None:
         for k, (key, index) in enumerate(known.parameters):

@@ -45,9 +45,7 @@ class Equilibrium:
 
     @property
     def T_reference_tcp(self) -> Array:
-        """(n, 4, 4) real TCP in the frame of measured points (base, world or work), before the instrument's own
-        displacement.
-        """
+        """(n, 4, 4) real TCP in the frame of measured points (base, world or work), without the instrument's place."""
         reference = self.state.T_reference_base
         return self.T_base_tcp if reference is None else reference @ self.T_base_tcp
 

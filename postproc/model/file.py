@@ -176,8 +176,7 @@ class ModelFile(FileTable):
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
-    """Return the shipped model of a robot: its published or estimated joint stiffness, with the weight of links and
-    tool.
+    """Return the shipped model of a robot: published or estimated joint stiffness, with weights of links and tool.
 
     A stiffness that is stated with a factor (of one other arm of the type, or by a rule) is an estimate for this one.
 

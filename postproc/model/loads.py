@@ -49,9 +49,7 @@ def borne(
 
 
 def _carried(state: State) -> tuple[Array, Array, Array] | None:
-    """Return gravity, angular velocity and angular acceleration of the base, (n, 3) each, in base axes; None if it is
-    fixed.
-    """
+    """Return gravity, angular velocity and acceleration of the base, (n, 3) each, base axes; None if it is fixed."""
     if state.gravity.ndim == 1 and state.base_spin is None:
         return None
     still = np.zeros((len(state), 3))

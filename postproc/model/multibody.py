@@ -99,8 +99,7 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Return how the links' weight on the coordinates changes with these, (n, m, m): gravity's part of K_E (Eq.
-        21).
+        """Return the derivative (n, m, m) of the links' weight by the coordinates: gravity's part of K_E (Eq. 21).
 
         Args:
             coordinates: (n, m) joint angles and displacements.

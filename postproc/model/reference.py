@@ -34,8 +34,6 @@ def in_world(station: Station) -> Station:
 
 
 def as_written(station: Station, positions: Array) -> dict[str, Array]:
-    """Return the columns ``eax_a`` .. of positions (n, 6) [m, rad], in mm and degrees as programs and tables write
-    them.
-    """
+    """Return the columns ``eax_a`` .. of positions (n, 6) [m, rad], in mm and degrees as programs write them."""
     scales = {axis: 1e3 if joint.kind == "linear" else 180.0 / np.pi for axis, joint in station.joints.items()}
     return {f"eax_{axis}": scale * positions[:, LETTERS.index(axis)] for axis, scale in sorted(scales.items())}

@@ -56,9 +56,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
 
 
 def _shares(model: Model, state: State) -> Array:
-    """Return shares (42, 3 n) of the TCP's deflection [m]: for each joint those of bodies 1 to 6, then of all stated
-    loads.
-    """
+    """Return shares (42, 3 n) of the TCP's deflection [m]: for each joint of bodies 1 to 6, then of stated loads."""
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
         return np.zeros((42, 3 * len(state)))

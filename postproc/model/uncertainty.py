@@ -61,9 +61,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit]; None without covariance. Parameters the model lacks are left
-    out.
-    """
+    """Read the uncertainty in the model's table [fit]; None without covariance. Unknown parameters are left out."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -112,8 +110,7 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """Yield, for each edge of an effect that `add` composed, half the position change [m] from its low to its high
-    bound.
+    """Yield, for each edge of an effect composed from data, half the position change [m] between its bounds.
 
     Each is (n, 3); an edge is a structural parameter that is a float.
     """
@@ -128,8 +125,7 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 def derivatives(
     model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return derivatives of the position (n, 3, p), the error of limited functions (n, 3) [m], and which parameters
-    count.
+    """Return derivatives of the position (n, 3, p), error of limited functions (n, 3) [m], and which parameters count.
 
     Args:
         parameters: (effect key, index in its vector) of the p parameters.

@@ -126,9 +126,7 @@ def _finding(name: str, found: Values) -> tuple[object, ...]:
 
 
 def _kinds(told: Sequence[tuple[str, Values]]) -> list[tuple[object, ...]]:
-    """Return a row for every code among (task, finding), the most frequent first: count, programs, and the worst
-    finding.
-    """
+    """Return a row for every code among (task, finding), the most frequent first: count, programs, worst finding."""
     rows = []
     for same in sorted(grouped((one[1]["code"], one) for one in told).values(), key=len, reverse=True):
         name, worst = max(same, key=lambda one: _figure(one[1]["message"]))

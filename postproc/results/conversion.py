@@ -74,9 +74,7 @@ def _seams(values: Values) -> DataTable:
 
 
 def _statements(values: Values, moved: bool) -> DataTable:
-    """Return the table of motion statements; a page draws it with its scene where the arm's motion is known
-    (``moved``).
-    """
+    """Return the table of motion statements; with ``moved`` (the motion is known) a page draws it with its scene."""
     rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
     return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
@@ -115,9 +113,7 @@ def _count(document: Values, status: str) -> int:
 
 
 def _basis(found: Conversion, made: Mapping[str, str]) -> str:
-    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and what is known of the
-    accuracy.
-    """
+    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy."""
     values = found.report
     known = values["expected_accuracy"]
     sure = (
@@ -198,7 +194,5 @@ def elsewhere(document: Values) -> list[str]:
 
 
 def _welds(document: Values) -> tuple[str, str]:
-    """Return the prefix of the keys of the main figures, and where they hold: in welds if there are any, else
-    everywhere.
-    """
+    """Return the prefix of the main figures' keys, and where they hold: in welds if there are any, else everywhere."""
     return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

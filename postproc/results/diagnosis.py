@@ -150,9 +150,7 @@ def diagnosis_values(d: Diagnosis) -> Values:
 
 
 def _smooth(d: Diagnosis, key: str) -> Values:
-    """Tell whether an effect is a cause or a smooth function, and how many parameters of the latter the data
-    determines.
-    """
+    """Tell whether an effect is a cause or a smooth function, and how many parameters of it the data determines."""
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
         return {"is": "cause"}

@@ -47,9 +47,7 @@ def fit_document(name: str, fit: Fit) -> Document:
 
 
 def known_of(fit: Fit) -> list[Sentence]:
-    """Return sentences on parameters that are not determined, rows left out, and what to know before relying on the
-    fit.
-    """
+    """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     return [*held(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
 
 
@@ -122,9 +120,7 @@ def error_values(fit: Fit | FitFigures) -> dict[str, float]:
 
 
 def noise_values(fit: Fit) -> Values:
-    """Return the noise of one measured number, the share of it that is the arm's repeatability, and where it is known
-    from.
-    """
+    """Return the noise of one measured number, the arm's repeatability in it, and where it is known from."""
     key, noise = fit.observed.key, fit.parts.level
     return {
         key("noise"): None if noise is None else mm(noise),

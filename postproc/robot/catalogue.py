@@ -316,9 +316,7 @@ def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
 
 
 def _inertia(body: _Body) -> Array:
-    """Return the inertia (3, 3) [kg m^2] of a body: as stated, else mass times its radius of gyration squared on each
-    axis.
-    """
+    """Return the inertia (3, 3) [kg m^2] of a body: as stated, else mass times radius of gyration squared."""
     if body.inertia_kg_m2 is not None:
         xx, yy, zz, xy, xz, yz = body.inertia_kg_m2
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -326,9 +324,7 @@ def _inertia(body: _Body) -> Array:
 
 
 def _guessed(file: RobotFile) -> dict[str, str]:
-    """Return ``robot.sources`` entries for joint limits and rates the file does not state, and for an estimated
-    stiffness.
-    """
+    """Return ``robot.sources`` entries for joint limits and rates that are not stated, and for estimated stiffness."""
     found = {} if "joints" in file.model_fields_set else dict(GUESSED)
     for key in ("acceleration_rad_per_s2", "jerk_rad_per_s3"):
         if "joints" in file.model_fields_set and key not in file.joints.model_fields_set:

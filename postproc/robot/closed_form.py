@@ -70,8 +70,7 @@ def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array]
 
 
 def _wrist_angles(robot: Robot, T: Array, q: Array, sign: Array) -> Array:
-    """Compute axes 4 to 6 (n, 3) [rad] from Rx(q4) Ry(q5) Rx(q6) by arctangents, which keep digits near a straight
-    wrist.
+    """Compute axes 4 to 6 (n, 3) [rad] from Rx(q4) Ry(q5) Rx(q6) by arctangents, accurate at a straight wrist.
 
     Args:
         T: (n, 4, 4) flange poses; q: (n, 6), of which axes 1 to 3 are used; sign: (n,) wanted sign of q5.

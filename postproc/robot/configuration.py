@@ -54,8 +54,7 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
 
 
 def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
-    """Tell (n,) whether joint angles (n, 6) [rad] are at most ``margin`` [rad] outside the quadrants of confdata (n,
-    4).
+    """Tell (n,) whether joint angles (n, 6) [rad] are within ``margin`` [rad] of the quadrants of confdata (n, 4).
 
     cfx must be equal, but for the sign of axis 5 at a wrist that is straight within the margin.
     """

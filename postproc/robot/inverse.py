@@ -74,8 +74,8 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
-    """Return a failure for each posture (n, 6) [rad] outside the limits, about the joint farthest out; NaN rows have
-    none.
+    """Return a failure for each posture (n, 6) [rad] outside the limits, about its joint farthest out; none for
+    NaN.
     """
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
@@ -94,8 +94,7 @@ def excess_of(robot: Robot, q: Array) -> Array:
 
 
 def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
-    """Return the joint angles (6,) [rad] within limits that reach a pose with the least travel from a posture; else
-    NaN.
+    """Return joint angles (6,) [rad] within limits that reach a pose with least travel from a posture; else NaN.
 
     Args:
         T_base_flange: (4, 4). q: (6,) the posture [rad]; travel is the sum over the joints.
@@ -139,8 +138,7 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Move solutions (n, 8, 6) by whole turns towards their quadrants; return them and how far outside they stay (n, 8)
-    [rad].
+    """Move solutions (n, 8, 6) by whole turns to their quadrants; return them and the gaps (n, 8) [rad] that stay.
 
     At a straight wrist axes 4 and 6 are divided anew where that helps.
     """
@@ -163,9 +161,7 @@ def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """Divide the joint rotation of axes 4 and 6 at a straight wrist so that both are in their quadrants, if they can
-    be.
-    """
+    """Divide the rotation of axes 4 and 6 at a straight wrist so that both are in their quadrants, if possible."""
     forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
     # A quadrant does not own its upper edge.
     low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST
@@ -195,8 +191,7 @@ def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
 
 
 def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> UnreachedPose:
-    """Return the failure of a pose without a solution in the wanted configuration, with those that exist, nearest
-    first.
+    """Return the failure of a pose without a solution in the wanted configuration, listing those that exist.
 
     Args:
         solutions: (8, 6) of the pose [rad], NaN rows where there is none; wanted: its confdata (4,).

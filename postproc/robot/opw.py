@@ -69,9 +69,7 @@ def _wrist(points: Array) -> Array:
 
 
 def wrist_place(opw: Opw, q: Array) -> tuple[Array, Array]:
-    """Return how far the wrist centre is forward of axis 1, and forward of the lower arm, (..., 6) [rad] -> two (...)
-    [m].
-    """
+    """Return how far the wrist centre is before axis 1 and before the lower arm, (..., 6) [rad] -> two (...) [m]."""
     upper = q[..., 1] - opw.offsets[1]
     reach, bend = np.hypot(opw.a2, opw.c3), np.arctan2(opw.a2, opw.c3)
     inner = q[..., 2] - opw.offsets[2] + bend

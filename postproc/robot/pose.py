@@ -42,8 +42,7 @@ def rpy(angles: Array) -> Array:
 
 
 def left_jacobian(vector: Array) -> Array:
-    """Return the left Jacobian (n, 3, 3) of rotation vectors (n, 3): rotation per change of the vector, in the outer
-    axes.
+    """Return the left Jacobian (n, 3, 3) of rotation vectors (n, 3): rotation per change of the vector, outer axes.
 
     J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1), at angles t of any size.
     """

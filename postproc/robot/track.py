@@ -19,8 +19,7 @@ ARM_SINGULAR = 1e-3
 
 
 def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
-    """Compute joint angles along a path in the branch of its start: continuous, over turns and through a straight
-    wrist.
+    """Compute joint angles along a path in the branch of its start, continuous over turns and straight wrists.
 
     Args:
         T_base_flange: (n, 4, 4) poses, close enough that no joint turns by half a turn from one to the next.
@@ -66,8 +65,7 @@ def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
-    """Return the two wrist solutions (n, 2, 6) of each pose in one branch of shoulder and elbow; KIN004 where there is
-    none.
+    """Return the two wrist solutions (n, 2, 6) of each pose in one branch of shoulder and elbow, or raise KIN004.
 
     Args:
         start: number of poses of the path before these, for the message.
@@ -116,9 +114,7 @@ def _left_branch(robot: Robot, index: int) -> None:
 
 
 def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
-    """Solve the poses one after the other by Newton's method, each from the solution before, for arms without closed
-    form.
-    """
+    """Solve the poses in turn by Newton's method, each from the solution before, for arms without closed form."""
     q, result = np.asarray(q_start, dtype=float), []
     for index, T in enumerate(poses):
         for _ in range(50):

@@ -98,9 +98,7 @@ def nearest_names(type_: str, count: int = 3) -> list[str]:
 
 
 def _model(type_: str) -> str | None:
-    """Return the model number, three to five digits, in a type name, also of one that cannot be parsed; None without
-    one.
-    """
+    """Return the model number (three to five digits) in a type name, which need not be parsable; None without."""
     found = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
     return found and found[0]
 

@@ -82,9 +82,7 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
-    """Return the pinocchio model of a URDF file, and the angles that were rounded to eighths of a turn; KIN007 if it is
-    none.
-    """
+    """Return the pinocchio model of a URDF file, and the angles rounded to eighths of a turn; KIN007 if it is none."""
     if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
         made = f"{path.name.split('.')[0]}_made.urdf"
         text = f"`{path}` is a xacro file, a recipe for a URDF"
@@ -125,9 +123,7 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
 
 @contextmanager
 def _parser_words(into: list[str]) -> Iterator[None]:
-    """Append to ``into`` the first error that the URDF parser, a C++ library, writes to stderr: only there it names a
-    joint.
-    """
+    """Append to ``into`` the first error that the URDF parser (C++) writes to stderr: only there it names a joint."""
     sys.stderr.flush()
     kept = os.dup(2)
     with tempfile.TemporaryFile() as words:

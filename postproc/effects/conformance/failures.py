@@ -26,8 +26,7 @@ class EffectFailure(Exception):
 
 
 def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnostic:
-    """Return the diagnostic of an exception in an effect: EFF010 where it wrote into the state, else EFF005 at its
-    line.
+    """Return the diagnostic of an exception in an effect: EFF010 if it wrote into the state, else EFF005.
 
     Args:
         member: name of the method that was called.

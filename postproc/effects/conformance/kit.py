@@ -168,8 +168,7 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Warn (EFF018) where the effect moves more than 20 mm or 20 mrad, or loads more than the arm's weight at full
-    reach.
+    """Warn (EFF018) where the effect moves over 20 mm or 20 mrad, or loads more than the arm's weight at full reach.
 
     Such sizes come from mm in place of m, or N mm in place of N m.
     """

@@ -50,8 +50,7 @@ class Loaded:
 
     @cached_property
     def own(self) -> State:
-        """The states with those loads that the effects of the model read, or would read if their parameters were not
-        null.
+        """The states with the loads that the model's effects read, or would read if their parameters were not null.
 
         Below ``MANY`` states all loads are computed, since finding out which are read takes as long.
         """
@@ -187,9 +186,7 @@ class Sensitivity:
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
-    """Compute the Jacobian J_theta of the measured pose by all places at an equilibrium; loads do not follow the
-    motion.
-    """
+    """Compute the Jacobian J_theta of the measured pose by all places at an equilibrium, with loads kept."""
     n = len(rest.state)
     chain = rest.chain
     if chain.tip is None:
@@ -229,8 +226,6 @@ def nudged(model: Model) -> Model:
 
 
 def _turned(displacement: Array | None, n: int) -> Array:
-    """Return (n, 3, 3) the rotation per change of a displacement's rotation vector, in the axes before it; None is
-    zero.
-    """
+    """Return (n, 3, 3) the rotation per change of a displacement's rotation vector, in outer axes; None is zero."""
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     return left_jacobian(np.broadcast_to(vector, (n, 3)))

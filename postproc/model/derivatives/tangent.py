@@ -57,8 +57,8 @@ class Tangent:
 
 
 def tangent(model: Model, rest: Equilibrium) -> Tangent:
-    """Compute the derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero where no effect reads a
-    load.
+    """Compute the derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero if no effect reads
+    loads.
     """
     at = frame(model, rest)
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
@@ -88,8 +88,7 @@ def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
 
 
 def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: Array) -> Array:
-    """Return the derivative (n, m, m) of J^T (F, M) by the coordinates, with F and M at a flange point fixed in base
-    axes.
+    """Return the derivative (n, m, m) of J^T (F, M) by the coordinates, F and M at a flange point fixed in base axes.
 
     d(J_i . F)/d(q_k) = F . (spin_i x J_k) for i before k and F . (spin_k x J_i) after; d(spin_i . M)/d(q_k) = (spin_k x
     spin_i) . M for k before i. Pinocchio's static torque derivatives hold the force fixed in the moving frame instead,

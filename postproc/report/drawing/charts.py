@@ -172,8 +172,8 @@ def _means(frame: ChartAxes, bins: Bins) -> list[str]:
 
 
 def _law(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
-    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a short bar at each value of
-    x.
+    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a bar at each value
+    of x.
     """
     low, high = frame.range_y
     if columns:

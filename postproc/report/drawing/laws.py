@@ -162,9 +162,7 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
 
 
 def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
-    """Return (n,) what an effect does at coordinate k: the displacement [mrad or mm], or the torque [N m] with
-    ``loads``.
-    """
+    """Return (n,) what an effect does at coordinate k: displacement [mrad or mm], with ``loads`` the torque [N m]."""
     return torques(effect, state)[:, k] if loads else 1e3 * coordinates(effect, state)[:, k]
 
 

@@ -54,8 +54,7 @@ class Channels:
 def channel_sections(
     fit: Fit, title: str = "What it follows", first: Iterable[tuple[str, str]] = (), folded: bool = False
 ) -> list[Section]:
-    """Return two sections of charts of the residual over channels: those that explain at least 3 %, and the rest,
-    folded.
+    """Return two sections of charts of the residual: channels that explain at least 3 %, and the rest, folded.
 
     Each channel is drawn at the place where it explains most.
 
@@ -82,8 +81,7 @@ def channel_sections(
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
-    """Return a chart of the error at the suspect's place over its channel, with the share that fitted parameters
-    absorbed.
+    """Return a chart of the error at the suspect's place over its channel, with the share that parameters absorbed.
 
     Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
     parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for a

@@ -129,9 +129,7 @@ class Cell:
         return self.units[name.lower()]
 
     def below(self, name: str | None) -> tuple[str, ...]:
-        """Return the names, in lower case, of this unit and those on which it stands, down to the world; empty for
-        None.
-        """
+        """Return the names, in lower case, of this unit and all on which it stands; empty for None, the world."""
         return () if name is None else (name.lower(), *self.below(self.unit(name).parent))
 
     def joints(self, units: tuple[str, ...]) -> dict[str, Joint]:

@@ -124,8 +124,7 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
 
 
 def stated_axes(station: Station) -> list[dict[str, Any]]:
-    """Return the entries of ``[[external_axes]]`` that describe a station, in the axes of the base with all axes at
-    zero.
+    """Return the entries of ``[[external_axes]]`` of a station, in the axes of the base with all axes at zero.
 
     Left out: an axis that follows another one of its unit, and units whose motion is not known. A unit that only
     follows another one carries nothing.

@@ -111,9 +111,7 @@ def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
 
 
 def _row(motion: Entries, name: str) -> Joint:
-    """Return a joint of a GEN_KIN chain with its Denavit-Hartenberg row as ``T_before``: motion and offset share the z
-    axis.
-    """
+    """Return a joint of a GEN_KIN chain, with its Denavit-Hartenberg row as ``T_before``, as both turn about z."""
     joint = _joint(motion, name, None)
     row = by_name(motion, "ARM_TYPE").get(_arm_of(motion, name).get("use_arm_type", "").lower(), {})
     attitude, length, home, offset = (
@@ -158,9 +156,7 @@ def _arm_of(motion: Entries, joint: str) -> Entry:
 
 
 def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
-    """Return the largest speed of a joint [m/s] or [rad/s], that of its motor over the transmission; None if not
-    stated.
-    """
+    """Return the largest speed of a joint [m/s] or [rad/s], its motor's over the transmission; None if not stated."""
     system = by_name(motion, "DRIVE_SYSTEM").get(joint.get("use_drive_system", "").lower(), {})
     duty = by_name(motion, "STRESS_DUTY_CYCLE").get(system.get("use_stress_duty_cycle", "").lower(), {})
     motor, ratio = _number(duty, "speed_absolute_max"), _number(drive, "transm_joint")
@@ -168,9 +164,7 @@ def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
 
 
 def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> CellArm:
-    """Build the arm of a ROBOT entry; the base frame of one on a track, written in the world, is taken relative to its
-    unit.
-    """
+    """Build the arm of a ROBOT entry; the base frame of one on a track is converted from the world to its unit."""
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
@@ -182,9 +176,7 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> Ce
 
 
 def _stands_in_world(unit: Unit) -> bool:
-    """Tell whether the frame of an arm on this unit is written in the world, as for tracks: one joint that slides along
-    x.
-    """
+    """Tell whether a unit is a track (one joint along x), on which an arm's frame is written in the world."""
     return len(unit.joints) == 1 and bool(unit.joints[0].direction[0])
 
 

@@ -123,8 +123,7 @@ class Station:
         return axis_positions(self.cell, self.units, extax)
 
     def world(self, unit: str, positions: Array) -> Array:
-        """Return T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not
-        known.
+        """Return T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a needed position is not known.
 
         Raises:
             KeyError: there is no such unit.
@@ -132,9 +131,7 @@ class Station:
         return self._world_frames(unit, positions)[-1][1]
 
     def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
-        """Return T_world_frame (n, 4, 4) before and after motion: of the base of a unit (twice the same), then of each
-        joint.
-        """
+        """Return T_world_frame (n, 4, 4) of a unit's base (twice), then of each joint before and after its motion."""
         unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
         T = np.full((len(positions), 4, 4), np.nan)
         if not unit.unknown:
@@ -152,8 +149,7 @@ class Station:
         return found
 
     def _stated(self, name: str, positions: Array) -> Array:
-        """Return the axis positions (n, 6) of a unit: ``positions`` for the task's own, the fixed ones of `standing`
-        for others.
+        """Return the axis positions (n, 6) of a unit: ``positions`` for the task's own, those in `standing` for others.
 
         NaN where nobody states any.
         """
@@ -179,9 +175,7 @@ class Station:
         return T_base_world if unit is None else T_base_world @ self.world(unit, positions)
 
     def gravity(self, positions: Array) -> Array | None:
-        """Return gravity in base axes (n, 3) [m/s^2] at axis positions (n, 6), turned with the base; None where it is
-        not known.
-        """
+        """Return gravity in base axes (n, 3) [m/s^2] at axis positions (n, 6); None where it is not known."""
         stated = self.cell_arm.gravity
         if stated is None:
             return None
@@ -189,8 +183,7 @@ class Station:
         return np.einsum("nji,jk,k->ni", self.base(positions)[:, :3, :3], zero, stated)
 
     def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-        """Return how the base moves, in its own axes: acceleration of its origin, angular velocity and angular
-        acceleration.
+        """Return the base's motion in its own axes: acceleration of its origin, angular velocity and acceleration.
 
         Args:
             positions, v, a: (n, 6) of the external axes [m or rad, per s, per s^2]; NaN in v and a counts as zero.
@@ -228,9 +221,7 @@ def station_of(cell: Cell, task: str = "") -> Station | None:
 
 
 def _idle(unit: Unit) -> bool:
-    """Tell whether a unit carries nothing, or all its joints follow those of another one, as the second drive of a
-    portal.
-    """
+    """Tell whether a unit carries nothing or only follows another one, as the second drive of a portal."""
     return unit.idle or all(joint.leader is not None for joint in unit.joints)
 
 
