@@ -85,7 +85,7 @@ class Conversion:
 
 
 class _Refused(Exception):
-    """The program is not converted, or nothing in it moves the arm (exit code 0)."""
+    """Stops a conversion with findings: exit code 0 where nothing moves the arm, 1 or 2 where it is refused."""
 
     def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
         self.findings, self.exit_code = findings, exit_code
@@ -127,7 +127,9 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """What the text does: the deviation before and after, what is known of the program, the worlds looked at."""
+    """What the proof of the written text found: deviation before and after, the judged program, and the worlds
+    examined.
+    """
 
     before: Deviation
     after: Deviation

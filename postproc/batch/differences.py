@@ -16,10 +16,10 @@ from postproc.watch import Watch, unwatched
 def compare_folders(
     a: Path, b: Path, tolerance_mm: float, tolerance_deg: float = 0.01, watch: Watch = unwatched
 ) -> list[FileDiff]:
-    """Compare the files of two folders that have the same path in both; returns them sorted by path.
+    """Compare the files of two folders, paired by their relative path; returns a result for each path, sorted.
 
-    A module is compared without the files it uses: names from there are compared as text. Hidden files and pages
-    (``.html``) are left out.
+    A file in only one folder is "added" or "removed". A module is compared without the files it uses: names from there
+    are compared as text. Hidden files and pages (``.html``) are left out.
 
     Args:
         watch: called with each path and the fraction done.

@@ -17,11 +17,11 @@ from postproc.diagnostics import PostprocError
 
 @dataclass(frozen=True)
 class Pool:
-    """Makes executors.
+    """A way to make executors, and how many jobs they run at once.
 
     Args:
-        make: an executor of so many workers (a cluster has its own number); it is shut down after use. Raises BAT007
-            where the cluster is lost.
+        make: returns an executor of so many workers (a cluster has its own number); it is shut down after use. Raises
+            BAT007 where the cluster is lost.
         workers: how many jobs run at once.
         repeats: a job whose worker is lost has not been tried again; a scheduler does that by itself.
     """

@@ -27,7 +27,7 @@ LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "
 
 @dataclass(frozen=True)
 class Converter:
-    """Settings as workers need them.
+    """Settings with all files read, ready to be sent to workers.
 
     Args:
         model: pickled; fingerprint: hash of model, options, templates and effect code.

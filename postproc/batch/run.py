@@ -43,11 +43,12 @@ AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, me
 
 @dataclass(frozen=True)
 class Ready:
-    """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan.
+    """A checked plan of a batch, with the tasks of one shard and what each is converted with.
 
     Args:
         out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
-        said: about the settings of each task, by name.
+        converters: by name of the task, or the error for which it cannot be converted.
+        said: diagnostics on the settings of each task, by name.
     """
 
     plan: BatchPlan

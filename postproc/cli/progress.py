@@ -28,10 +28,10 @@ EDITED = "BAT016"
 
 @dataclass
 class Reporter:
-    """A line for each task, on a terminal only for one that failed; edits that were put aside are told either way.
+    """Prints a line for each task that is done; on a terminal only for failures, beside a line of progress.
 
     Args:
-        watch: of a terminal, which shows how far the batch is.
+        watch: of a terminal, which shows how far the batch is; None elsewhere.
     """
 
     total: int
@@ -78,7 +78,7 @@ def reporting(total: int) -> Iterator[Reporter]:
 
 
 class _Work:
-    """How far a long work is: what is done, its share, and since when."""
+    """The progress of long work: its present step, the share that is done, and since when it runs."""
 
     def __init__(self, what: str, lines: int) -> None:
         """Start the clock of a work with this name and number of lines."""

@@ -30,7 +30,9 @@ SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 @dataclass(frozen=True, slots=True)
 class Backup:
-    """What a backup says: task names by folder in upper case (``TASK1``), entries of SYS.cfg and of MOC.cfg."""
+    """Contents of a controller's backup: task names by folder in upper case (``TASK1``), entries of SYS.cfg and
+    MOC.cfg.
+    """
 
     tasks: Mapping[str, str] = field(default_factory=dict)
     system: Entries = field(default_factory=dict)

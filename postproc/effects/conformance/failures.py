@@ -17,7 +17,7 @@ from postproc.effects.findings import describe, finding, line_of
 
 
 class EffectFailure(Exception):
-    """An effect cannot be used, for the reason that its diagnostic tells."""
+    """Raised where an effect cannot be used; its diagnostic says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         """Keep the diagnostic that says why."""

@@ -32,7 +32,7 @@ MANY = 1000
 
 @dataclass(frozen=True)
 class Loaded:
-    """The states of an equilibrium with loads filled in, worked out where they are asked for.
+    """The states of an equilibrium with their loads, which are computed when they are first read.
 
     Args:
         along: directions of all coordinates of its chain.

@@ -23,7 +23,7 @@ POSE_STEP = 1e-6  # [rad, m]
 
 @dataclass(frozen=True, slots=True)
 class RestingArm:
-    """The arm at rest with all its coordinates: m = 6 joints and 6 for each virtual spring."""
+    """The arm at an equilibrium with its m coordinates (n, m): six joints, and six for each virtual spring."""
 
     bodies: Multibody
     chain: Chain

@@ -18,7 +18,7 @@ SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
 
 @dataclass(frozen=True, slots=True)
 class Bins:
-    """Means of the points over (k,) values of x, with their standard errors, and what each says when pointed at."""
+    """Means of the points in k bins over x, with their standard errors and the texts they show when pointed at."""
 
     x: Array
     mean: Array
@@ -28,7 +28,7 @@ class Bins:
 
 @dataclass(frozen=True, slots=True)
 class DrawnCurve:
-    """A law (k,) over (k,) values of x; sigma: its standard deviation there."""
+    """A curve y (k,) to draw over x (k,), with its standard deviation sigma (k,)."""
 
     x: Array
     y: Array
@@ -172,9 +172,7 @@ def _means(frame: ChartAxes, bins: Bins) -> list[str]:
 
 
 def _law(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
-    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a bar at each value
-    of x.
-    """
+    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a bar at each value of x."""
     low, high = frame.range_y
     if columns:
         ends = [np.stack([curve.x + side, curve.y]) for side in (-0.3, 0.3)]

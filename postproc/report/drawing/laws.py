@@ -33,13 +33,14 @@ TORQUE = "torque"
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """One coordinate that an effect moves (or the torque that it puts on a joint), over the channel that it follows.
+    """The dependence of one displacement, or joint torque, of an effect on the channel that explains it best.
 
     Args:
         effect: its key; where: the coordinate, for people; unit: of y; channel: name.
-        x: (n,) channel and y: (n,) what the data says there: the law and the residual; in SI units of the channel, and
-            in thousandths (mm, mrad) or N m.
-        curve: the law over values of the channel, averaged over the other channels as they were measured.
+        x: (n,) values of the channel in SI units; y: (n,) effect plus residual at the measured rows, in thousandths
+            (mm,
+            mrad) or N m.
+        curve: the effect over values of the channel, averaged over the other channels as they were measured.
     """
 
     effect: str

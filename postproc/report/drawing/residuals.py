@@ -31,7 +31,9 @@ SEVERAL = 6  # channels that are drawn where many stand out
 
 @dataclass(frozen=True, slots=True)
 class Channels:
-    """Channels that stand out in one fit, with the place and range of their charts, to be drawn of other fits, too."""
+    """Channels that explain most of one fit's residual, with place and y range of their charts, for use with other
+    fits.
+    """
 
     places: tuple[tuple[str, str, Range], ...]
 

@@ -28,7 +28,9 @@ TARGETS = 6  # of the sample program
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """One step: a name, the model beside the measurements, and its error on rows it has not seen [m], [rad]."""
+    """One step of a model that grows: a name, its fit to the measurements, and its error on held-out rows [m],
+    [rad].
+    """
 
     name: str
     fit: Fit

@@ -13,7 +13,7 @@ Range = tuple[float, float]
 
 
 class ChartAxes:
-    """Axes of a chart: from values to places on the page."""
+    """Axes of a chart, which convert values to pixels."""
 
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:
         """Set the ranges of x and y and the size of the image [pixels]; a title takes 16 pixels at the top."""
