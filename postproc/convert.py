@@ -127,9 +127,7 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """What the proof of the written text found: deviation before and after, the judged program, and the worlds
-    examined.
-    """
+    """What the proof of the written text found: deviation before and after, the judged program, the worlds examined."""
 
     before: Deviation
     after: Deviation
@@ -246,9 +244,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Return the events without targets that cannot be run, and findings in place of their errors; none if they
-    stay.
-    """
+    """Return events without targets that cannot be run, and findings in place of their errors; none if they stay."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:

@@ -78,7 +78,11 @@ class Journal:
         return line
 
     def hold(self, name: str, copied: bool = False) -> None:
-        """Keep what earlier runs made of an input that cannot be read now, since it is not gone."""
+        """Keep what earlier runs made of an input that cannot be read now, since it is not gone.
+
+        Args:
+            name: of the task, or with ``copied`` of the file.
+        """
         self.held.add((copied, name))
 
     def add(self, result: Result) -> Line:

@@ -191,9 +191,7 @@ class Effect:
         return self
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """Return kinds of a free function, each from fine to coarse; a fit takes the likeliest, as coarse as is
-        enough.
-        """
+        """Return kinds of a free function, each from fine to coarse, of which a fit takes the most likely."""
         return ((self,),)
 
     @classmethod
@@ -231,7 +229,7 @@ class Effect:
         return new
 
     def names(self) -> tuple[str, ...]:
-        """Return the (p,) names of entries, ``half_gap_rad[2]``, counted from 1 like joints."""
+        """Return the names (p,) of the vector's entries, such as ``half_gap_rad[2]``, with indices from 1."""
         result: list[str] = []
         for name, meta in self.parameters().items():
             for index in np.ndindex(self.shape(name)):

@@ -25,7 +25,7 @@ class SumOfTerms(Effect, ABC):
 
     @classmethod
     def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Tell (m,) whether each of some terms may be added to the effect held, beside other effects (by key)."""
+        """Tell (m,) whether each term may be added to the effect ``held`` (None: to nothing), beside others by key."""
         return np.ones(len(terms), dtype=bool)
 
     def generalised(self) -> Sequence[tuple[Self | None, str]]:

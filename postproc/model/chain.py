@@ -95,9 +95,7 @@ class Directions:
 
     @cached_property
     def line(self) -> Array:
-        """(n, m, 6) line [s + o x a, a] of each coordinate; its product with a wrench about the base origin is the
-        load.
-        """
+        """(n, m, 6) line [s + o x a, a] of each coordinate, whose product with a base wrench is the load on it."""
         return np.concatenate([self.slide + np.cross(self.origin, self.spin), self.spin], axis=-1)
 
 

@@ -73,7 +73,7 @@ def known_state(parts: Sequence[str], state: State) -> State:
 
 
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
-    """Return the model and state without the loads that its controller corrects already (``Model.already``)."""
+    """Return model and state without the loads that the controller corrects already (``model.already``)."""
     parts = model.already
     if "force" in parts:
         state = state.with_(wrench=None)

@@ -197,10 +197,10 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
 
 
 def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
-    """The model in a TOML file.
+    """Read the model in a TOML file.
 
     Args:
-        library: effects by key; those of the package and of installed packages where none is given.
+        library: effects by key; None for those of the package and of installed packages.
 
     Raises:
         PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown

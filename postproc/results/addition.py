@@ -115,7 +115,11 @@ def addition_sentence(found: Addition) -> str:
 
 
 def _way(share: float | None, noise: bool) -> str:
-    """Say which share of the way to the noise, or to a smooth function's error, a step goes; empty for None."""
+    """Say which share of the way to the noise, or to a smooth function's error, a step goes; empty for None.
+
+    Args:
+        noise: whether the noise is known.
+    """
     return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
 
 

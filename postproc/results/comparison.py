@@ -156,7 +156,7 @@ def _each(found: Comparison) -> dict[str, dict[str, float]]:
 
 
 def _iso_json(iso: Iso9283) -> Values:
-    """Return the ISO 9283 figures as entries of the document."""
+    """Return the ISO 9283 figures [mm] as the entry ``iso9283`` of the document."""
     return {
         "accuracy_mean_mm": round(iso.accuracy_mean, 6),
         "accuracy_max_mm": round(iso.accuracy_max, 6),

@@ -269,7 +269,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
 
 def _found(d: Diagnosis, values: Values) -> Section:
-    """Return the section with the missing effects and their parameters."""
+    """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
     kind, rows = d.base.observed, []
     for m in d.missing:
         c = m.candidate

@@ -58,7 +58,7 @@ def held(fit: Fit) -> list[Sentence]:
 
 
 def left_out(fit: Fit) -> list[Sentence]:
-    """Return a sentence for each row that the fit leaves out; only their number where they are many."""
+    """Return a sentence for each row that the fit leaves out, or one with their number where they are many."""
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [
         f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."

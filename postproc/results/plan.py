@@ -37,7 +37,7 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
 
 
 def plan_sentence(plan: MeasuringPlan) -> str:
-    """Say what measuring the poses will tell."""
+    """Say how well the poses tell two effects apart, or determine the parameters that are least known."""
     n = len(plan.state)
     if plan.between is not None:
         a, b = plan.between

@@ -30,7 +30,7 @@ SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 @dataclass(frozen=True, slots=True)
 class Backup:
-    """Contents of a controller's backup: task names by folder in upper case (``TASK1``), entries of SYS.cfg and
+    """Contents of a controller's backup: task names by folder (``TASK1``, upper case), entries of SYS.cfg and
     MOC.cfg.
     """
 

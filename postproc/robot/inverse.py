@@ -74,7 +74,10 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
-    """Return a failure for each posture (n, 6) [rad] outside the limits, about its joint farthest out; none for NaN."""
+    """Return a failure for each posture (n, 6) [rad] outside the limits, about its joint farthest out.
+
+    NaN rows have none.
+    """
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
     found = []

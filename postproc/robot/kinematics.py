@@ -105,7 +105,7 @@ def body_motions(
 
 
 def forward(robot: Robot, q: Array) -> Array:
-    """Return flange poses link[0] Rot(axis[0], q1) .. link[6], (n, 6) [rad] -> T_base_flange (n, 4, 4)."""
+    """Return flange poses T_base_flange (n, 4, 4) at joint angles q (n, 6) [rad], by the chain of `Robot`."""
     q = np.asarray(q, dtype=float).reshape(-1, 6)
     T = np.empty((len(q), 4, 4))
     for rows in blocks(len(q), BLOCK):

@@ -52,7 +52,7 @@ class TypeName:
 
 
 def parse_type_name(text: str) -> TypeName | None:
-    """The parts of a controller's type name or of a display name; None where it is neither.
+    """Parse a controller's type name or a display name; None where it is neither.
 
     >>> parse_type_name("ROB2_1200_0.9_5_TypeB")
     TypeName(model='1200', option='', reach=0.9, payload=5.0)
@@ -67,7 +67,7 @@ def parse_type_name(text: str) -> TypeName | None:
 
 
 def library_name(type_: str) -> str | None:
-    """The library's name of an arm that a controller calls ``ROB1_4600_2.55_40``; None where none of it is that arm.
+    """Return the library's name of an arm that a controller calls ``ROB1_4600_2.55_40``; None where it has no such arm.
 
     >>> library_name("ROB2_4600_2.05_60"), library_name("ROB1_6700_LeanID_2.65_220")
     ('irb4600_60_205', None)
@@ -82,10 +82,10 @@ def library_name(type_: str) -> str | None:
 
 
 def nearest_names(type_: str, count: int = 3) -> list[str]:
-    """Names of the library's arms of the same model whose types are most alike in spelling, the most alike first.
+    """Return names of library arms of the same model whose types are most alike in spelling, the most alike first.
 
     Reach, payload and options vary within a model; the digits of another model (140, 14000) are another machine, with
-    other axes. What is no type name is compared with all.
+    other axes. A text that is no type name is compared with all.
     """
     wanted, model = _bare(type_), _model(type_)
 

@@ -135,9 +135,7 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
-    """Report DAT030 where a fit without instrument or tool frame misses the points by over 1 mm; an error if
-    hopeless.
-    """
+    """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm; an error if hopeless."""
     from postproc.effects.registry import effect_in_role
     from postproc.effects.roles import FRAMES
     from postproc.measure.checks.readings import HOPELESS_M

@@ -102,7 +102,7 @@ def _repeats(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Yield EFF012 where `basis` disagrees with `displacement`, or an effect declared linear is not."""
+    """Yield EFF012 where `basis` and `displacement` disagree, or an effect declared linear is not."""
     few = locked(state.rows(np.arange(40)))
     effect = _sized(cls.null())
     columns, step = effect.basis(few), effect.scale()

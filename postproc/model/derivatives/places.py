@@ -29,7 +29,7 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, both by first column; parts that are zero in every row are left out of the sum."""
+    """Return one + times * other, both by first column, without parts that are zero in every row."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 

@@ -211,7 +211,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
-    """Compute `sensitivity` where the loads follow the deflection, J_theta (I - C K_E)^-1: exact, and slower."""
+    """Compute the Jacobian of `sensitivity` with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
     rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place

@@ -57,9 +57,7 @@ class Tangent:
 
 
 def tangent(model: Model, rest: Equilibrium) -> Tangent:
-    """Compute the derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero if no effect reads
-    loads.
-    """
+    """Compute derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero if no effect reads loads."""
     at = frame(model, rest)
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
     n, m = len(rest.state), at.bodies.size

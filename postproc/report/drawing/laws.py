@@ -70,7 +70,7 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
 
 
 def law_charts(laws: Iterable[Law]) -> list[str]:
-    """Return an SVG chart of each law, with the data around it."""
+    """Return an SVG chart of each curve, with the data around it."""
     charts = []
     for law in laws:
         unit, factor = unit_of(law.channel)

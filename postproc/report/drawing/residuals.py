@@ -31,9 +31,7 @@ SEVERAL = 6  # channels that are drawn where many stand out
 
 @dataclass(frozen=True, slots=True)
 class Channels:
-    """Channels that explain most of one fit's residual, with place and y range of their charts, for use with other
-    fits.
-    """
+    """Channels that explain most of one fit's residual, with place and y range of their charts, for other fits."""
 
     places: tuple[tuple[str, str, Range], ...]
 

@@ -28,9 +28,7 @@ TARGETS = 6  # of the sample program
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """One step of a model that grows: a name, its fit to the measurements, and its error on held-out rows [m],
-    [rad].
-    """
+    """One step of a growing model: a name, its fit to the measurements, and its error on held-out rows [m], [rad]."""
 
     name: str
     fit: Fit

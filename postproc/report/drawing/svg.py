@@ -29,11 +29,11 @@ class ChartAxes:
         return np.stack([across, down], axis=-1)
 
     def x(self, value: float) -> float:
-        """Return the pixels from the left of a value of x."""
+        """Return the horizontal place [pixels] of a value of x."""
         return float(self.places(np.array(value), np.array(0.0))[0])
 
     def y(self, value: float) -> float:
-        """Return the pixels from the top of a value of y."""
+        """Return the vertical place [pixels], from the top, of a value of y."""
         return float(self.places(np.array(0.0), np.array(value))[1])
 
     def draw(self, parts: Sequence[str], x_label: str, y_label: str, powers: bool = False) -> str:

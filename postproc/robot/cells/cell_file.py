@@ -173,9 +173,9 @@ def restated(station: Station) -> Station:
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
-    """Return by letter of each axis the letter of that on which it stands; None for the world; KIN016 if it is no such.
+    """Return by letter of each axis that of the axis on which it is mounted, None for the world.
 
-    An entry stands on the one before it in its unit, else on its ``parent``.
+    An entry is on the one before it in its unit, else on its ``parent``; KIN016 where that is not described before.
     """
     found: dict[str, str | None] = {}
     last: dict[str, str] = {}
