@@ -16,7 +16,7 @@ SAME = 2e-3
 
 
 def invert(T: Array) -> Array:
-    """Inverse poses, (..., 4, 4)."""
+    """Return the inverse of poses (..., 4, 4)."""
     result = np.array(T, dtype=float)
     R = result[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
     result[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
@@ -24,28 +24,28 @@ def invert(T: Array) -> Array:
 
 
 def constant(values: Array) -> Array:
-    """The same values (n, ..), of which only one row is kept where all rows are alike; not to be written to."""
+    """Return the values (n, ..), stored as one row where all rows are equal; the result must not be written to."""
     if not len(values) or not np.array_equal(values, np.broadcast_to(values[:1], values.shape), equal_nan=True):
         return values
     return np.broadcast_to(values[:1].copy(), values.shape)
 
 
 def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
-    """The whole turns [rad] that bring angles nearest to others; both broadcast."""
+    """Return the whole turns [rad] to add to angles so that they are nearest to others; both broadcast."""
     turns: Array = 2 * np.pi * np.round((near - angle) / (2 * np.pi))
     return turns
 
 
 def finest(angle: Array) -> float:
-    """Highest order of a wave that (n,) angles [rad] tell from every lower one: half of one between the nearest two.
+    """Return the highest order of a wave that (n,) angles [rad] distinguish: pi over the smallest step between two.
 
-    On a grid, order n and order 2 pi / step - n are the same wave (Nyquist). Readings of one place count once.
+    On a grid, order n and order 2 pi / step - n are the same wave (Nyquist). Angles within 2 mrad count as one.
     """
     steps = np.diff(np.sort(angle))
     return float(np.pi / np.min(steps[steps > SAME], initial=np.inf))
 
 
 def blocks(n: int, size: int) -> Iterator[slice]:
-    """Rows 0 to n, so many at a time: what is held at once does not grow with a long program."""
+    """Yield slices of at most ``size`` rows that cover rows 0 to n, to bound the memory that long programs need."""
     for start in range(0, n, size):
         yield slice(start, min(start + size, n))

@@ -109,9 +109,9 @@ class SettingsFile(StatedSettings):
 
 
 def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin: str = "") -> Settings:
-    """Settings with what an inner layer states.
+    """Return the settings overridden by what an inner layer states.
 
-    A layer that names an arm, by its name or with a model, says it alone: what outer layers say of the arm is gone.
+    A layer that names an arm, by its name or with a model, replaces all that outer layers say of the arm.
 
     Args:
         root: where the layer's paths start. origin: its name for people; empty for the command line.
@@ -147,12 +147,12 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
 
 
 def in_folder(root: Path, name: str) -> str:
-    """An arm's name, or the path of its file, which starts at ``root``."""
+    """Return the path of an arm's file, which starts at ``root``, if there is one; else the name as it is."""
     return str(root / name) if (root / name).suffix and (root / name).is_file() else name
 
 
 def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
-    """The nearest ``postproc.toml``, from a folder upwards.
+    """Return path and content of the nearest ``postproc.toml``, from a folder upwards; None where there is none.
 
     Raises:
         PostprocError: CLI014, it cannot be read, or a key or value in it does not fit.
@@ -173,7 +173,10 @@ def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
 
 
 def _searched(here: Path) -> Iterator[Path]:
-    """A folder and those above it, to the root of its repository or the user's home; none that anybody may write to."""
+    """Yield a folder and those above it, up to the root of its repository or the user's home.
+
+    Folders above it that anybody may write to are left out.
+    """
     home = real(Path.home())
     for folder in (here, *here.parents):
         if folder == here or not _anybody_writes(folder):
@@ -183,6 +186,7 @@ def _searched(here: Path) -> Iterator[Path]:
 
 
 def _anybody_writes(folder: Path) -> bool:
+    """Tell whether every user may write to a folder."""
     try:
         return bool(folder.stat().st_mode & stat.S_IWOTH)
     except OSError:
@@ -190,7 +194,7 @@ def _anybody_writes(folder: Path) -> bool:
 
 
 def settings_at(place: Path) -> Settings:
-    """What the nearest ``postproc.toml`` says about the programs of a folder."""
+    """Return the settings that the nearest ``postproc.toml`` states for a folder; defaults where there is none."""
     found = find_settings(place)
     if found is None:
         return Settings()

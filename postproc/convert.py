@@ -80,12 +80,12 @@ class Conversion:
 
     @property
     def output(self) -> bytes | None:
-        """The corrected bytes of a single file."""
+        """The corrected bytes of the first file; None where nothing is written."""
         return next(iter(self.outputs.values()), None)
 
 
 class _Refused(Exception):
-    """The program is not converted, or nothing in it moves the arm (exit code 0)."""
+    """Stops a conversion with findings: exit code 0 where nothing moves the arm, 1 or 2 where it is refused."""
 
     def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
         self.findings, self.exit_code = findings, exit_code
@@ -111,7 +111,7 @@ class _Task:
 
     @property
     def on(self) -> bool:
-        """Whether anything may be corrected on the controller."""
+        """Whether statements may be corrected on the controller (``run_time``)."""
         return self.options.run_time != "off"
 
 
@@ -127,7 +127,7 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """What the text does: the deviation before and after, what is known of the program, the worlds looked at."""
+    """What the proof of the written text found: deviation before and after, the judged program, the worlds examined."""
 
     before: Deviation
     after: Deviation
@@ -142,7 +142,7 @@ def compensate_program(
 
     Args:
         source: one file, or all files of a task; each of them that is not read only may change.
-        model: the real arm. watch: is told what is done, and which share of the work is.
+        model: the real arm. watch: called with each step and the share of the work that is done.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
     findings: list[Diagnostic] = []
@@ -177,10 +177,10 @@ def compensate_program(
 
 
 def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagnostic]:
-    """The findings of a step.
+    """Return the findings of a step, if no error is among them.
 
     Raises:
-        _Refused: an error is among them.
+        _Refused: an error is among them; it carries the exit code.
     """
     if has_errors(findings):
         raise _Refused(*findings, exit_code=exit_code)
@@ -188,7 +188,7 @@ def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagn
 
 
 def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[Program, list[Diagnostic]]:
-    """The text of a program."""
+    """Parse the program, and return it with its findings."""
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         raise _Refused(Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
@@ -200,7 +200,11 @@ def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[
 def _follow(
     program: Program, model: Model, options: Options
 ) -> tuple[tuple[list[MotionEvent], Mapping[str, Diagnostic]], list[Diagnostic]]:
-    """The motions of a program in the order in which it runs, with where external axes stand, and what it measures."""
+    """Execute the program; returns its motion events in order with positions of external axes, and data it measures.
+
+    Raises:
+        _Refused: nothing moves the arm (exit code 0), or an error.
+    """
     station = model.station or Station()
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -216,11 +220,10 @@ def _follow(
 def _move(
     program: Program, events: list[MotionEvent], measured: Mapping[str, Diagnostic], model: Model, options: Options
 ) -> tuple[_Task, list[Diagnostic]]:
-    """What the program makes the arm do.
+    """Plan the motion of the program, with the model as far as it holds for these events.
 
-    Where a function corrects targets on the controller, values that are there only as the last run left them, and
-    those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where they are few ways or
-    part of a program may be corrected: without these the motion is read a second time.
+    With correction on the controller, targets out of reach and values left by an earlier run are taken as unknown. The
+    motion is planned again without the targets that the arm cannot run, if the rest may be corrected.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)
@@ -241,7 +244,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events without the targets that cannot be run, and what is said instead; none where errors stay errors."""
+    """Return events without targets that cannot be run, and findings in place of their errors; none if they stay."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:
@@ -252,19 +255,19 @@ def _without_errors(
 
 
 def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
-    """What the arm has to be commanded to along the whole way."""
+    """Compute the commands along the whole path with which the real arm follows it."""
     return invert_model(model, motion), doubt_weights(model, motion)
 
 
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
-    """What is written where."""
+    """Plan which numbers of the program are changed, and where targets are added."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
     plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
 def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
-    """The corrected text, and the function for what no numbers correct."""
+    """Return the corrected text, with the function for statements that no numbers correct."""
     function, findings = _function(task, plan.not_by_numbers(task.program))
     env = environment(task.options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in task.program.sources}
@@ -276,7 +279,10 @@ def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
 
 
 def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheController | None, list[Diagnostic]]:
-    """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
+    """Return the function that corrects these statements on the controller, None if it corrects none, and findings.
+
+    Where correction on the controller is off, the findings say how many statements it would reach.
+    """
     chosen = frozenset(key for key in keys if task.reach.takes(key))
     if not task.on:
         return None, would_reach(task.program, chosen)
@@ -285,7 +291,7 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
 
 
 def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[_Proof, list[Diagnostic]]:
-    """The deviation of the program as it was and as it is written, from the text itself, and what it does elsewhere."""
+    """Prove the corrected text: read it back, compute the deviation before and after, and judge every statement."""
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
     before, after = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
@@ -304,7 +310,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
 
 
 def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
-    """Along the program as it was, and as it is written.
+    """Compute the deviation along the original program, and along the corrected text when it is executed again.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
@@ -329,7 +335,7 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
 def _conversion(
     task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
 ) -> Conversion:
-    """The result of a program that is proved."""
+    """Assemble the result of a proved program, with its report and outputs."""
     model, options, judged = task.model, task.options, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
@@ -344,7 +350,7 @@ def _conversion(
 
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
-    """The conversion of a program none of whose targets is known before it runs."""
+    """Convert a program of which no target is known before it runs: by the function on the controller alone."""
     program, events = task.program, task.events
     keys = [s.key for s in program.statements]
     function, more = _function(task, keys)
@@ -363,10 +369,10 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
 
 
 def _outputs(task: _Task, text: _Text, report: Mapping[str, Any]) -> dict[str, bytes]:
-    """The bytes of every file that may change, with a header in each that does, by edits or by the function.
+    """Return the bytes of every file that may change, with a header in each that does, by edits or by the function.
 
     Raises:
-        _Refused: CMP004, the function does not stand in the text as it should.
+        _Refused: CMP004, the text with the function does not read back as the same program.
     """
     program, env, function = task.program, text.env, text.function
     head = header_values(task.model, task.options, report)

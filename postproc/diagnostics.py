@@ -31,7 +31,7 @@ _INVISIBLE = re.compile(f"{_CONTROL}{_DIRECTION}\ud800-\udfff]")
 
 
 def visible(text: str) -> str:
-    r"""Text as a terminal may show it: control characters of programs and file names as escapes, ``\x1b``.
+    r"""Return text with control characters as escapes, ``\x1b``, as a terminal may show it.
 
     A program could otherwise move the cursor, change the clipboard (OSC 52), or turn the direction of what is read.
     """
@@ -39,7 +39,7 @@ def visible(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """The same where a line must not end before its time: a file name may hold line feeds."""
+    """Return text as `visible` does, with line feeds escaped too, as file names may hold them."""
     return visible(text).replace("\n", "\\n")
 
 
@@ -50,7 +50,7 @@ class Source:
     Args:
         path: name shown to the user.
         data: the bytes of the file.
-        lent: it is read along with others for what it declares and defines, and never changed.
+        read_only: it is read along with others for what it declares and defines, and never changed.
     """
 
     path: str
@@ -59,6 +59,7 @@ class Source:
 
     @cached_property
     def line_starts(self) -> list[int]:
+        """Byte offsets at which the lines begin, separated by LF."""
         starts = [0]
         at = self.data.find(b"\n")
         while at >= 0:
@@ -68,7 +69,7 @@ class Source:
 
     @cached_property
     def encoding(self) -> str:
-        """UTF-8 where the bytes are valid UTF-8, else latin-1 (total; cp1252 rejects 0x81)."""
+        """Encoding of the bytes: UTF-8 where they are valid UTF-8, else latin-1."""
         try:
             self.data.decode("utf-8")
         except UnicodeDecodeError:
@@ -77,34 +78,36 @@ class Source:
 
     @cached_property
     def _characters(self) -> list[int]:
-        """Characters before every block of ``_BLOCK`` bytes: a file of one line is not read anew for each finding."""
+        """Numbers of characters before every block of ``_BLOCK`` bytes, for fast positions in long lines."""
         parts = (self.data[at : at + _BLOCK] for at in range(0, len(self.data), _BLOCK))
         return [0, *accumulate(len(self._begun(part)) for part in parts)]
 
     def _begun(self, part: bytes) -> bytes:
-        """The bytes at which a character begins."""
+        """Return the bytes at which a character begins, one for each character."""
         return part if self.encoding == "latin-1" else part.translate(None, _CONTINUED)
 
     def _characters_before(self, offset: int) -> int:
+        """Return the number of characters before a byte offset."""
         block = min(offset, len(self.data)) // _BLOCK
         return self._characters[block] + len(self._begun(self.data[block * _BLOCK : offset]))
 
     def row(self, offset: int) -> int:
-        """Number of the line of a byte offset, from 1."""
+        """Return the line number, from 1, of a byte offset."""
         return bisect_right(self.line_starts, offset)
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column of a byte offset, both counted from 1, columns in characters."""
+        """Return line and column of a byte offset, both counted from 1, columns in characters."""
         row = self.row(offset)
         start = self.line_starts[row - 1]
         return row, self._characters_before(offset) - self._characters_before(start) + 1
 
     def line_span(self, number: int) -> Span:
-        """Offsets of a line, without what ends it."""
+        """Return the byte offsets of a line, counted from 1, without its line end."""
         start = self.line_starts[number - 1]
         return start, start + len(self.line(number).encode(self.encoding))
 
     def line(self, number: int) -> str:
+        """Return the text of a line, counted from 1, without its line end."""
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.data)
         return self.data[start:end].decode(self.encoding, "replace").rstrip("\r\n")
@@ -150,7 +153,7 @@ class Diagnostic:
 
     @property
     def place(self) -> str:
-        """``file:line:col``, as far as it is known."""
+        """``file:line:col``, as far as it is known; else empty."""
         if self.source is None:
             return ""
         if self.span is None:
@@ -159,7 +162,7 @@ class Diagnostic:
         return f"{self.source.path}:{line}:{column}"
 
     def render(self, width: int | None = None) -> str:
-        """Text for a terminal: message, place, source line with carets, help.
+        """Return the text for a terminal: message, place, source line with carets, help.
 
         Args:
             width: columns that a line may take, None for as many as it needs.
@@ -183,6 +186,7 @@ class Diagnostic:
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, Any]:
+        """Return the finding as an entry of ``diagnostics`` in documents."""
         result: dict[str, Any] = {
             "code": self.code,
             "severity": self.severity,
@@ -224,24 +228,30 @@ class PostprocError(Exception):
         help: str = "",
         exit_code: int = 2,
     ) -> Self:
-        """One finding that stops the work."""
+        """Build the exception from one finding of severity ``error``."""
         return cls(Diagnostic(code, "error", message, source, span, help), exit_code)
 
     def __str__(self) -> str:
+        """Return all findings as rendered text."""
         return "\n".join(d.render() for d in self.diagnostics)
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:
-    """The question for a misspelt name, with the nearest of the known ones; capitals do not count."""
+    """Return "did you mean" with the nearest known names, at most ``most``; empty where none is near. Case is ignored.
+
+    Args:
+        cutoff: likeness from 0 to 1 that a name needs.
+    """
     spelt = {other.lower(): other for other in known}
     close = [spelt[c] for c in get_close_matches(name.lower(), spelt, most, cutoff)]
     return "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else ""
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    """Tell whether any finding has severity ``error``."""
     return any(d.severity == "error" for d in diagnostics)
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
+    """Join words as ``a``, ``a and b``, ``a, b and c``."""
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

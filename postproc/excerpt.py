@@ -10,18 +10,19 @@ CUT = ".."
 
 
 def columns(text: str) -> int:
-    """Columns that a line without tabs takes on a terminal: wide letters take two, accents that combine none."""
+    """Return the columns that text without tabs takes on a terminal: wide letters take two, combining accents none."""
     return len(text) if text.isascii() else sum(map(_columns, text))
 
 
 def _columns(letter: str) -> int:
+    """Return the columns of one character."""
     if unicodedata.category(letter) in ("Mn", "Me", "Cf"):
         return 0
     return 2 if unicodedata.east_asian_width(letter) in "WF" else 1
 
 
 def spread(text: str) -> str:
-    """A line with blanks in place of its tabs, up to the next stop."""
+    """Return a line with its tabs replaced by blanks, up to the next multiple of four columns."""
     done = ""
     for part in text.split("\t")[:-1]:
         done += part
@@ -30,7 +31,11 @@ def spread(text: str) -> str:
 
 
 def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
-    """A line wrapped between words, what follows indented; a word that is longer than the line stays whole."""
+    """Wrap a line between words, with further lines indented; a word longer than the width stays whole.
+
+    Args:
+        width: columns of the terminal; None for no limit.
+    """
     if width is None or columns(text) <= width:
         return text
     lead = text[: len(text) - len(text.lstrip(" "))]
@@ -48,10 +53,10 @@ def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
 
 
 def underlined(before: str, marked: str, after: str, width: int | None) -> tuple[str, str]:
-    """A line of source, and the line with carets below its marked part; cut around it where it is too long.
+    """Return a line of source, and carets below its marked part; a line that is too long is cut around it.
 
     Args:
-        before, marked, after: the line. width: columns that there are, None for as many as it takes.
+        before, marked, after: the parts of the line. width: columns that there are, None for as many as it takes.
     """
     if width is not None:  # of a program on one line no more is looked at than may be shown
         before, marked, after = before[-4 * width :], marked[: 4 * width], after[: 4 * width]

@@ -30,7 +30,7 @@ _SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.
 
 
 def read_file(name: str | Path) -> bytes:
-    """The bytes of a regular file.
+    """Return the bytes of a regular file.
 
     Raises:
         OSError: there is none, it cannot be read, is a pipe or a device (reading these may never end), or too large.
@@ -52,10 +52,11 @@ def read_file(name: str | Path) -> bytes:
 
 
 def read_source(name: str | Path, code: str = "", read_only: bool = False) -> Source:
-    """A file with its name.
+    """Read a file with its name.
 
     Args:
-        code: of the finding where it cannot be read; that of the command line, CLI002 to CLI004, where none is given.
+        code: of the error where it cannot be read; empty for that of the command line, CLI002 to CLI004.
+        read_only: it is used by a program and never changed.
 
     Raises:
         PostprocError: it cannot be read.
@@ -72,7 +73,7 @@ def read_source(name: str | Path, code: str = "", read_only: bool = False) -> So
 
 
 def place(path: Path, follow: bool = True) -> Place:
-    """Which file a path leads to, whatever it is called: device and number of the nearest folder, and the names in it.
+    """Return a key that is equal for paths of one file: device and number of the nearest folder, and the names in it.
 
     Args:
         follow: where the last part is a link, the file that it points to; False is the link itself.
@@ -85,18 +86,18 @@ def place(path: Path, follow: bool = True) -> Place:
 
 
 def real(path: Path) -> Path:
-    """A path without links, whatever stands there; links that end nowhere or in a circle are no error."""
+    """Return a path with all links followed; broken or circular links are no error."""
     return Path(os.path.realpath(path))
 
 
 def _caseless(folder: Path) -> bool:
-    """Whether names that differ in case are one file in a folder, told by its own name."""
+    """Tell whether names that differ in case are one file in a folder, by trying this on the folder's own name."""
     other = folder.with_name(folder.name.swapcase()) if folder.name else folder
     return other.name != folder.name and other.is_dir() and other.samefile(folder)
 
 
 def stays_inside(name: str) -> bool:
-    """Whether a relative path with forward slashes stays in its folder, whatever that is."""
+    """Tell whether a relative path with forward slashes stays inside any folder it is joined to."""
     try:
         os.fsencode(name)
     except UnicodeEncodeError:  # half of a surrogate pair
@@ -106,11 +107,11 @@ def stays_inside(name: str) -> bool:
 
 
 def check_writes(reads: Iterable[str | Path | None], *writes: Path | None) -> None:
-    """Refuse what a command would write before it does anything.
+    """Refuse outputs of a command before it does anything.
 
     Args:
-        reads: names of all files that are read; None is none, and stdin is no file.
-        writes: all files that will be written, and nothing of the kind None.
+        reads: names of all files that are read; None is skipped.
+        writes: all files that will be written; None is skipped.
 
     Raises:
         PostprocError: an output is an input or another output (CLI007), or cannot be written (CLI008).
@@ -136,13 +137,13 @@ def check_writes(reads: Iterable[str | Path | None], *writes: Path | None) -> No
 def check_tree(
     root: Path, names: Iterable[str], state: Iterable[str], reads: Iterable[Path], *beside: Path | None
 ) -> None:
-    """Refuse a tree of outputs before anything in it is written: it stays in its folder, and reaches no input.
+    """Refuse a tree of outputs that would leave its folder or overwrite an input, before anything in it is written.
 
     Args:
         root: the folder.
         names: files that are put into it, relative to it, with forward slashes; state: those that are kept open there,
             in folders of their own.
-        beside: other files that will be written.
+        reads: all files that are read. beside: other files that will be written.
 
     Raises:
         PostprocError: BAT015, or as `check_writes`.
@@ -178,7 +179,7 @@ def check_tree(
 
 
 def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:
-    """Write under a temporary name, force it to the disk, rename: readers see the old file or the whole new one.
+    """Write a file atomically: under a temporary name, forced to the disk, then renamed.
 
     Folders that are not there are made; the rights of a file that is replaced stay.
 
@@ -203,19 +204,20 @@ def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:
 
 
 def why(error: OSError) -> tuple[str, str]:
-    """What an error of the system says, and what helps."""
+    """Return what an error of the operating system says, and a help text."""
     help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
     return error.strerror or str(error), help_
 
 
 def _umask() -> int:
+    """Return the process's mask for the rights of new files."""
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
 def resource(*parts: str) -> Path:
-    """Path of a file or folder that ships with the package, such as ``resource("templates", "module.j2")``.
+    """Return the path of a file or folder that ships with the package, such as ``resource("templates", "module.j2")``.
 
     A wheel carries these folders inside the package. In a checkout (also when installed with ``pip install -e``, which
     leaves a stale copy in site-packages that must not be read) they stand beside it.
@@ -227,6 +229,6 @@ def resource(*parts: str) -> Path:
 
 
 def explanations() -> dict[str, str]:
-    """Every diagnostic's section of ``docs/diagnostics``, by code."""
+    """Return every diagnostic's section of ``docs/diagnostics`` as Markdown, by code."""
     pages = sorted(resource("docs", "diagnostics").glob("*.md"))
     return {found[1]: found[0].strip() for page in pages for found in _SECTION.finditer(page.read_text("utf-8"))}

@@ -11,7 +11,7 @@ V = TypeVar("V")
 
 
 def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """The values of each key, all in the order in which they come."""
+    """Group values by key; keys and values keep the order in which they come."""
     found: dict[K, list[V]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)
@@ -19,7 +19,7 @@ def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
 
 
 def shared(path: str) -> Any:
-    """A property that gives an attribute of a part which many values share, such as ``shape.instruction``.
+    """Return a property that reads a nested attribute such as ``shape.instruction``, for parts that many values share.
 
     It is read without a Python call, as fast as an attribute of the value's own.
     """

@@ -7,10 +7,10 @@ LARGEST_NUMBER = 1e30
 
 
 def read_number(text: str) -> float:
-    """The number in a text; unlike ``float`` it takes neither ``-18_2316`` nor digits of other scripts.
+    """Parse a number; unlike ``float`` it takes neither ``-18_2316`` nor digits of other scripts.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is none.
     """
     if "_" in text or not text.isascii():
         raise ValueError(f"not a number: {text!r}")

@@ -15,7 +15,7 @@ SPARED = ("f2py", "testing")
 
 @contextmanager
 def seldom_collecting() -> Iterator[None]:
-    """Python looks for garbage by the thresholds of ``COLLECT``, afterwards by those that were in force."""
+    """Set the thresholds of garbage collection to ``COLLECT`` in a ``with`` block, and restore them after it."""
     before = gc.get_threshold()
     gc.set_threshold(*COLLECT)
     try:
@@ -25,7 +25,7 @@ def seldom_collecting() -> Iterator[None]:
 
 
 def load_scipy() -> None:
-    """Load scipy without a Fortran compiler and tools for tests: a twentieth of a second.
+    """Import scipy without the parts of numpy for Fortran and tests, which saves a twentieth of a second.
 
     scipy takes over all names of numpy (`from numpy import *`), and numpy loads these two parts when they are asked
     for. Whoever asks for them later gets them as always.

@@ -26,7 +26,7 @@ TYPES: Mapping[str, type | tuple[type, ...]] = {"integer": int, "number": (int, 
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of one kind of file, a key of `KINDS`.
+    """Return the JSON Schema (draft 2020-12) of one kind of file, a key of `KINDS`.
 
     Raises:
         KeyError: there is no such kind.
@@ -42,6 +42,7 @@ class _DescribedSchema(GenerateJsonSchema):
     """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
 
     def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
+        """Return the schema of a table, with descriptions of its keys from the ``Args`` of its class and bases."""
         part = super().model_schema(schema)
         cls: type[BaseModel] = schema["cls"]
         said = [parse(base.__doc__ or "") for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]
@@ -60,20 +61,24 @@ class _DescribedSchema(GenerateJsonSchema):
 
 
 def _with_effects(schema: dict[str, Any]) -> None:
-    """``[effects.KEY]`` of a model file, as the effects declare it; those of the user's own may hold anything."""
+    """Add ``[effects.KEY]`` of a model file to its schema, as the effects declare it; other keys may hold anything."""
     known = {key: _effect(cls) for key, cls in effect_library().items()}
     own = {"type": "object", "description": "an effect of your own (`--effects FILE.py`)"}
     schema["properties"]["effects"] = {"type": "object", "properties": known, "additionalProperties": own}
 
 
 def _effect(cls: type[Effect]) -> dict[str, Any]:
+    """Return the schema of an effect's table."""
     keys = {name: _structure(declared, getattr(cls, name)) for name, declared in cls.structures().items()}
     keys |= {name: _parameter(declared) for name, declared in cls.parameters().items()}
     return {"type": "object", "description": cls.title, "properties": keys, "additionalProperties": False}
 
 
 def _parameter(declared: Parameter) -> dict[str, Any]:
-    """A number, or nested lists as deep as its shape; lengths that a structural field gives stay open."""
+    """Return the schema of a parameter: a number, or nested lists as deep as its shape.
+
+    Lengths that a structural field gives stay open.
+    """
     entry = NUMBER | _limits(np.min(declared.low), np.max(declared.high))
     for length in reversed(declared.shape):
         sized = {"minItems": length, "maxItems": length} if isinstance(length, int) else {}
@@ -82,6 +87,7 @@ def _parameter(declared: Parameter) -> dict[str, Any]:
 
 
 def _structure(declared: Structure, default: object) -> dict[str, Any]:
+    """Return the schema of a structural choice: an enumeration, a value, or a list for a tuple."""
     if declared.choices:
         return {"enum": list(declared.choices)}
     values = default if isinstance(default, tuple) else (default,)
@@ -91,6 +97,7 @@ def _structure(declared: Structure, default: object) -> dict[str, Any]:
 
 
 def _limits(low: float, high: float) -> dict[str, float]:
+    """Return the finite ones of two limits as keywords of JSON Schema."""
     named = {"minimum": float(low), "maximum": float(high)}
     return {name: value for name, value in named.items() if np.isfinite(value)}
 

@@ -52,17 +52,22 @@ class Settings:
 
     @property
     def names_arm(self) -> bool:
+        """Whether an arm is named, by a model or by a robot."""
         return self.model is not None or self.robot is not None
 
     @property
     def inputs(self) -> tuple[Path | str | None, ...]:
-        """Files that are read, beside the programs."""
+        """Files that are read beside the programs; None for those not stated."""
         folder = self.options.template_dir
         templates = sorted(folder.glob("*.j2")) if folder is not None else ()
         return (self.model, self.robot, self.cell, *self.effects, *self.side_files, *self.stated_in, *templates)
 
     def headline(self, robot: str) -> str:
-        """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
+        """Return the first line for people: the arm, what names it, tolerances and scope.
+
+        Args:
+            robot: name of the arm.
+        """
         model = f" as in `{self.model}`" if self.model is not None else ""
         model = f" with `{self.model}`, the model of another arm" if model and self.another_arm else model
         model = " with the joint compliances of its controller" if self.from_controller else model
@@ -73,18 +78,18 @@ class Settings:
         return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}; {near}; scope {o.scope}"
 
     def heritage(self, folder: Path) -> list[str]:
-        """What a settings file above a folder decides there, for people: a line, or none."""
+        """Return a line on what a settings file above a folder states for it; empty for none."""
         keys = ", ".join(f"{key} = {value}" for key, value in self.inherited)
         above = keys and real(self.stated_in[0]).parent != real(folder)
         return [f"from `{self.stated_in[0]}`: {keys}"] if above else []
 
     def document(self, robot: str) -> dict[str, str]:
-        """The same for documents."""
+        """Return the keys of documents on the arm, what names it, and the scope."""
         return {"robot": robot, "robot_from": self.robot_from, "scope": self.options.scope}
 
 
 def told(settings: Settings) -> dict[str, str]:
-    """What a page says about how its result was made."""
+    """Return what a page says about how its result was made, by label."""
     o = settings.options
     shipped = "shipped with postproc, not measured on this arm"
     beside: dict[str, Iterable[object]] = {
@@ -112,7 +117,7 @@ def told(settings: Settings) -> dict[str, str]:
 
 
 def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None, *, bare: bool = False) -> Model:
-    """The model that the settings name.
+    """Load the model that the settings name.
 
     Args:
         program: what is converted, for people. unknown: why its controller does not name the arm, either.
@@ -153,7 +158,7 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
 
 
 def _moved_to(model: Model, robot: Robot, name: str) -> Model:
-    """The model with another robot; what a fit knows of its accuracy holds for the arm that was measured alone."""
+    """Return the model with another robot; the uncertainty of its fit is kept only if the geometry is equal."""
     import numpy as np
 
     before = model.robot
@@ -162,7 +167,7 @@ def _moved_to(model: Model, robot: Robot, name: str) -> Model:
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:
-    """KIN017 where the controller corrects what a model of the arm's type would correct once more."""
+    """Return KIN017 where the controller already corrects what the model of the arm's type would correct again."""
     if settings.model is not None or settings.options.already or station is None:
         return []
     if not station.cell_arm.calibrated:
@@ -174,7 +179,7 @@ def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnos
 
 
 def read_station(path: Path) -> Station:
-    """The arm in the cell that a file or a backup describes.
+    """Read the arm in its cell from a file or a backup.
 
     Raises:
         PostprocError: KIN016, it cannot be read, what it says does not fit, or it holds several arms.

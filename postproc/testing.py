@@ -24,7 +24,7 @@ class ApprovedProgram(Protocol):
 
 
 def programs(folder: str | Path) -> list[str]:
-    """Names of the modules below a folder, relative to it, sorted."""
+    """Return the names of the modules below a folder, relative to it, sorted."""
     from postproc.rapid.program.program import ENDINGS
 
     root = Path(folder)
@@ -73,11 +73,13 @@ def approved_program(pytestconfig: pytest.Config) -> ApprovedProgram:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option ``--approve-programs`` to pytest."""
     group = parser.getgroup("postproc", "robot programs")
     group.addoption(UPDATE, action="store_true", help="produced programs take the place of approved ones that differ")
 
 
 def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float) -> str:
+    """Return how two programs differ, or why one cannot be read; empty where they are equal."""
     from postproc.diagnostics import PostprocError
 
     try:
@@ -88,6 +90,7 @@ def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float)
 
 
 def _read(path: str | Path) -> Program:
+    """Read a program; PostprocError where it has errors."""
     from postproc.diagnostics import PostprocError, has_errors
     from postproc.files import read_source
     from postproc.rapid.program.program import read_program

@@ -52,13 +52,14 @@ class FileTable(BaseModel):
 
 
 def _near(value: float) -> float:
+    """Return a length [mm]; refuse one beyond ten kilometres."""
     if abs(value) > FARTHEST:
         raise PydanticCustomError("far", f"{value:g} mm is farther than {FARTHEST / 1e6:g} km", {"help": "give mm"})
     return value
 
 
 def each_once(names: list[str]) -> list[str]:
-    """Names of which none stands twice."""
+    """Return the names; refuse a list in which one occurs twice."""
     twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
     if twice is not None:
         raise PydanticCustomError("twice", f"`{twice}` stands twice", {"help": "name each once"})
@@ -71,10 +72,13 @@ Place = tuple[Millimetres, Millimetres, Millimetres]
 
 
 def parse_toml(source: Source, code: str) -> dict[str, Any]:
-    """The content of a TOML file.
+    """Parse a TOML file.
+
+    Args:
+        code: of the error.
 
     Raises:
-        PostprocError: the given code, at the place where the file is not TOML.
+        PostprocError: at the place where the file is not TOML.
     """
     if len(source.data) > LARGEST:
         text = f"the file has {len(source.data) / 1e6:.1f} MB, and at most {LARGEST / 1e6:g} are read as TOML"
@@ -101,6 +105,7 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
 
 
 def _error_span(source: Source, message: str) -> Span:
+    """Return the byte span of the line and column that a parser's message names; without, the end of the file."""
     found = re.search(r"at line (\d+), column (\d+)", message)
     if not found:
         return len(source.data), len(source.data)
@@ -110,7 +115,7 @@ def _error_span(source: Source, message: str) -> Span:
 
 @lru_cache(maxsize=8)
 def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
-    """Spans of every key and of its value, in characters, by path; entries of [[tables]] carry their number."""
+    """Return by path the spans, in characters, of every key and its value; entries of [[tables]] have a number."""
     places: dict[Keys, tuple[Span, Span]] = {}
     prefix: Keys = ()
     counts: dict[Keys, int] = {}
@@ -134,11 +139,16 @@ def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
 
 
 def _split(dotted: str) -> Keys:
+    """Split a dotted key into its parts, without quotes."""
     return tuple(part.strip("\"'") for part in re.findall(_KEY, dotted))
 
 
 def _numbered(keys: Keys, counts: dict[Keys, int], entry: bool) -> Keys:
-    """Path of a header, with the number of the [[entry]] it stands in after each array's name."""
+    """Return the path of a header, with the number of the [[entry]] after the name of each array.
+
+    Args:
+        counts: number of the last entry of each array so far, which is updated. entry: the header is [[double]].
+    """
     path: Keys = ()
     for position, key in enumerate(keys):
         path = (*path, key)
@@ -150,7 +160,7 @@ def _numbered(keys: Keys, counts: dict[Keys, int], entry: bool) -> Keys:
 
 
 def _value_end(text: str, start: int) -> int:
-    """End of the value that starts here: its line's end outside brackets and strings."""
+    """Return the end of the value that starts here: the end of its line, outside of brackets and strings."""
     depth = 0
     for token in _TOKEN.finditer(text, start):
         if token[0] == "\n" and depth <= 0:
@@ -160,7 +170,7 @@ def _value_end(text: str, start: int) -> int:
 
 
 def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
-    """Byte span of a key (of its value, if asked), or of the innermost part of its path that stands in the file."""
+    """Return the byte span of a key, or of its value, or of the innermost part of its path that is in the file."""
     text = source.data.decode("utf-8", "replace")
     places = locate(text)
     for length in range(len(keys), 0, -1):
@@ -172,10 +182,13 @@ def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
 
 
 def check(schema: type[Schema], content: dict[str, Any], source: Source, code: str) -> Schema:
-    """The content as a value of the schema; no value is taken for one of another type.
+    """Validate the content of a file against a schema and return it as a value; no type is converted to another.
+
+    Args:
+        code: of the errors.
 
     Raises:
-        PostprocError: the given code, one finding for each key or value that does not fit.
+        PostprocError: one finding for each key or value that does not fit, at its place.
     """
     try:
         # As JSON, lists may stand for tuples and nothing else for another thing; dates have no place in any file.
@@ -194,7 +207,7 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
 
 
 def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
-    """Every number and word, with its path."""
+    """Yield every number and word of nested content, with its path."""
     if isinstance(content, dict | list):
         for key, value in content.items() if isinstance(content, dict) else enumerate(content):
             yield from _values(value, (*keys, key))
@@ -203,7 +216,7 @@ def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
 
 
 def _odd(value: Any) -> str:
-    """What is wrong with a number or a word, whatever it stands for."""
+    """Say what is wrong with any number or word: too large, or with the character 0; else empty."""
     if isinstance(value, str):
         return "no text holds the character 0" if "\0" in value else ""
     if not isinstance(value, int | float) or abs(value) <= LARGEST_NUMBER:  # NaN is in no order
@@ -212,6 +225,7 @@ def _odd(value: Any) -> str:
 
 
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
+    """Return the diagnostic for one error of pydantic, at its key."""
     keys: Keys = tuple(error["loc"])
     if error["type"] == "extra_forbidden":
         key, allowed = str(keys[-1]), _allowed(schema, keys[:-1])
@@ -235,6 +249,7 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
 
 
 def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
+    """Return the keys that the table at a path may have, sorted."""
     current: Any = schema
     for key in loc:
         if (
@@ -253,6 +268,7 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
 
 
 def _expected(error: dict[str, Any]) -> str:
+    """Return a help text for one error of pydantic: what to give, or what was found."""
     context = error.get("ctx", {})
     if "help" in context:
         return str(context["help"])

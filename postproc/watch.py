@@ -11,17 +11,17 @@ Watch = Callable[[str, float], None]
 
 
 def unwatched(what: str, share: float) -> None:
-    """Nobody does."""
+    """Do nothing: the `Watch` of work whose progress nobody wants to see."""
 
 
 def told_of(
     parts: Iterable[T], share: Callable[[T], float], watch: Watch, step: tuple[str, float, float]
 ) -> Iterator[T]:
-    """The parts of a step, told of as each is done.
+    """Yield the parts of a step, and report the progress after each.
 
     Args:
-        share: of the step that a part is.
-        step: what it is called, and the shares of the whole work that lie behind when it begins and ends.
+        share: returns the share of the step that a part is.
+        step: its name, and the shares of the whole work that are done when it begins and when it ends.
     """
     what, done, end = step
     rest = end - done

@@ -13,15 +13,15 @@ _TASK = rb"(?im)^>>%s:[^\n]*\n(?:(?!>>)[^\n]*\S[^\n]*(?:\n|\Z))*"  # its head an
 
 
 def is_backinfo(path: str) -> bool:
-    """Whether a file of a backup lists the modules of its tasks."""
+    """Tell whether a path is that of BACKINFO/backinfo.txt, in any case."""
     return [part.lower() for part in PurePosixPath(path).parts[-2:]] == ["backinfo", "backinfo.txt"]
 
 
 def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> list[tuple[str, str]]:
-    """Modules that a batch has put into the tasks of a backup: folder of the task, and the path in it.
+    """Return the modules that a batch added to the tasks of a backup: name of the task's folder, and path inside it.
 
     Args:
-        path: of backinfo.txt. tasks: all of the batch. lines: of the journal.
+        path: of backinfo.txt. tasks: all of the batch. lines: of the journal, the newest last.
     """
     home = PurePosixPath(path).parent.parent
     own = {task.name: {*task.files, page_of(task.name)} for task in tasks}
@@ -36,7 +36,7 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
 
 
 def with_modules(data: bytes, modules: Iterable[tuple[str, str]]) -> bytes:
-    """The text of backinfo.txt with modules added to the lists of their tasks, where they do not stand there."""
+    """Return the bytes of backinfo.txt with modules (task, path) added to their task's list, if it lacks them."""
     for task, module in modules:
         section = re.search(_TASK % re.escape(task.encode()), data)
         name = module.encode()

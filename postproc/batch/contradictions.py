@@ -26,10 +26,10 @@ PROCESS = ("force", "moment", "already")
 
 
 def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) -> list[Diagnostic]:
-    """BAT012, BAT019 and BAT020: errors where a settings file says it.
+    """Return BAT012, BAT019 and BAT020: contradictions to controller or data sheet; errors for a settings file.
 
     Args:
-        place: a file of the task, or its folder. robot: the arm that is taken.
+        place: a file of the task, or its folder. robot: the arm of the settings' model.
     """
     inherited = dict(settings.inherited)
     found = _against_arm(task, robot.name, inherited.keys())
@@ -43,6 +43,11 @@ def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) ->
 
 
 def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Diagnostic]:
+    """Return BAT012 where the model's arm is not that of the controller; an info if the latter is not known.
+
+    Args:
+        inherited: keys that a settings file states; an arm or model from there makes it an error.
+    """
     if task.unknown is not None:
         return [replace(task.unknown, severity="info", help="the arm or model that was named is used")]
     if task.robot in (None, robot):
@@ -55,7 +60,7 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
 
 
 def _backup(task: Task, place: Path) -> Path | None:
-    """The folder of the controller's backup that a task stands in."""
+    """Return the controller's backup that a task is part of: the folder above RAPID; None without one."""
     stated = task.robot is not None or task.unknown is not None or task.station is not None
     at = real(place)
     above = (folder.parent for folder in (at, *at.parents) if folder.name.lower() == "rapid")
@@ -63,7 +68,7 @@ def _backup(task: Task, place: Path) -> Path | None:
 
 
 def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
-    """What a settings file above a backup says of its cell."""
+    """Return BAT019 where a settings file outside the backup states forces or corrected parts of its cell."""
     keys = [key for key in PROCESS if key in inherited]
     if not keys or real(settings.stated_in[0]).is_relative_to(backup):
         return []
@@ -74,7 +79,7 @@ def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]
 
 
 def _beyond_payload(settings: Settings, robot: Robot, severity: Severity) -> list[Diagnostic]:
-    """BAT020 where the process force is more than the weight of the payload that the arm is rated for."""
+    """Return BAT020 where the process force exceeds the weight of the arm's rated payload."""
     force, rated = math.hypot(*settings.options.force), robot.payload
     if rated is None or force <= GRAVITY * rated:
         return []

@@ -16,10 +16,13 @@ from postproc.watch import Watch, unwatched
 def compare_folders(
     a: Path, b: Path, tolerance_mm: float, tolerance_deg: float = 0.01, watch: Watch = unwatched
 ) -> list[FileDiff]:
-    """Compare the files of two folders that stand under the same path, in the order of these.
+    """Compare the files of two folders, paired by their relative path; returns a result for each path, sorted.
 
-    A module is compared by itself: what it takes from other files counts by its words. Hidden files and pages
-    (``.html``) are left out.
+    A file in only one folder is "added" or "removed". A module is compared without the files it uses: names from there
+    are compared as text. Hidden files and pages (``.html``) are left out.
+
+    Args:
+        watch: called with each path and the fraction done.
 
     Raises:
         PostprocError: a folder cannot be read (BAT002), or there is no RAPID module in either (BAT001).
@@ -40,11 +43,17 @@ def compare_folders(
 
 
 def _files(folder: Path) -> dict[str, Path]:
+    """Return the files below a folder by relative path, without hidden ones and pages."""
     names = (name for name in files_below(folder) if not any(p.startswith(".") for p in Path(name).parts))
     return {name: folder / name for name in names if Path(name).suffix.lower() != ".html"}
 
 
 def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDiff:
+    """Compare two files: RAPID modules by meaning, all others by bytes.
+
+    Args:
+        near: tolerances [mm], [deg].
+    """
     one, two = (read_source(file, "BAT002") for file in (a, b))
     if one.data == two.data:
         return FileDiff(path, "equal")
@@ -59,7 +68,7 @@ def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDif
 
 
 def _programs_compared(one: Source, two: Source, near: tuple[float, float]) -> ProgramDiff:
-    """Raises PostprocError where one of the files is no program that can be read, or an encrypted one."""
+    """Compare two modules by meaning; raises PostprocError where one cannot be read or is encrypted."""
     programs = [read_program(source) for source in (one, two)]
     for program in programs:
         if has_errors(program.diagnostics) or not program.modules:

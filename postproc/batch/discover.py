@@ -37,10 +37,10 @@ _LISTED = re.compile(r"<Module>([^<]*+)</Module>", re.IGNORECASE)
 
 
 def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list[str]]:
-    """Tasks of a folder, and files that are copied as they are, by their paths in it.
+    """Return the tasks of a folder, and the files that are only copied, by relative path; both sorted.
 
     Args:
-        output: left out, where it stands inside the folder.
+        output: folder of the outputs, which is left out where it is inside the folder.
 
     Raises:
         PostprocError: BAT002, a folder cannot be read.
@@ -76,7 +76,7 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
 
 
 def task_around(module: Path) -> Task:
-    """The task of a controller's backup that a module stands in, without its files; one of its own elsewhere."""
+    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of its own."""
     here = module.absolute()
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
@@ -92,6 +92,7 @@ def task_around(module: Path) -> Task:
 
 
 def _configured(folder: Path) -> bool:
+    """Tell whether a folder holds SYSPAR or BACKINFO."""
     try:
         return any(path.name.lower() in CONFIGURED and path.is_dir() for path in folder.iterdir())
     except OSError:
@@ -99,12 +100,13 @@ def _configured(folder: Path) -> bool:
 
 
 def with_arm(settings: Settings, task: Task, bare: bool = False) -> Settings:
-    """The settings for a task: the arm is that of the controller's configuration where nothing else names one.
+    """Return the settings with the arm of the task's controller where they name none, and with its station.
 
-    The programs of other tasks are followed only where the task is not refused for what its controller does.
+    The programs of other tasks are executed for the places of their units, unless the task is refused because its
+    controller already corrects the arm.
 
     Args:
-        bare: the program is only looked at, whatever its controller corrects by itself.
+        bare: the program is only inspected, so it is not refused.
     """
     if not settings.names_arm and task.robot is not None:
         settings = replace(settings, robot=task.robot, robot_from=CONTROLLER)
@@ -115,10 +117,10 @@ def with_arm(settings: Settings, task: Task, bare: bool = False) -> Settings:
 
 
 def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
-    """Files below a folder, links followed; what stands in the output folder is none.
+    """Yield the files below a folder by relative path, following links; without outputs, version control and settings.
 
     Raises:
-        PostprocError: BAT002, a folder cannot be read: what stands in it must not count as gone.
+        PostprocError: BAT002, a folder cannot be read: what is in it must not count as gone.
     """
     waiting = [(folder, frozenset({real(folder)}))]
     while waiting:
@@ -135,11 +137,12 @@ def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
 
 
 def in_output(path: Path, output: Path | None) -> bool:
-    """Whether a path leads into the folder of the outputs, which are no input."""
+    """Tell whether a path leads into the folder of the outputs."""
     return output is not None and real(path).is_relative_to(real(output))
 
 
 def _entries(folder: Path) -> list[Path]:
+    """Return the sorted paths in a folder; BAT002 where it cannot be read."""
     try:
         return sorted(folder.iterdir())
     except OSError as error:
@@ -147,7 +150,7 @@ def _entries(folder: Path) -> list[Path]:
 
 
 def _kind(path: Path) -> int | None:
-    """Type of the file that a path leads to; None for a link to nothing, which is reported where it is read."""
+    """Return the type of the file a path leads to; None for a broken link, which is reported where it is read."""
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except OSError as error:
@@ -157,16 +160,18 @@ def _kind(path: Path) -> int | None:
 
 
 def _unreadable(path: Path, error: OSError) -> PostprocError:
+    """Return the error BAT002 about a path."""
     text = f"cannot read `{path}`: {error.strerror}"
     return PostprocError.of("BAT002", text, help="check its rights; nothing was done, and no output taken out")
 
 
 def _suffix(name: str) -> str:
+    """Return the ending of a path in lower case."""
     return PurePosixPath(name).suffix.lower()
 
 
 def _backups(files: Iterable[str]) -> set[str]:
-    """Folders that hold RAPID beside SYSPAR, BACKINFO or HOME; ``.`` is the root."""
+    """Return the folders that hold RAPID beside SYSPAR, BACKINFO or HOME; ``.`` is the root."""
     beside: dict[str, set[str]] = {}
     for name in files:
         parts = PurePosixPath(name).parts
@@ -176,16 +181,18 @@ def _backups(files: Iterable[str]) -> set[str]:
 
 
 def _in_home(name: str, backups: Iterable[str]) -> bool:
+    """Tell whether a file is in the HOME folder of a backup."""
     return any(_below(name, backup, "home") for backup in backups)
 
 
 def _below(name: str, backup: str, part: str) -> bool:
+    """Tell whether a path is below the folder ``part``, in lower case, of a backup."""
     parts, base = PurePosixPath(name).parts, PurePosixPath(backup).parts
     return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part
 
 
 def _task_folder(name: str) -> str | None:
-    """The folder of the task that a file belongs to: that above PROGMOD and SYSMOD, or a folder inside RAPID."""
+    """Return the folder of the task that a file belongs to: above PROGMOD or SYSMOD, or inside RAPID; else None."""
     parts = PurePosixPath(name).parts
     for depth, part in enumerate(parts[:-1]):
         if part.lower() in PARTS:
@@ -200,7 +207,11 @@ def _task_folder(name: str) -> str | None:
 
 
 def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Cell] | None:
-    """What the task of a folder moves, and its cell; None outside a backup."""
+    """Return what the task of a folder moves, and its cell; None outside a backup.
+
+    Args:
+        stated: configuration and cell of each backup, by its folder.
+    """
     for backup, (configuration, cell) in stated.items():
         if _below(f"{home}/x", backup, "rapid"):
             return read_drive(configuration, PurePosixPath(home).name), cell
@@ -208,16 +219,18 @@ def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Ce
 
 
 def _parent(place: str) -> str:
+    """Return the folder above a path in lower case."""
     return str(PurePosixPath(place).parent).lower()
 
 
 def _moveless(folder: Path, members: Iterable[str]) -> bool:
-    """Whether no statement of a task's files moves an arm."""
+    """Tell whether no statement of these files moves an arm."""
     sources = [Source(name, read_quietly(folder / name)) for name in members if _suffix(name) in ENDINGS]
     return not any(s.interpolation != "none" for s in read_program(sources).statements)
 
 
 def _stated(backup: Path) -> tuple[Backup, Cell]:
+    """Read a backup's configuration, and the cell that it describes."""
     from postproc.robot.cells.mechanical_units import read_cell
 
     configuration = read_backup(backup)
@@ -225,6 +238,7 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 
 
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
+    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown."""
     if driven is None:
         return Task(name, tuple(files))
     from postproc.robot.cells.station import station_of
@@ -245,7 +259,7 @@ def _beside_others(
     members: Iterable[str],
     others: Mapping[str, tuple[tuple[Drive, Cell] | None, Sequence[str]]],
 ) -> Task:
-    """The task with the units that other tasks of its controller move, and their files.
+    """Return the task with the units that other tasks of its controller move, and their files.
 
     Args:
         members: its files; others: what each other task of the controller drives, and its files.
@@ -263,7 +277,10 @@ def _beside_others(
 
 
 def _with_units_of_others(station: Station, task: Task) -> Station:
-    """The cell with where units of other tasks stand that a task's files name: at their programs' only position."""
+    """Return the station with the positions of other tasks' units that the task's files name.
+
+    A unit has a position if the programs that move it leave it at only one.
+    """
     from postproc.motion.path.places import resting_place
     from postproc.rapid.execution.walk import walk
 
@@ -279,7 +296,7 @@ def _with_units_of_others(station: Station, task: Task) -> Station:
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
-    """Tasks of program folders and of single modules, and what is neither."""
+    """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither."""
     tasks: list[Task] = []
     copies = [name for name in names if _suffix(name) not in ENDINGS]
     taken: dict[str, str] = {}

@@ -17,11 +17,11 @@ from postproc.diagnostics import PostprocError
 
 @dataclass(frozen=True)
 class Pool:
-    """Makes executors.
+    """A way to make executors, and how many jobs they run at once.
 
     Args:
-        make: an executor of so many workers (a cluster has its own number); it is shut down after use. Raises BAT007
-            where the cluster is lost.
+        make: returns an executor of so many workers (a cluster has its own number); it is shut down after use. Raises
+            BAT007 where the cluster is lost.
         workers: how many jobs run at once.
         repeats: a job whose worker is lost has not been tried again; a scheduler does that by itself.
     """
@@ -33,7 +33,11 @@ class Pool:
 
 @contextmanager
 def open_pool(workers: int | None, scheduler: str | None) -> Iterator[Pool]:
-    """Where jobs run: on the cluster of a scheduler, else in processes here, by default one for each free core."""
+    """Provide the pool in which jobs run: a Dask cluster where a scheduler is named, else local processes.
+
+    Args:
+        workers: number of local processes; None takes one for each free core.
+    """
     if scheduler is not None:
         with cluster_pool(scheduler) as pool:
             yield pool
@@ -42,14 +46,15 @@ def open_pool(workers: int | None, scheduler: str | None) -> Iterator[Pool]:
 
 
 def _cores() -> int:
-    """Cores that this process may use, where the system says it."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def local_pool(workers: int) -> Pool:
-    """Processes of this machine, started afresh: threads of linear algebra do not survive a fork."""
+    """Return a pool of local processes, started afresh since threads of linear algebra do not survive a fork."""
 
     def make(count: int) -> Executor:
+        """Start this many worker processes."""
         return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker)
 
     return Pool(make, workers)
@@ -57,7 +62,10 @@ def local_pool(workers: int) -> Pool:
 
 @contextmanager
 def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
-    """The workers of a running Dask scheduler.
+    """Provide the workers of a running Dask scheduler.
+
+    Args:
+        timeout: [s] to wait for its answer.
 
     Raises:
         PostprocError: BAT007, the library is missing or the scheduler does not answer.
@@ -85,7 +93,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
 
 
 def _quiet() -> None:
-    """Print no tracebacks of connections that are lost: what matters is told as a finding.
+    """Silence the loggers of Dask and asyncio, which print tracebacks of lost connections; a diagnostic reports those.
 
     Loggers below ``distributed`` have handlers of their own, and asyncio reports what nobody waits for any more.
     """
@@ -97,5 +105,6 @@ def _quiet() -> None:
 
 
 def _lost(address: str, reason: object) -> PostprocError:
+    """Return the error BAT007: the scheduler does not answer."""
     help_ = "write the address as the scheduler prints it, tcp://HOST:8786; run the same command again to go on"
     return PostprocError.of("BAT007", f"the scheduler `{address}` does not answer: {reason}", help=help_)

@@ -27,7 +27,7 @@ LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "
 
 @dataclass(frozen=True)
 class Converter:
-    """Settings as workers need them.
+    """Settings with all files read, ready to be sent to workers.
 
     Args:
         model: pickled; fingerprint: hash of model, options, templates and effect code.
@@ -42,10 +42,10 @@ class Converter:
 
 
 def read_converter(settings: Settings, model: Model) -> Converter:
-    """Read effects, templates and side files.
+    """Read effects, templates and side files of settings, and hash all that a result depends on beside its program.
 
     Raises:
-        PostprocError: what is wrong with one of the files.
+        PostprocError: one of the files cannot be used.
     """
     code = [_read(path) for path in settings.effects]
     folder = settings.options.template_dir
@@ -57,12 +57,13 @@ def read_converter(settings: Settings, model: Model) -> Converter:
 
 
 def _software() -> tuple[Any, ...]:
-    """The text of the package and the versions of what it computes with: code may change and its version not."""
+    """Return the texts of the package and the versions of libraries: code may change while its version does not."""
     files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
     return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
 
 
 def _version(name: str) -> str:
+    """Return the installed version of a package; empty where its name is not known."""
     try:
         return version(name)
     except PackageNotFoundError:  # conda names some of them differently
@@ -70,16 +71,16 @@ def _version(name: str) -> str:
 
 
 def _stated(model: Model) -> tuple[Any, ...]:
-    """What a model computes with; how it was fitted does not matter."""
+    """Return the parts of a model that decide its predictions, without how it was fitted."""
     effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
     return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
 
 
 def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -> Job:
-    """Read the files of a task.
+    """Read the files of a task into a job.
 
     Args:
-        page: whether it gets a page, too.
+        root: folder of the batch; page: whether the task gets an HTML page.
 
     Raises:
         PostprocError: BAT002, one of them cannot be read.
@@ -99,10 +100,12 @@ def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -
 
 
 def _read(path: Path) -> bytes:
+    """Return the bytes of a file; BAT002 where it cannot be read."""
     return read_source(path, "BAT002").data
 
 
 def _digest(value: object) -> str:
+    """Return the SHA-256 of a nested value as hexadecimal text."""
     hash_ = sha256()
     for part in _parts(value):
         hash_.update(len(part).to_bytes(8, "big") + part)
@@ -110,7 +113,7 @@ def _digest(value: object) -> str:
 
 
 def _parts(value: Any) -> Iterable[bytes]:
-    """A value as bytes, in full: the text of a long array leaves out its middle."""
+    """Yield the bytes that stand for a nested value; arrays in full, since their text leaves out the middle."""
     if isinstance(value, bytes):
         yield value
     elif isinstance(value, np.ndarray):

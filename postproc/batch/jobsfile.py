@@ -63,7 +63,10 @@ class JobsFile(_Choices):
 
 
 def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> BatchPlan:
-    """What a batch does with a folder, a list of modules (.pgf) or a jobs file, whose choices win over the settings.
+    """Return what a batch converts and copies, for a folder, a list of modules (.pgf) or a jobs file.
+
+    Args:
+        settings_at: settings for programs in a folder; a jobs file wins over them. output: folder of the outputs.
 
     Raises:
         PostprocError: BAT001 there is nothing to convert, BAT009 something is wrong in the jobs file.
@@ -98,6 +101,7 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Ba
 
 
 def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan:
+    """Return the plan of a jobs file; BAT009 where its jobs do not fit."""
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
@@ -125,7 +129,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
 
 
 def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
-    """Raises BAT009 where a name in ``only`` is that of no task."""
+    """Raise BAT009 where an entry of the job's ``only`` matches no task that was found."""
     for name, pattern in zip(job.only, _patterns(job), strict=True):
         if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found):
             skipped = len(pattern) - len(name)
@@ -134,12 +138,17 @@ def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None
 
 
 def _patterns(job: _Job) -> list[str]:
-    """Patterns of task names, which stand relative to the root of the batch."""
+    """Return the job's patterns of task names with its folder before them."""
     prefix = "" if job.folder is None or Path(job.folder) == Path() else f"{Path(job.folder).as_posix()}/"
     return [prefix + pattern for pattern in job.only]
 
 
 def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> tuple[list[Task], list[str]]:
+    """Return the tasks of a job's folder or files, and the files that are only copied; BAT009 where there are none.
+
+    Args:
+        index: of the job in the file.
+    """
     if (job.folder is None) == (not job.files):
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
     if job.folder is not None:
@@ -169,9 +178,10 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> t
 
 
 def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[list[Task], list[str]]:
-    """The same with names that start at the root of a folder."""
+    """Return tasks and copies with the folder put before their names."""
 
     def moved(names: Iterable[str]) -> tuple[str, ...]:
+        """Return names with the folder before them."""
         return tuple((folder / name).as_posix() for name in names)
 
     renamed = [
@@ -188,7 +198,11 @@ def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[
 
 
 def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Source, _Choices]) -> Settings:
-    """The settings of a task: those of its folder, then those of a jobs file and a job, then the arm it drives."""
+    """Return the settings of a task: of its folder, overridden by each layer, then completed by the arm it drives.
+
+    Args:
+        layers: the choices of the jobs file and of the job, each with its source.
+    """
     settings = settings_at((root / task.files[0]).parent if task.files else root)
     for source, choices in layers:
         settings = _chosen(settings, choices, source)
@@ -196,6 +210,7 @@ def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Sou
 
 
 def _chosen(settings: Settings, choices: _Choices, source: Source) -> Settings:
+    """Return the settings with the choices of a jobs file, whose paths start at the folder of ``source``."""
     root = Path(source.path).parent
     chosen = with_choices(settings, choices, root, source.path)
     if choices.effects is not None:
@@ -206,5 +221,6 @@ def _chosen(settings: Settings, choices: _Choices, source: Source) -> Settings:
 
 
 def _wrong(source: Source, index: int, text: str, help_: str, key: str | None = None) -> PostprocError:
+    """Return the error BAT009 at a job, or at a key of it."""
     keys = ("job", index) if key is None else ("job", index, key)
     return PostprocError.of("BAT009", text, source, span_of(source, keys), help_)

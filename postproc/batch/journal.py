@@ -46,7 +46,7 @@ class Journal:
 
     @cached_property
     def written(self) -> Mapping[str, AbstractSet[str]]:
-        """Hashes of what earlier runs wrote, by file."""
+        """Hashes that earlier runs wrote, by file."""
         found: dict[str, set[str]] = {}
         for line in chain.from_iterable(self.before.values()):
             for path, hash_ in line["outputs"].items():
@@ -54,31 +54,39 @@ class Journal:
         return found
 
     def find(self, name: str, key: str) -> Line | None:
-        """The line about a task that was made from the same input, if all it wrote still stands in the tree."""
+        """Return the newest line of a task with this key, if its files are unchanged in the tree; else None.
+
+        Args:
+            key: hash of all that the result depends on.
+        """
         for line in reversed(self.before.get((False, name), [])):
             if line["key"] == key and all(self.holds(path, hash_) for path, hash_ in line["outputs"].items()):
                 return line
         return None
 
     def holds(self, path: str, hash_: str) -> bool:
-        """Whether a file stands in the tree with these bytes."""
+        """Tell whether a file of the tree has this SHA-256."""
         return self._inside(path) and _hash(self.root / path) == hash_
 
     def _inside(self, path: str) -> bool:
-        """Whether a file of the tree is in it: a folder of it may have become a link."""
+        """Tell whether a path is inside the tree, also after links of its folders are followed."""
         return real((self.root / path).parent).is_relative_to(real(self.root))
 
     def keep(self, line: Line) -> Line:
-        """Take over a line of an earlier run."""
+        """Take over a line of an earlier run as one of this run, and return it."""
         self.now[subject(line)] = line
         return line
 
     def hold(self, name: str, copied: bool = False) -> None:
-        """Keep what earlier runs made of an input that cannot be read now: it is not gone."""
+        """Keep what earlier runs made of an input that cannot be read now, since it is not gone.
+
+        Args:
+            name: of the task, or with ``copied`` of the file.
+        """
         self.held.add((copied, name))
 
     def add(self, result: Result) -> Line:
-        """Write the files of a result, then its line; the line as it is told, with what was edited by hand since."""
+        """Write the files of a result, then its line; return it, with BAT016 for each file that was edited by hand."""
         edited = [d.as_json() for path, data in result.outputs.items() for d in self.put(path, data)]
         line = self.note(
             {
@@ -93,7 +101,7 @@ class Journal:
         return {**line, "findings": [*line["findings"], *edited]}
 
     def copy(self, path: str, data: bytes) -> list[Diagnostic]:
-        """Put a file into the tree as it is; what was edited by hand since."""
+        """Write a copied file into the tree, if it is not there; return BAT016 for what was edited by hand since."""
         hash_ = sha256(data).hexdigest()
         line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}, "figures": {}, "findings": []}
         edited = [] if self.holds(path, hash_) else self.put(path, data)
@@ -104,7 +112,7 @@ class Journal:
         return edited
 
     def note(self, line: Line) -> Line:
-        """Write a line, where it has a key to be found by."""
+        """Append a line to the journal, unless its key is empty, and return it."""
         self.now[subject(line)] = line
         if line["key"]:
             self.log.write(encoded(line))
@@ -112,7 +120,7 @@ class Journal:
         return line
 
     def put(self, path: str, data: bytes) -> list[Diagnostic]:
-        """Write a file of the tree; what is in its way and not as a batch wrote it is put aside."""
+        """Write a file of the tree; files in its way that no batch wrote are kept aside and reported as BAT016."""
         above = [name for parent in PurePosixPath(path).parents if (name := str(parent)) != "."]
         way = [name for name in above if _is_file(self.root / name)]
         target = self.root / path
@@ -133,7 +141,7 @@ class Journal:
         return edited
 
     def spare(self, path: str) -> Iterator[Diagnostic]:
-        """Put a file aside that makes way, unless it is as a batch wrote it."""
+        """Keep a copy of a file that is to be replaced, unless its bytes are those a batch wrote; yields BAT016."""
         hash_ = _hash(self.root / path)
         if hash_ is not None and hash_ not in self.written.get(path, set()):
             kept = f"{STATE}/{EDITED}/{hash_[:8]}/{path}"  # each edit by itself
@@ -143,14 +151,14 @@ class Journal:
             yield Diagnostic("BAT016", "warning", text, help=help_)
 
     def write(self, path: str, data: bytes) -> None:
-        """A file of the tree: written apart, forced to the disk, renamed."""
+        """Write a file of the tree atomically: under another name, then renamed; BAT004 if that fails."""
         try:
             write_whole(self.root / path, data, _unfinished(self.root, self.part))
         except OSError as error:
             raise _not_written(self.root / path, error) from error
 
     def remove(self, outputs: Mapping[str, str]) -> None:
-        """Take files out of the tree, but only as this program wrote them; emptied folders go too."""
+        """Delete files of the tree, by path and hash, if they are unchanged; folders that become empty go too."""
         for path, hash_ in outputs.items():
             if self.holds(path, hash_):
                 (self.root / path).unlink()
@@ -159,10 +167,10 @@ class Journal:
                         break
 
     def close(self, owns: Callable[[str], bool], foreign: AbstractSet[str]) -> None:
-        """Take out what no input stands behind any more; write the journal anew, sorted, without what is past.
+        """Delete outputs whose input is gone, and write the journal anew: sorted, with lines of this run and kept ones.
 
         Args:
-            owns: whether a task or file is this run's business; foreign: files that other runs put into the tree.
+            owns: whether a task or file belongs to this run; foreign: files that other runs put into the tree.
         """
         held = [self.before[one][-1] for one in self.held if one in self.before]
         lines = [line for line in self.now.values() if line["key"]] + held
@@ -176,7 +184,7 @@ class Journal:
 
 @contextmanager
 def open_journal(root: Path, part: str) -> Iterator[Journal]:
-    """Own an output folder (or one shard's part of it) for one run.
+    """Lock an output folder (or one shard's part of it) for one run, and read the journals there.
 
     Raises:
         PostprocError: BAT003 another run owns it, BAT004 it cannot be written.
@@ -208,16 +216,18 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
 
 
 def _not_written(path: Path, error: OSError) -> PostprocError:
+    """Return the error BAT004 about a path."""
     reason, help_ = why(error)
     return PostprocError.of("BAT004", f"cannot write `{path}`: {reason}", help=help_)
 
 
 def _unfinished(root: Path, part: str) -> Path:
+    """Return the folder for files that are being written."""
     return root / STATE / f"{part}.unfinished"
 
 
 def _removed(folder: Path) -> bool:
-    """Take out a folder, if it is empty."""
+    """Delete a folder if it is empty, and tell whether that was done."""
     try:
         folder.rmdir()
     except OSError:
@@ -226,11 +236,12 @@ def _removed(folder: Path) -> bool:
 
 
 def _is_file(path: Path) -> bool:
+    """Tell whether a path is a link, also a broken one, or anything else that is no folder."""
     return path.is_symlink() or (path.exists() and not path.is_dir())
 
 
 def _hash(path: Path) -> str | None:
-    """Hash of a file; None where there is none that can be read."""
+    """Return the SHA-256 of a file; None where it cannot be read."""
     try:
         return sha256(path.read_bytes()).hexdigest()
     except OSError:
@@ -238,6 +249,7 @@ def _hash(path: Path) -> str | None:
 
 
 def _locked(file: IO[bytes]) -> bool:
+    """Try to lock an open file, and tell whether this process has it; True on systems without advisory locks."""
     try:
         import fcntl
     except ImportError:  # no advisory locks here: two runs in one folder then only redo each other's work

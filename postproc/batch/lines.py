@@ -19,17 +19,17 @@ Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may
 
 
 def subject(line: Line) -> Subject:
-    """What a line speaks of."""
+    """Return what a line is about: whether it is a copied file, and its name."""
     return line["key"] == COPY, str(line["name"])
 
 
 def encoded(line: Mapping[str, Any]) -> bytes:
-    """A line as it stands in the file."""
+    """Return a line as the bytes of the journal: JSON with sorted keys and a line feed."""
     return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
 
 
 def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
-    """What a journal tells; lines that no batch can have written are left out, and counted."""
+    """Yield the valid lines of a journal; appends BAT018 to ``findings`` with the number of invalid lines."""
     odd = 0
     for text in read_file(path).split(b"\n"):
         try:
@@ -49,7 +49,7 @@ def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
 
 
 def _is_line(line: Any) -> bool:
-    """Whether a value has the types that a batch writes, and speaks of files inside its folder alone."""
+    """Tell whether a value has the types that a batch writes, and only names files inside the output folder."""
     if not isinstance(line, dict) or line.get("status") not in (*get_args(Status), COPY):
         return False
     outputs, figures, findings = line.get("outputs"), line.get("figures", {}), line.get("findings", [])
@@ -71,6 +71,7 @@ def _is_line(line: Any) -> bool:
 
 
 def _are_figures(figures: Mapping[str, Any]) -> bool:
+    """Tell whether a line's figures have the keys and finite numbers that a batch writes."""
     statements = figures.get("statements")
     lengths = [figures[key] for key in ("max_error_before_mm", "max_error_after_mm") if key in figures]
     counted = [figures.get(key) for key in ("added_targets", "unproved_statements")]
@@ -82,6 +83,7 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
 
 
 def _is_finding(found: Mapping[str, Any]) -> bool:
+    """Tell whether a value has the keys and types of a diagnostic in JSON."""
     texts = all(isinstance(found.get(key), str) for key in ("code", "message"))
     return (
         texts

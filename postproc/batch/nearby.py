@@ -15,7 +15,11 @@ LEVELS = 3  # folders above a program whose configuration may be that of its con
 
 
 def help_nearby(name: str, module: Path) -> str | None:
-    """What to do about data that no file gives a value: the file near the module that does; None if none does."""
+    """Return a help text that names the file near a module that gives the data a value; None if none does.
+
+    Args:
+        name: of the data that is used without a value.
+    """
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
     data = rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + re.escape(name.encode("latin-1", "replace"))
     declares = re.compile(data + rb"\s*(?:\{[^};]*+\}\s*)?:=")
@@ -30,7 +34,7 @@ def help_nearby(name: str, module: Path) -> str | None:
 
 
 def _nearby(module: Path) -> Iterator[Path]:
-    """Modules beside a file, in the other folders of its task, and in the other tasks of a backup (they share data)."""
+    """Yield modules beside a file, in the other folders of its task, and in other tasks of its backup."""
     if not module.is_file():
         return
     backup = module.parent.name.lower() in PARTS
@@ -43,11 +47,12 @@ def _nearby(module: Path) -> Iterator[Path]:
 
 
 def _folders(place: Path) -> list[Path]:
+    """Return the folders inside a folder, sorted."""
     return sorted(p for p in place.iterdir() if p.is_dir())
 
 
 def arm_nearby(program: str, place: Path) -> Diagnostic | None:
-    """CLI013 that names the arms of a configuration near a program that stands in no backup; None where there is none.
+    """Return CLI013 that names the arms of a MOC.cfg up to three folders above; None where there is none.
 
     Args:
         program: its name, for people. place: its file, or folder.

@@ -43,11 +43,12 @@ AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, me
 
 @dataclass(frozen=True)
 class Ready:
-    """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan.
+    """A checked plan of a batch, with the tasks of one shard and what each is converted with.
 
     Args:
         out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
-        said: about the settings of each task, by name.
+        converters: by name of the task, or the error for which it cannot be converted.
+        said: diagnostics on the settings of each task, by name.
     """
 
     plan: BatchPlan
@@ -60,7 +61,7 @@ class Ready:
 
 
 def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = None) -> Ready:
-    """Read models, effects and side files, and check what will be written.
+    """Read models, effects and side files of a plan, and check what will be written.
 
     Args:
         out: the folder of the tree; a run that was stopped goes on where it was.
@@ -68,7 +69,7 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
 
     Raises:
         PostprocError: one of the files cannot be used, no arm is named for any task, or an output is an input or leads
-            out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks.
+            out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks only.
     """
     _check_paths(plan, shard, out, report)
     tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
@@ -97,7 +98,7 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
 
 
 def _check_paths(plan: BatchPlan, shard: Shard, out: Path, report: Path | None) -> None:
-    """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
+    """Raise PostprocError where the batch would write over one of its inputs, or outside its folder."""
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
     modules = [
@@ -121,10 +122,10 @@ def _check_paths(plan: BatchPlan, shard: Shard, out: Path, report: Path | None) 
 
 
 def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> Batch:
-    """Convert the tasks of a plan into a mirrored tree.
+    """Convert the tasks of a plan into a tree that mirrors the folder, and copy the other files.
 
     Args:
-        tell: called with every outcome as it is known.
+        tell: called with each outcome as soon as it is known.
 
     Raises:
         PostprocError: an output folder that cannot be written (BAT003, BAT004).
@@ -178,7 +179,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
 
 
 def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page: bool) -> Job | Result:
-    """The job of a task, or why there is none."""
+    """Return the job of a task, or a failed result where it cannot be read."""
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
     try:
@@ -190,7 +191,7 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
 
 
 def _named(root: Path, finding: Values) -> Values:
-    """A finding; one about data that a file nearby declares names that file."""
+    """Return a finding; where a file nearby declares the data it lacks, its help names that file."""
     told = None
     if "undeclared" in finding and finding["path"] is not None:
         told = help_nearby(finding["undeclared"], root / finding["path"])
@@ -198,7 +199,11 @@ def _named(root: Path, finding: Values) -> Values:
 
 
 def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:
-    """Copy a file, with ``modules`` added where it lists them."""
+    """Copy a file into the tree; returns what went wrong or was edited by hand.
+
+    Args:
+        modules: (task, path) to add to the lists, where the file is a backinfo.txt.
+    """
     try:
         data = (root / path).read_bytes()
     except OSError as error:
@@ -208,9 +213,9 @@ def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, 
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
-    """Results in the order in which they are ready; every job gives one, whatever happens to its worker.
+    """Yield a result for every job, in the order in which they are done, whatever happens to its worker.
 
-    Jobs whose worker was lost are tried again, a second time one by one: what is lost once more is the reason itself.
+    A job whose worker died is tried again with the others, then once alone; if that worker dies too, it fails.
     """
     waiting, before = iter(jobs), set[str]()
     while lost := (yield from _until_broken(waiting, pool)):
@@ -227,7 +232,7 @@ def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
 
 
 def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None, list[Job]]:
-    """Work with one executor until nothing waits or a worker is lost; the jobs that were lost with it."""
+    """Yield results from one executor until all jobs are done or a worker dies; returns the jobs lost with it."""
     executor = pool.make(pool.workers)
     running: dict[Future[Result], Job] = {}
     lost: list[Job] = []
@@ -249,6 +254,7 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
 
 
 def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], pool: Pool) -> bool:
+    """Hand a job to the executor, and tell whether it still works; BAT021 where workers cannot be started."""
     try:
         running[executor.submit(convert, job)] = job
     except RuntimeError:  # a worker died between two jobs
@@ -262,6 +268,7 @@ def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], po
 
 
 def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Result]:
+    """Wait for at least one running job; yield results, and append jobs whose worker died to ``lost``."""
     done, _ = wait(running, return_when=FIRST_COMPLETED)
     for future in done:
         job = running.pop(future)
@@ -272,6 +279,7 @@ def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Re
 
 
 def _killer(job: Job) -> Result:
+    """Return the failed result BAT008 of a job on which workers died again and again."""
     help_ = "it may need more memory than a worker has: use fewer workers, or convert it alone"
     found = Diagnostic("BAT008", "error", "workers died on this task again and again", help=help_)
     return failed(job.name, job.key, found, final=False)

@@ -11,7 +11,7 @@ from postproc.diagnostics import one_line
 
 
 def result_line(outcome: TaskOutcome) -> str:
-    """What became of a task."""
+    """Return one line on a task of a batch: its deviation before and after, or its status."""
     text: str = outcome.status
     if f := outcome.figures:
         fell = " -> ".join(f"{f[name]:.3f} mm" for name in MEASURED if name in f) or "no line or arc could be measured"
@@ -22,7 +22,7 @@ def result_line(outcome: TaskOutcome) -> str:
 
 
 def finding_line(found: Mapping[str, Any]) -> str:
-    """A finding on one line, as compilers write them."""
+    """Return a diagnostic, as JSON, on one line: ``path:line:column: severity[code]: message (help)``."""
     place = ":".join(str(found[key]) for key in ("path", "line", "column") if found[key] is not None)
     help_ = f" ({found['help']})" if found["help"] else ""
     return one_line(f"{place + ': ' if place else ''}{found['severity']}[{found['code']}]: {found['message']}{help_}")

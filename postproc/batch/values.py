@@ -54,7 +54,7 @@ class Task:
 
 
 def page_of(task: str) -> str:
-    """Where the HTML page of a task stands in the output tree."""
+    """Return the path of a task's HTML page in the output tree."""
     return f"{PAGES}/{task}.html"
 
 
@@ -107,11 +107,12 @@ class Result:
 
 
 def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
-    """Where a task gets its module for run time, relative to the root: among its system modules, else beside its first
-    file, named after the program where that is no folder of its own.
+    """Return the path of a task's module for run time, relative to the root.
+
+    It is among its system modules, else beside its first file, with the program's name before it if others are there.
 
     Args:
-        name: of the task. files: its program files. stated: a file whose name the module has.
+        name: of the task. files: its program files. stated: path whose file name the module gets; None for ppModel.sys.
     """
     file = "ppModel.sys" if stated is None else stated.name
     system = next((PurePosixPath(f).parent for f in files if PurePosixPath(f).parent.name.lower() == "sysmod"), None)
@@ -123,7 +124,7 @@ def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
 
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
-    """The result of a task that has no outputs, with the reasons."""
+    """Return the result of a task that has no outputs, with the diagnostics that say why."""
     return Result(name, key, "failed", findings=tuple(d.as_json() for d in findings), final=final)
 
 
@@ -135,13 +136,13 @@ class Shard:
     count: int = 1
 
     def owns(self, name: str) -> bool:
-        """Whether a task or file belongs to this part."""
+        """Tell whether a task or file belongs to this part, by a hash of its name."""
         number = int.from_bytes(sha256(name.encode("utf-8", "surrogateescape")).digest()[:8], "big")
         return number % self.count == self.index - 1
 
     @property
     def part(self) -> str:
-        """What the part is called in names of files."""
+        """Name of the part in file names: ``all``, or ``1-of-4``."""
         return "all" if self.count == 1 else f"{self.index}-of-{self.count}"
 
 
@@ -162,7 +163,7 @@ class TaskOutcome:
     page: str | None = None
 
     def as_json(self) -> Values:
-        """The row of a task in the ``postproc/batch/1`` document."""
+        """Return the row of a task in the ``postproc/batch/1`` document."""
         return {
             "name": self.task.name,
             "status": self.status,
@@ -185,19 +186,19 @@ class Batch:
 
     @property
     def failed(self) -> bool:
-        """Whether anything has failed."""
+        """Whether any task failed, or a finding about copies or the output folder is an error."""
         return any(f["severity"] == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Tasks by status, how many an earlier run had done, and how many stay beyond the tolerance somewhere."""
+        """Tasks by status, how many an earlier run had done, and how many exceed the tolerance somewhere (CMP006)."""
         statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
         count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
         beyond = sum(any(found["code"] == "CMP006" for found in o.findings) for o in self.outcomes)
         return {**count, "cached": sum(o.cached for o in self.outcomes), "beyond_tolerance": beyond}
 
     def as_json(self, shard: Shard) -> Values:
-        """The ``postproc/batch/1`` document."""
+        """Return the ``postproc/batch/1`` document."""
         return {
             "schema": "postproc/batch/1",
             "tool": __version__,

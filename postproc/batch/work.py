@@ -24,7 +24,7 @@ MEASURED = ("max_error_before_mm", "max_error_after_mm")  # told where a line or
 
 
 def prepare_worker() -> None:
-    """Set up a local worker process: one thread for linear algebra; leaves interrupts to its parent, dies with it."""
+    """Set up a local worker process: one thread for linear algebra, interrupts ignored, ended when its parent ends."""
     import signal
 
     os.environ.update(dict.fromkeys(THREADS, "1"))
@@ -33,7 +33,7 @@ def prepare_worker() -> None:
 
 
 def _follow_parent() -> None:
-    """A killed parent closes no queue: its workers would wait for ever."""
+    """Exit when the parent process has ended: a killed one closes no queue, and workers would wait for ever."""
     from multiprocessing import parent_process
 
     parent = parent_process()
@@ -43,7 +43,7 @@ def _follow_parent() -> None:
 
 
 def convert(job: Job) -> Result:
-    """Convert one task; whatever is wrong with it becomes a finding of its result."""
+    """Convert one task; errors of any kind become findings of its result."""
     load_scipy()
     from postproc.convert import compensate_program
 
@@ -69,7 +69,7 @@ def convert(job: Job) -> Result:
 
 
 def _page(job: Job, done: Conversion) -> bytes:
-
+    """Return the HTML page of a converted task."""
     from postproc.report.page import render_page
     from postproc.results.conversion import conversion_document
 
@@ -78,13 +78,14 @@ def _page(job: Job, done: Conversion) -> bytes:
 
 @lru_cache(maxsize=16)
 def _model(data: bytes, thread: int) -> Model:
-    """The model, built once; pinocchio's work space belongs to one thread."""
+    """Unpickle a model, once for each thread, since pinocchio's work space belongs to one thread."""
     import pickle
 
     return pickle.loads(data)
 
 
 def _internal(error: Exception) -> Diagnostic:
+    """Return BAT006 for an unexpected exception, with the place where it was raised."""
     where = traceback.extract_tb(error.__traceback__)[-1]
     text = f"internal error, {type(error).__name__}: {' '.join(str(error).split())[:200]}"
     place = f"{os.path.basename(where.filename)}:{where.lineno}"

@@ -94,11 +94,12 @@ EXAMPLES = {
 
 
 def _epilogue(command: str) -> str:
+    """Return the end of a command's help: its example and the exit codes."""
     return f"Example: postproc {EXAMPLES[command]}\n\n{EXIT_CODES}"
 
 
 def build() -> App:
-    """The command-line application; no command module is imported."""
+    """Return the command-line application; command modules are imported only when they run."""
     app = App(
         name="postproc",
         help="Correct ABB RAPID programs with a model of the real robot, and improve that model from measurements.",
@@ -128,6 +129,7 @@ def build() -> App:
 
 
 def main() -> None:
+    """Set up streams, threads and garbage collection, run the command of ``sys.argv``, and exit with its code."""
     # Whoever starts programs without streams does not want to read.
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115

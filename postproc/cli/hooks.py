@@ -39,6 +39,11 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
+    """Run a command for each program, write the joint SARIF log if asked for, and return the largest exit code.
+
+    Args:
+        own: the options of this script. rest: options of the command, then programs; without these, all of the folder.
+    """
     first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
     options, programs = rest[:first], [Path(word) for word in rest[first:]]
     programs = programs or _in_folder(own)
@@ -62,6 +67,7 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
 
 
 def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
+    """Split words into this script's options and all others."""
     parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
     for option in OWN:
         parser.add_argument(option, dest=option, type=Path, nargs="?")
@@ -70,12 +76,12 @@ def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
 
 
 def _all_programs(words: Sequence[str]) -> bool:
-    """Whether all words are names of programs: what pre-commit puts behind the options."""
+    """Tell whether all words end like RAPID modules."""
     return all(Path(word).suffix.lower() in ENDINGS for word in words)
 
 
 def _in_folder(own: dict[str, Path]) -> list[Path]:
-    """All programs of the folder.
+    """Return all programs of the folder ``--programs``.
 
     Raises:
         PostprocError: CLI016, there is none, or an approved output has no program any more.
@@ -97,12 +103,13 @@ def _in_folder(own: dict[str, Path]) -> list[Path]:
 
 
 def _below(folder: Path | None) -> list[Path]:
-    """Programs below a folder."""
+    """Return the programs below a folder, sorted; none for None."""
     every = () if folder is None else folder.rglob("*")
     return sorted(path for path in every if path.suffix.lower() in CHECKED and path.is_file())
 
 
 def _command(name: str, program: Path, own: dict[str, Path]) -> list[str]:
+    """Return the words of the command for one program, with its approved output if there is a folder of these."""
     inside, folder = Path(program.name), own.get("--programs")
     if folder is not None:
         if not program.absolute().is_relative_to(folder.absolute()):

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def read_source(name: str, read_only: bool = False) -> Source:
-    """The bytes of a file; ``-`` on the command line is stdin.
+    """Return a file that the user names; ``-`` on the command line is stdin.
 
     Args:
-        lent: it is read along with others and never changed.
+        read_only: it is read along with others and never changed.
 
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
@@ -31,7 +31,7 @@ def read_source(name: str, read_only: bool = False) -> Source:
 
 
 def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = None) -> Model:
-    """The model in a file.
+    """Load the model in a file.
 
     Args:
         effects: Python files with effects that the model may use. cell: what carries the arm and its work, in place of
@@ -60,17 +60,22 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
 
 
 def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:
-    """Arm, effects and noise in a line."""
+    """Return a line on arm, effects and noise.
+
+    Args:
+        sigma: stated noise [m], None where the table tells it. weighed: False leaves the noise out.
+    """
     noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis")
     return f"arm `{robot}`; effects {', '.join(effects) or 'none'}{noise * weighed}"
 
 
 def short_names(*compared: str | Path) -> str:
-    """What was compared with what, in a line: files without their folders."""
+    """Return the names of files without their folders, joined by blanks."""
     return " ".join(Path(file).name for file in compared)
 
 
 def _stdin(read_only: bool) -> Source:
+    """Read stdin; CLI004 where it is larger than 64 MB."""
     data = sys.stdin.buffer.read(files.LARGEST + 1)
     if len(data) > files.LARGEST:
         text = f"stdin holds more than {files.LARGEST // 1_000_000} MB, the most that is read"

@@ -14,22 +14,25 @@ from postproc.numbers import read_number
 
 
 def positive(_: object, value: float | None) -> None:
-    """Refuse what is no positive number."""
+    """Raise ValueError for a value that is not positive or not finite."""
     if value is not None and not (math.isfinite(value) and value > 0):
         raise ValueError("Must be a positive number.")
 
 
 def _distance(_: object, value: float) -> None:
+    """Raise ValueError for a value that is negative or not finite."""
     if not (math.isfinite(value) and value >= 0):
         raise ValueError("Must be zero or a positive number.")
 
 
 def _axes(_: object, value: str) -> None:
+    """Raise ValueError for letters other than a to f."""
     if not set(value.lower()) <= set("abcdef"):
         raise ValueError("Must be letters a to f.")
 
 
 def _number(kind: type[float] | type[int], tokens: Sequence[Token]) -> float:
+    """Convert an option's word to a number; ValueError for forms that only Python reads, such as ``1_0``."""
     text = tokens[0].value
     try:
         value = read_number(text)
@@ -79,7 +82,10 @@ ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
 def parse_numbers(option: str, text: str, count: int, such_as: str, between: str = ",") -> list[float]:
-    """So many numbers in one word.
+    """Parse ``count`` finite numbers in one word.
+
+    Args:
+        option, such_as: its name and an example, for the message. between: the separator.
 
     Raises:
         PostprocError: another number of them, or something else (CLI006).
@@ -95,7 +101,7 @@ def parse_numbers(option: str, text: str, count: int, such_as: str, between: str
 
 
 def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vector:
-    """Three numbers with commas between them, ``200,-200,-200``.
+    """Parse three numbers with commas between them, ``200,-200,-200``.
 
     Raises:
         PostprocError: anything else (CLI006).
@@ -105,7 +111,7 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
 
 
 def parse_channel(text: str) -> tuple[str, float]:
-    """Name and value of a channel, ``temperature=30``, or ``shift=night=1`` of a word.
+    """Parse name and value of a channel, ``temperature=30``; the name may hold "=", as in ``shift=night=1``.
 
     Raises:
         PostprocError: anything else (CLI006).
@@ -122,5 +128,5 @@ def parse_channel(text: str) -> tuple[str, float]:
 
 
 def split_names(words: Iterable[str]) -> list[str]:
-    """Names given one after the other or with commas between them, each once."""
+    """Return names given one after the other or with commas between them, each once."""
     return list(dict.fromkeys(name.strip() for word in words for name in word.split(",") if name.strip()))

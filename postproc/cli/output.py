@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) -> None:
-    """Refuse outputs before anything is done; a model reads the file of its arm, too.
+    """Refuse outputs that are inputs before anything is done; the robot file beside a model counts as an input.
 
     Raises:
         PostprocError: as `check_writes`.
@@ -28,7 +28,7 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
 
 
 def _arm_file(model: Path) -> Path | None:
-    """The file beside a model that it takes for its arm; what is wrong with the model is told when it is read."""
+    """Return the robot file beside a model that the model names; None without one or if the model is unreadable."""
     from postproc.tomlfile import parse_toml
 
     try:
@@ -39,7 +39,7 @@ def _arm_file(model: Path) -> Path | None:
 
 
 def write(path: Path | None, data: bytes | str) -> None:
-    """Write a whole file or nothing, or to stdout, whose terminal is shown no control characters.
+    """Write a whole file or nothing; None is stdout, where a terminal gets control characters escaped.
 
     Raises:
         PostprocError: the file cannot be written (CLI008).
@@ -72,7 +72,7 @@ def present(
     aside: bool = False,
     root: Path = Path(),
 ) -> None:
-    """Show a result: as a page where one is asked for, on stdout as JSON or as text.
+    """Print a result on stdout, as text or as JSON, and write its page where ``report`` names one.
 
     Args:
         form: ``json``, or ``sarif`` for the findings alone. text: with a document on stdout the text on stderr.
@@ -93,7 +93,7 @@ def present(
 
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:
-    """Write several files, or none of them: where one cannot be written, those before are as they were.
+    """Write several files, or none of them: if one fails, those before are restored.
 
     Raises:
         PostprocError: as ``write``.
@@ -114,7 +114,7 @@ def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:
-    """Write a model file; comments of the file it is derived from (``like``, else the one it replaces) survive.
+    """Write a model file, with the comments of the file ``like``, or else of the one that it replaces.
 
     Args:
         target: None for stdout, where it goes unless stdout is taken (``silent``).

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def read_program_file(name: str) -> Source:
-    """The bytes of one module; ``-`` is stdin.
+    """Return one module that the user names; ``-`` is stdin.
 
     Raises:
         PostprocError: as ``read_source``, or a folder or a list of modules (CLI003).
@@ -35,12 +35,12 @@ def read_program_file(name: str) -> Source:
 
 
 def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
-    """Modules that are read along with a program and never changed; the program itself is none of them."""
+    """Read modules that a program uses and that are never changed, without the program itself."""
     return [read_source(str(path), read_only=True) for path in files if real(path) != real(Path(program))]
 
 
 def still_there(source: Source) -> None:
-    """Refuse to write over a program that somebody changed while it was converted.
+    """Refuse to overwrite a program whose file was changed while it was converted.
 
     Raises:
         PostprocError: CLI015.
@@ -51,11 +51,12 @@ def still_there(source: Source) -> None:
 
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """The findings; those about data that a file nearby declares name that file."""
+    """Return the findings; those about data without a value name the file nearby that declares it, if any."""
     return [_named(d) if d.matter is Matter.UNDECLARED else d for d in diagnostics]
 
 
 def _named(finding: Diagnostic) -> Diagnostic:
+    """Return a finding whose help names the file nearby that declares the data, if there is one."""
     if finding.source is None or finding.span is None:
         return finding
     told = help_nearby(finding.name, Path(finding.source.path))
@@ -63,7 +64,7 @@ def _named(finding: Diagnostic) -> Diagnostic:
 
 
 def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Settings, Model]:
-    """The settings of a program and its arm, which may be that of the backup it stands in; the first line for people.
+    """Return the final settings of a program and the model of its arm, which may be that of its backup; prints both.
 
     Args:
         program: file name; stdin stands in the current folder.

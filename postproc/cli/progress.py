@@ -28,10 +28,10 @@ EDITED = "BAT016"
 
 @dataclass
 class Reporter:
-    """A line for each task, on a terminal only for one that failed; edits that were put aside are told either way.
+    """Prints a line for each task that is done; on a terminal only for failures, beside a line of progress.
 
     Args:
-        watch: of a terminal, which shows how far the batch is.
+        watch: of a terminal, which shows how far the batch is; None elsewhere.
     """
 
     total: int
@@ -40,6 +40,7 @@ class Reporter:
     done: int = 0
 
     def outcome(self, outcome: TaskOutcome) -> None:
+        """Print what became of a task; on a terminal only failures, and files edited by hand that were kept aside."""
         self.done += 1
         failed = outcome.status == "failed"
         if self.watch is None:
@@ -56,18 +57,19 @@ class Reporter:
                 self._say(f"  {code}: {len(found) - MOST['error']} more like this")
 
     def _say(self, text: str) -> None:
+        """Print a line, over the line that shows the progress."""
         if self.watch is not None:
             aside(CLEAR, end="")
         say(text)
 
     def time_line(self) -> str:
-        """How many tasks were done, in which time."""
+        """Return a line on how many tasks were done, in which time."""
         return f"{self.done} task{'s' * (self.done != 1)} in {time.monotonic() - self.started:.1f} s"
 
 
 @contextmanager
 def reporting(total: int) -> Iterator[Reporter]:
-    """A reporter; on a terminal how far the batch is and the remaining time, too."""
+    """Provide a reporter for a batch; on a terminal it also shows progress and remaining time."""
     if not sys.stderr.isatty():
         yield Reporter(total)
         return
@@ -76,18 +78,24 @@ def reporting(total: int) -> Iterator[Reporter]:
 
 
 class _Work:
-    """How far a long work is: what is done, its share, and since when."""
+    """The progress of long work: its present step, the share that is done, and since when it runs."""
 
     def __init__(self, what: str, lines: int) -> None:
+        """Start the clock of a work with this name and number of lines."""
         self.what, self.lines = what, lines
         self.begun = self.told = time.monotonic()
         self.step, self.share = "", 0.0
 
     def watch(self, step: str, share: float) -> None:
+        """Note the present step and the share of the work that is done."""
         self.step, self.share, self.told = step, max(self.share, min(share, 1.0)), time.monotonic()
 
     def line(self, now: float) -> str:
-        """Step, share, time, rate and the time that may remain, as far as the share tells them."""
+        """Return a line on step, share, time, rate and remaining time, as far as the share tells them.
+
+        Args:
+            now: by the monotonic clock [s].
+        """
         parts = [": ".join(filter(None, (self.what, self.step))), f"{now - self.begun:.0f} s"]
         if self.share > 0:
             parts.insert(1, f"{100 * self.share:.0f} %")
@@ -103,14 +111,15 @@ class _Work:
 
 @contextmanager
 def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
-    """Show how far a work of more than a second is: each second on a terminal, elsewhere ever more rarely.
+    """Show the progress of work that takes over a second: each second on a terminal, elsewhere at growing intervals.
 
     Args:
-        lines: length of what is worked on, for a rate; 0 where that says nothing.
+        what: name of the work. lines: length of what is worked on, for a rate; 0 where that says nothing.
     """
     terminal, done, work = sys.stderr.isatty(), threading.Event(), _Work(what, lines)
 
     def tell() -> None:
+        """Print the progress until the work is done."""
         pause = 1.0 if terminal else 10.0
         while not done.wait(pause):
             line = work.line(time.monotonic())
@@ -133,7 +142,7 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
 
 
 def arm_lines(ready: Ready) -> Iterator[str]:
-    """Which arm each task is converted for, what says so, how near: a line for all tasks that are alike."""
+    """Yield lines on which arm tasks are converted for, and by what settings; equal lines are counted."""
     lines: Counter[str] = Counter()
     for found in ready.converters.values():
         lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1

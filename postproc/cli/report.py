@@ -29,11 +29,10 @@ VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
 
 
 def show(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print findings on stderr, one of each code, place and wording: a statement in a loop is wrong once.
+    """Print findings on stderr, one of each code, place and wording.
 
-    Findings that differ in names and numbers alone are a group: the first ones are printed, the others counted with
-    their lines, unless ``--verbose`` asks for all. Documents hold all of them either way. No error is left out behind
-    warnings.
+    Findings that differ only in names and numbers form a group: 10 errors or 3 warnings of it are printed in full, and
+    the lines of the others are listed, unless ``--verbose`` asks for all.
     """
     groups: dict[tuple[str, str, str], dict[object, Diagnostic]] = {}
     for d in diagnostics:
@@ -53,7 +52,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
 
 
 def _lines(found: Sequence[Diagnostic]) -> str:
-    """Where findings stand, as far as they stand in one file."""
+    """Return the line numbers of findings, if they are all in one file; else an empty text."""
     places = [(d.source.path, d.source.position(d.span[0])[0]) for d in found if d.source and d.span]
     if not places or len({path for path, _ in places}) > 1:
         return ""
@@ -63,14 +62,14 @@ def _lines(found: Sequence[Diagnostic]) -> str:
 
 
 def _colored(text: str, finding: Diagnostic) -> str:
-    """A finding with severity, code and carets in the colour of its severity."""
+    """Return a rendered finding with severity, code and carets in the colour of its severity."""
     color, head = COLORS[finding.severity], len(finding.severity) + len(finding.code) + 2
     carets = re.sub(r"(?m)^( +\| *)(\^+)$", rf"\g<1>{color}\g<2>{RESET}", text[head:], count=1)
     return f"{color}{text[:head]}{RESET}{carets}"
 
 
 def width_of(stream: TextIO) -> int | None:
-    """Columns of a terminal, None where the stream is none, or hardly one."""
+    """Return the columns of a terminal; None where the stream is none, or it is too narrow for wrapping."""
     if not stream.isatty():
         return None
     try:
@@ -81,7 +80,7 @@ def width_of(stream: TextIO) -> int | None:
 
 
 def aside(text: str, end: str = "\n") -> None:
-    """Print on stderr. Where nobody reads it any more (``2>&1 | head``) the work goes on."""
+    """Print on stderr; a reader that has gone (``2>&1 | head``) is no error."""
     try:
         print(text, end=end, file=sys.stderr, flush=True)
     except BrokenPipeError:
@@ -89,30 +88,34 @@ def aside(text: str, end: str = "\n") -> None:
 
 
 def say(text: str) -> None:
-    """Text for people, on stderr, which escapes what the terminal cannot show."""
+    """Print text for people on stderr, wrapped and without control characters."""
     aside(_fitted(text, sys.stderr))
 
 
 def put(text: str) -> None:
-    """Text that is the result, on stdout."""
+    """Print text that is the result on stdout, wrapped and without control characters."""
     print(_fitted(text, sys.stdout))
 
 
 def _fitted(text: str, stream: TextIO) -> str:
-    """Text as a terminal may show it, its lines wrapped between words."""
+    """Return text without control characters, its lines wrapped between words to the width of the terminal."""
     width = width_of(stream)
     return "\n".join(wrapped(line, width) for line in visible(text).split("\n"))
 
 
 def say_next(what: str, *words: object, lead: str = "next") -> None:
-    """The command that follows, as it can be copied, and what it does."""
+    """Print the command that may come next, quoted for a shell, and what it does.
+
+    Args:
+        what: what it does, as a clause that follows the command. words: of the command after ``postproc``.
+    """
     told = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
     aside(visible(f"{lead}: `postproc {shlex.join(told)}` {what}"))
 
 
 def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:
-    """Print a document on stdout with the version that wrote it, or its findings as SARIF (``form``).
+    """Print a document on stdout as JSON with the version that wrote it, or its findings as SARIF (``form``).
 
     Args:
         root: where the paths of its findings start; those of SARIF start at the working folder.
@@ -128,7 +131,7 @@ def print_document(document: Mapping[str, Any], form: str = "json", root: Path =
 
 
 def asked_form(arguments: Sequence[str]) -> str | None:
-    """Which form of document a command line asks for, as far as it can be read without knowing the command."""
+    """Return the form of document that a command line asks for, ``json`` or ``sarif``; None for text."""
     words = [word for argument in arguments for word in argument.split("=")]
     stated = next((form for option, form in pairwise(words) if option == "--format"), None)
     return "json" if "--json" in words else stated

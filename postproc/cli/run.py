@@ -45,11 +45,16 @@ def run(app: App, arguments: Sequence[str]) -> int:
 
 
 def _run(app: App, arguments: Sequence[str]) -> int:
+    """Run one command and return its exit code."""
     return guarded(lambda: _call(app, arguments), arguments)
 
 
 def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
-    """The exit code of a piece of work; whatever goes wrong in it is told as `run` tells it."""
+    """Run a piece of work and return its exit code; exceptions are reported as `run` does.
+
+    Args:
+        arguments: the command line, which decides the form of an error.
+    """
     try:
         result = work()
         sys.stdout.flush()
@@ -74,11 +79,12 @@ def guarded(work: Callable[[], object], arguments: Sequence[str]) -> int:
 
 
 def _close_stdout() -> None:
-    """What could not be written is not tried again when the interpreter exits."""
+    """Redirect stdout to nowhere, so that the interpreter does not fail when it flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _call(app: App, arguments: Sequence[str]) -> object:
+    """Call the command of a command line; usage errors become CLI001."""
     from cyclopts import CycloptsError
     from cyclopts.exceptions import UnusedCliTokensError
 
@@ -98,7 +104,7 @@ def _call(app: App, arguments: Sequence[str]) -> object:
 
 
 def internal_error(error: Exception) -> int:
-    """Write the traceback to a file and tell the user in one line where it is."""
+    """Write the traceback to a file, print one line with its name, and return exit code 70."""
     with tempfile.NamedTemporaryFile(
         "w", prefix="postproc-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
     ) as file:
@@ -109,6 +115,7 @@ def internal_error(error: Exception) -> int:
 
 
 def _fail(arguments: Sequence[str], error: PostprocError) -> int:
+    """Print an error's findings, also as a document where one is asked for, and return its exit code."""
     show(error.diagnostics)
     if (form := asked_form(arguments)) is not None:
         document = {"schema": "postproc/error/1", "diagnostics": [d.as_json() for d in error.diagnostics]}

@@ -13,7 +13,7 @@ from postproc.effects.contract import Displacement, Load, State
 
 
 def displacement_of(effect: Effect, state: State) -> Displacement:
-    """The displacement of an effect; nothing where a channel that it reads was not recorded."""
+    """Evaluate the displacement of an effect; empty where a channel that it reads was not recorded."""
     if any(state.channel(name) is None for name in effect.reads):
         return Displacement()
     result = effect.displacement(state)
@@ -27,7 +27,7 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
 
 
 def load_of(effect: Effect, state: State) -> Load:
-    """The load of an effect; nothing where a channel that it reads is not there (``load`` itself comes later)."""
+    """Evaluate the load of an effect; empty where a channel that it reads, other than ``load``, was not recorded."""
     if any(state.channel(name) is None for name in effect.reads if name != "load"):
         return Load()
     given = effect.load(state)
@@ -37,7 +37,7 @@ def load_of(effect: Effect, state: State) -> Load:
 
 
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
-    """The loads of m effects that differ in parameters alone, side by side, (n, 6, m) each."""
+    """Evaluate the loads of m effects of one class and structure side by side, (n, 6, m) each."""
     cls = type(effects[0])
     if any(state.channel(name) is None for name in cls.reads if name != "load"):
         return Load()
@@ -54,8 +54,10 @@ def loads_of(effects: Sequence[Effect], state: State) -> Load:
 
 
 def _array(part: Any) -> Array | None:
+    """Return a part as a float array, or None for None."""
     return None if part is None else np.asarray(part, dtype=float)
 
 
 def _bodies(parts: Mapping[int, Any]) -> dict[int, Array]:
+    """Return the parts of bodies as float arrays."""
     return {b: np.asarray(x, dtype=float) for b, x in parts.items()}

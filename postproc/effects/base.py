@@ -115,6 +115,7 @@ class Effect:
         unlikely: float | None = None,
         role: Role | None = None,
     ) -> None:
+        """Make the class a frozen dataclass; keywords not given are taken from the base class."""
         super().__init_subclass__()
         # dataclass() invents a docstring where there is none, so the title is taken before it runs.
         doc = cls.__dict__.get("__doc__") or ""
@@ -132,6 +133,7 @@ class Effect:
         cls._parameters, cls._structures = _declared(cls, Parameter), _declared(cls, Structure)
 
     def __post_init__(self) -> None:
+        """Check and broadcast the parameters: None becomes the null value, arrays become read-only, lists tuples."""
         for name in self.structures():
             value = getattr(self, name)
             if isinstance(value, (list, np.ndarray)):
@@ -143,9 +145,9 @@ class Effect:
             object.__setattr__(self, name, float(array) if shape == () else array)
 
     def displacement(self, state: State) -> Displacement | Array | None:
-        """Where the effect moves the arm: a `Displacement`, or just (n, 6) joint angles [rad]; None for nothing.
+        """Return where the effect moves the arm: a `Displacement`, or only joint angles (n, 6) [rad]; None for nothing.
 
-        It is asked only where every channel that the effect reads is there.
+        It is called only where every channel that the effect reads was recorded.
         """
         columns = self.basis(state)
         if columns is None:
@@ -157,66 +159,67 @@ class Effect:
         return dq
 
     def load(self, state: State) -> Load | None:
-        """Which forces the effect adds; None for nothing."""
+        """Return the forces that the effect adds; None for nothing."""
         return None
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load | None:
-        """The loads of m effects that differ in parameters alone, (n, 6, m) each; None where each must be asked.
+        """Return the loads of m effects that differ in parameters alone, (n, 6, m) each; None: call `load` for each.
 
-        A search asks for hundreds; what writes this must give what `load` gives.
+        A search evaluates hundreds; an override must give what `load` gives.
         """
         return None
 
     def basis(self, state: State) -> JointBasis | None:
-        """Columns by parameter, for linear effects with many of them; then `displacement` need not be written."""
+        """Return columns by parameter, for linear effects with many, in place of writing `displacement`; else None."""
         return None
 
     def run_time_tables(self) -> RunTimeTables | None:
-        """What it puts into the tables of a controller's function; None: that is found by asking it.
+        """Return the entries in the tables of a controller's function; None if they are found by evaluating the effect.
 
-        Needed where loads depend on the stated payload or join two bodies; it says what `load` and `displacement` do.
+        Needed where loads depend on the stated payload or join two bodies; equal to what `load` and `displacement`
+        give.
         """
         return None
 
     def roughness(self) -> Array | None:
-        """(p,) weights w of the penalty |w x|^2 that keeps a free function smooth; None where nothing is penalised."""
+        """Return weights w (p,) of the penalty |w x|^2 that keeps a free function smooth; None without one."""
         return None
 
     def unlimited(self) -> Self:
-        """The effect without limits to what it has learned: how far it may be off beyond them, a prediction asks."""
+        """Return the effect without the limits of its fitted range, for the uncertainty of predictions beyond it."""
         return self
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """Kinds of a free function, each from fine to coarse: a fit takes the likeliest, as coarse as says as much."""
+        """Return kinds of a free function, each from fine to coarse, of which a fit takes the most likely."""
         return ((self,),)
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
-        """Declared parameters by name, in the order of the vector."""
+        """Return the declared parameters by name, in the order of the vector."""
         return cls._parameters
 
     @classmethod
     def structures(cls) -> dict[str, Structure]:
-        """Declared structural choices by name."""
+        """Return the declared structural choices by name."""
         return cls._structures
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Shape of a parameter, with the words of its declaration resolved by the structural fields."""
+        """Return the shape of a parameter; words in its declaration are replaced by the structural fields."""
         every = ((getattr(self, word) if isinstance(word, str) else word) for word in self.parameters()[name].shape)
         return tuple(len(value) if isinstance(value, tuple) else int(value) for value in every)
 
     @classmethod
     def null(cls, **structures: Any) -> Self:
-        """The effect at which nothing happens."""
+        """Return the effect with parameters at which it does nothing."""
         return cls(**structures)
 
     def vector(self) -> Array:
-        """(p,) all parameters in the order of declaration, arrays row by row."""
+        """Return all parameters (p,) in the order of declaration, arrays row by row."""
         return np.concatenate([np.zeros(0), *(np.ravel(getattr(self, name)) for name in self.parameters())])
 
     def with_vector(self, x: Array) -> Self:
-        """The same effect with other parameters."""
+        """Return the effect with the parameters x (p,)."""
         new = object.__new__(type(self))
         new.__dict__.update({name: getattr(self, name) for name in (*self.structures(), "layout")})
         for name, (part, shape) in zip(self.parameters(), self.layout.parts, strict=True):
@@ -226,7 +229,7 @@ class Effect:
         return new
 
     def names(self) -> tuple[str, ...]:
-        """(p,) ``half_gap_rad[2]``: entries count from 1, so that a joint's number stands there."""
+        """Return the names (p,) of the vector's entries, such as ``half_gap_rad[2]``, with indices from 1."""
         result: list[str] = []
         for name, meta in self.parameters().items():
             for index in np.ndindex(self.shape(name)):
@@ -238,33 +241,33 @@ class Effect:
 
     @property
     def external_axes(self) -> tuple[str, ...]:
-        """Letters of the external axes of which it speaks."""
+        """Letters of the external axes that it concerns."""
         return ()
 
     @property
     def label(self) -> str:
-        """What a diagnosis calls its form where a fit has chosen it; empty where the search has."""
+        """Name of its form in a diagnosis where a fit has chosen it; empty where the search has."""
         return ""
 
     @cached_property
     def layout(self) -> Layout:
-        """What is declared for every entry of the vector."""
+        """Bounds, sizes and null values as declared, for every entry of the vector."""
         return layout_of(type(self), tuple(map(self.shape, self.parameters())))  # type: ignore[arg-type]
 
     def bounds(self) -> tuple[Array, Array]:
-        """(p,) lowest and (p,) highest values."""
+        """Return the lowest and the highest values, (p,) each."""
         return self.layout.low, self.layout.high
 
     def scale(self) -> Array:
-        """(p,) ordinary size of every parameter."""
+        """Return the ordinary size (p,) of every parameter."""
         return self.layout.typical
 
     def null_vector(self) -> Array:
-        """(p,) parameters at which the effect vanishes; those that only form it stay as they are."""
+        """Return the parameters (p,) at which the effect vanishes; those that are no amplitudes stay as they are."""
         return np.where(self.layout.amplitude, self.layout.null, self.vector())
 
     def amplitudes(self) -> NDArray[np.bool_]:
-        """(p,) True for amplitudes, False for parameters that only form the effect."""
+        """Return (p,) True for amplitudes, False for parameters that only form the effect."""
         return self.layout.amplitude
 
     @property
@@ -278,17 +281,17 @@ class Effect:
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """(p,) what no arm can have beside other effects (by key): a diagnosis holds it at null."""
+        """Return (p,) which parameters no arm can have beside other effects (by key); a diagnosis keeps them null."""
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
-        """What is wrong with the effect's table of a model file: by key, with a message and help."""
+        """Check the effect's table of a model file, and return what is wrong, by key."""
         return check_table(cls, table)
 
     @classmethod
     def from_file(cls, table: Mapping[str, Any]) -> Self:
-        """The effect written in a model file as ``[effects.KEY]``.
+        """Build the effect from its table ``[effects.KEY]`` of a model file.
 
         Raises:
             PostprocError: the table names an unknown key or holds a value of the wrong length, type or size.
@@ -299,28 +302,29 @@ class Effect:
         return cls(**table)
 
     def to_file(self) -> dict[str, Any]:
-        """Plain numbers, words and lists for ``[effects.KEY]`` of a model file."""
+        """Return plain numbers, words and lists for ``[effects.KEY]`` of a model file."""
         return {name: _plain(getattr(self, name)) for name in (*self.structures(), *self.parameters())}
 
     @classmethod
     def missing(cls, state: State) -> tuple[str, ...]:
-        """Channels that the effect reads and nobody recorded (those that the model fills in do not count)."""
+        """Return the channels that the effect reads and nobody recorded; those the model fills in do not count."""
         return tuple(n for n in cls.reads if n not in FILLED_BY_MODEL and state.channel(n) is None)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
+        """Return the forms to try on this data, beside what the model already has of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
-        """Forms that are looked for only from where the search of this one has come to, each with how ordinary it is.
+        """Return forms that are tried only after the search has chosen this one.
 
         Args:
-            label: what this one is called.
+            label: of this form.
         """
         return ()
 
     def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the effect with the file of its class, from which another process can load it."""
         module = sys.modules.get(type(self).__module__)
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
         return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
@@ -357,14 +361,14 @@ def variant(
     refit: Any = None,
     odds: float = 1.0,
 ) -> Variant:
-    """A form with all amplitudes screened and everything refitted, unless masks say otherwise."""
+    """Return a form with all amplitudes screened and everything refitted, unless masks (p,) say otherwise."""
     free = effect.amplitudes() if free is None else free
     everything = free | ~effect.amplitudes() if refit is None else refit
     return Variant(effect, free, np.asarray(everything, dtype=bool), label, odds)
 
 
 def by_joint(effect: Effect) -> tuple[Variant, ...]:
-    """Forms of an effect with one amplitude a joint: all joints at once, then each joint alone."""
+    """Return the forms of an effect with one amplitude a joint: all joints at once, then each joint alone."""
     amplitudes = effect.amplitudes()
     where = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
     alone = [(j, where == str(j)) for j in range(1, 7)]
@@ -373,9 +377,11 @@ def by_joint(effect: Effect) -> tuple[Variant, ...]:
 
 
 def _plain(value: Any) -> Any:
+    """Return a parameter as a plain list or number."""
     return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
 
 
 def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:
+    """Return the declarations of one kind, `Parameter` or `Structure`, in the fields of a class, by name."""
     every: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(cls)  # type: ignore[arg-type]
     return {f.name: f.metadata[META] for f in every if isinstance(f.metadata.get(META), kind)}

@@ -99,14 +99,15 @@ class State:
     body_load: Array | None = None
 
     def __len__(self) -> int:
+        """Return the number of states n."""
         return len(self.q)
 
     def channel(self, name: str) -> Array | None:
-        """A channel by the name that effects declare, or None where it was not recorded."""
+        """Return a channel by the name that effects declare, or None where it was not recorded."""
         return self.channels[name] if name in self.channels else getattr(self, FIELDS.get(name, name), None)
 
     def rows(self, index: Any) -> State:
-        """The states of some rows (slice, mask or indices); constants and one tool for all stay as they are."""
+        """Return the states of some rows (slice, mask or indices)."""
         picked: dict[str, Any] = {}
         for name in (f.name for f in fields(self) if f.name not in CONSTANT):
             value = getattr(self, name)
@@ -119,16 +120,16 @@ class State:
 
     @property
     def session_of_rows(self) -> NDArray[np.str_]:
-        """(n,) name of the session of each row, its number where it has none; for states that have sessions."""
+        """(n,) name of the session of each row, its number where it has none; only for states that have sessions."""
         index = np.asarray(self.session, dtype=int)
         names = np.array(self.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
         return np.asarray(names[index])
 
     @cached_property
     def motions(self) -> list[BodyMotion] | None:
-        """How each body moves (`body_motions`), for every load that asks; None where nothing tells it.
+        """Motion of each body (`body_motions`); None where no speed or acceleration was recorded.
 
-        Where only the speed was recorded it is steady, as for the links.
+        Where only the speed was recorded, accelerations of joints are zero.
         """
         rates = (self.v, self.a, self.base_spin, self.base_spin_rate)
         if self.robot is None or self.T_base_body is None or all(rate is None for rate in rates):
@@ -139,13 +140,13 @@ class State:
 
     @cached_property
     def axis_frames(self) -> dict[str, tuple[Array, Array]]:
-        """By external axis, T_base_joint (n, 4, 4) right before and right after its motion; nothing without a cell."""
+        """By external axis, T_base_joint (n, 4, 4) right before and right after its motion; empty without a station."""
         if self.station is None or self.external_axes is None:
             return {}
         return self.station.axis_frames(self.external_axes)
 
     def with_(self, **changes: object) -> State:
-        """The same states with other fields."""
+        """Return the states with other values of these fields."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def example_arm() -> Robot:
-    """A 60 kg class elbow arm with rounded dimensions; axes z y y x y x, all body axes parallel to the base at zero."""
+    """Return an elbow arm of 60 kg payload with rounded dimensions; all body axes are parallel to the base at zero."""
     ends = [(0.0, 0, 0.3), (0.2, 0, 0.2), (0, 0, 0.9), (0.3, 0, 0.15), (0.7, 0, 0), (0.1, 0, 0), (0.05, 0, 0)]
     link = np.tile(np.eye(4), (7, 1, 1))
     link[:, :3, 3] = ends
@@ -28,7 +28,7 @@ def example_arm() -> Robot:
 
 
 def example_station() -> Station:
-    """The arm on a track of 3 m, beside a table that turns about an axis which leans by 40 degrees."""
+    """Return the example arm on a track of 3 m, beside a table that turns about an axis tilted by 40 degrees."""
     from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
     from postproc.robot.cells.station import Station
     from postproc.robot.pose import rpy, transform
@@ -41,7 +41,7 @@ def example_station() -> Station:
 
 
 def example_state(n: int = 240) -> State:
-    """States spread over the joint space, with every channel recorded and loads as large as on such an arm."""
+    """Return n states spread over the joint space, with every channel recorded and loads of the usual size."""
     rng = np.random.default_rng(1)
     robot = example_arm()
     spread = np.array([3.1, 2.6, 3.1, 6.9, 2.2, 6.9])

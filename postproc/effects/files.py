@@ -42,12 +42,12 @@ class FieldProblem:
     help: str = ""
 
     def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
-        """The entry as a finding at a place of a file."""
+        """Return the problem as a diagnostic at a place of a file."""
         return Diagnostic(self.code, "error", self.message, source, span, self.help)
 
 
 def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[FieldProblem]:
-    """Everything wrong with a table, all at once."""
+    """Return everything wrong with an effect's table of a model file."""
     allowed = [*cls.structures(), *cls.parameters()]
     found: list[FieldProblem] = []
     for name in table:
@@ -67,7 +67,7 @@ def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[Fie
 
 
 def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Any:
-    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not known yet."""
+    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not imported yet."""
     if module not in sys.modules:
         import importlib
 
@@ -84,6 +84,7 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
 
 
 def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[FieldProblem]:
+    """Return what is wrong with the value of a structural choice: not a choice, type or range."""
     meta = cls.structures()[name]
     default = getattr(cls, name)
     if meta.choices:
@@ -114,6 +115,11 @@ def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[F
 
 
 def _check_parameter(like: DeclaredEffect, name: str, value: Any) -> list[FieldProblem]:
+    """Return what is wrong with the value of a parameter: type, shape or bounds.
+
+    Args:
+        like: the effect with the structural choices of the table, which decide shapes.
+    """
     meta, shape = like.parameters()[name], like.shape(name)
     wanted = f"a list of {' x '.join(map(str, shape))} numbers" if shape else "one number"
     wanted += f" [{meta.unit}]"
@@ -145,4 +151,5 @@ def _is_number(value: Any) -> bool:
 
 
 def _all_numbers(value: Any) -> bool:
+    """Tell whether a value is a number or nested lists of numbers."""
     return all(map(_all_numbers, value)) if isinstance(value, (list, tuple)) else _is_number(value)

@@ -10,14 +10,14 @@ from postproc.diagnostics import Diagnostic, Source, Span
 
 
 def origin(cls: type) -> str:
-    """``file:line`` where an effect is defined."""
+    """Return ``file:line`` where an effect is defined; its module where it has no file."""
     return finding("", "", cls).place.rpartition(":")[0] or cls.__module__
 
 
 def finding(
     code: str, message: str, cls: type, *, member: str = "", line: int = 0, help: str = "", warn: bool = False
 ) -> Diagnostic:
-    """A diagnostic at an effect's class, at one of its members, or at a line of its file."""
+    """Return a diagnostic at an effect's class, at one of its members, or at a line of its file."""
     source, span = None, None
     try:
         lines, start = inspect.getsourcelines(cls)
@@ -32,14 +32,14 @@ def finding(
 
 
 def line_span(source: Source, line: int) -> Span:
-    """Byte offsets of a line's text, without its indentation."""
+    """Return the byte offsets of a line's text, without its indentation."""
     raw = source.data[source.line_starts[line - 1] :].split(b"\n", 1)[0].rstrip()
     start = source.line_starts[line - 1] + len(raw) - len(raw.lstrip())
     return start, start + len(raw.strip())
 
 
 def line_of(error: BaseException, path: str) -> int:
-    """The last line of that file which an error went through; 0 where it did not."""
+    """Return the last line of a file in an exception's traceback; 0 where the file is not in it."""
     if isinstance(error, SyntaxError) and error.filename == path:
         return error.lineno or 0
     frames = [f.lineno or 0 for f in traceback.extract_tb(error.__traceback__) if f.filename == path]
@@ -47,6 +47,6 @@ def line_of(error: BaseException, path: str) -> int:
 
 
 def describe(error: BaseException) -> str:
-    """An error by its kind and its message; of a syntax error without the place."""
+    """Return an exception's type and message; of a syntax error without the place."""
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

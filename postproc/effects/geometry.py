@@ -13,33 +13,33 @@ from postproc.robot.kinematics import BodyMotion
 
 
 def distal_point(robot: Robot, body: int) -> Array:
-    """(3,) distal end of a body in its own axes [m]: where the next joint, or the flange, sits."""
+    """Return the distal end (3,) of a body in its own axes [m]: where the next joint, or the flange, is."""
     return np.asarray(robot.link[body][:3, 3], dtype=float)
 
 
 def joint_axis(robot: Robot, joint: int) -> Array:
-    """(3,) axis of joint ``joint`` (from 0) in the axes of the body that carries it."""
+    """Return the axis (3,) of a joint (from 0) in the axes of the body that carries it."""
     return np.asarray(robot.link[joint][:3, :3] @ robot.axis[joint], dtype=float)
 
 
 def long_bodies(robot: Robot, share: float = 0.5) -> tuple[int, ...]:
-    """Arm bodies (1 to 5) at least ``share`` as long as the longest one: the upper arm and the forearm."""
+    """Return arm bodies (1 to 5) at least ``share`` as long as the longest one: usually upper arm and forearm."""
     length = np.linalg.norm(robot.link[1:6, :3, 3], axis=1)
     return tuple(int(b) + 1 for b in np.flatnonzero(length >= share * length.max()))
 
 
 def point_in_base(T_base_body: Array, point: Array) -> Array:
-    """(n, 3) a point of a body in base axes, from (n, 4, 4) and (3,)."""
+    """Return a point (3,) of a body in the base frame, (n, 3), from the poses (n, 4, 4) of the body."""
     return T_base_body[:, :3, :3] @ point + T_base_body[:, :3, 3]
 
 
 def force_at(point: Array, force: Array) -> Array:
-    """(n, 6) force and its moment about the base origin, of a force (n, 3) that acts at a point (n, 3)."""
+    """Return a force (n, 3) at a point (n, 3) and its moment about the base origin, (n, 6)."""
     return np.concatenate([force, np.cross(point, force)], axis=1)
 
 
 def point_acceleration(motion: BodyMotion, T_base_body: Array, point: Array) -> Array:
-    """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes.
+    """Return the acceleration (n, 3) [m/s^2] of a point (n, 3) of a body, base axes.
 
     Args:
         motion: of the body (`kinematics.body_motions`); T_base_body: (n, 4, 4) the body.
@@ -48,7 +48,7 @@ def point_acceleration(motion: BodyMotion, T_base_body: Array, point: Array) -> 
 
 
 def turned(matrix: Array, vectors: Array) -> Array:
-    """(n, 3) matrices (n, 3, 3) times vectors (n, 3)."""
+    """Multiply matrices (n, 3, 3) by vectors (n, 3)."""
     return np.asarray((matrix @ vectors[:, :, None])[:, :, 0])
 
 
@@ -60,13 +60,13 @@ Mass = tuple[float | Array, Array]
 
 
 def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array | None = None) -> Array:
-    """(n, 6) wrench about the base origin of compact masses on a body: m (g - a), each at its centre.
+    """Return the wrench (n, 6) about the base origin of compact masses on a body: m (g - a), each at its centre.
 
     Linear in masses and first moments at rest; where the body turns, a mass m with the first moment f has the second
     moment f f^T / m, which an amplitude without a mass has not (a centre out of reach).
 
     Args:
-        masses: in the axes of the body or of its part.
+        masses: in the axes of the body, or of a part of it at ``T_body_part``.
     """
     T_base = np.asarray(state.T_base_body)[:, body]
     T = T_base if T_body_part is None else T_base @ T_body_part
@@ -87,6 +87,6 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
 
 
 def _over(mass: Array, first: Array) -> Array:
-    """(n, 1) one over a mass, or nothing where its centre is out of reach: m^3 / (m^4 + (f / far)^4)."""
+    """Return (n, 1) one over a mass, or nearly zero where its centre is beyond 2 m: m^3 / (m^4 + (f / far)^4)."""
     least = (np.linalg.norm(first, axis=1, keepdims=True) / FAR) ** 4
     return np.asarray(mass**3 / np.maximum(mass**4 + least, 1e-300))

@@ -14,7 +14,7 @@ from postproc.effects.modules import load_module
 
 
 def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect], ...]:
-    """Run a Python file of the user and take the effects it defines, through the conformance kit unless told not to.
+    """Run a Python file of the user and return the effects it defines; ``check`` them by the conformance kit.
 
     Raises:
         PostprocError: the file does not run (EFF001), has no effect (EFF008) or two classes of one name (EFF007), or an
@@ -33,7 +33,7 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
 
 
 def effects_of(module: ModuleType) -> list[type[Effect]]:
-    """Effects that a module defines itself, in the order of the file; imported ones are not its own."""
+    """Return the effects that a module defines itself, in the order of the file, without imported ones."""
     return [
         value
         for value in vars(module).values()
@@ -42,14 +42,14 @@ def effects_of(module: ModuleType) -> list[type[Effect]]:
 
 
 def problems_of(classes: Iterable[type[Effect]]) -> tuple[Diagnostic, ...]:
-    """Errors that the conformance kit finds."""
+    """Return the errors that the conformance kit finds in these effect classes."""
     from postproc.effects.conformance.kit import check_effect
 
     return tuple(d for cls in classes for d in check_effect(cls) if d.severity == "error")
 
 
 def _check_names(source: Source) -> None:
-    """The second of two classes of one name would silently take the place of the first."""
+    """Raise EFF007 where a file has two classes of one name: the second would silently replace the first."""
     seen: set[str] = set()
     for node in ast.parse(source.data).body:
         if isinstance(node, ast.ClassDef):

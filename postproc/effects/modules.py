@@ -17,7 +17,7 @@ from postproc.files import read_file
 
 
 def load_module(path: str | Path) -> tuple[ModuleType, Source]:
-    """Run a Python file, once for what it holds, and give the module and the file's content.
+    """Run a Python file, unless the same content was run before, and return its module and its source.
 
     Raises:
         PostprocError: EFF001, the file cannot be read or does not run.
@@ -36,6 +36,7 @@ def load_module(path: str | Path) -> tuple[ModuleType, Source]:
 
 
 def _run(name: str, path: Path, data: bytes) -> None:
+    """Run a file as the module ``name``; EFF001 where it raises an exception. Its prints go to stderr."""
     spec: Any = importlib.util.spec_from_file_location(name, path)
     source = Source(str(path), data)
     if spec is None:

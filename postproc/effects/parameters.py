@@ -101,24 +101,25 @@ def structure(default: Any, *, low: float = -np.inf, high: float = np.inf, choic
 
 
 def unit_suffix(unit: str) -> str:
-    """How a unit ends a name: ``rad/(N m)`` is ``_rad_per_Nm``, ``1/K`` is ``_per_K``, ``1`` is nothing."""
+    """Return the ending of a parameter's name for a unit: ``_rad_per_Nm`` for ``rad/(N m)``, empty for ``1``."""
     over, _, under = unit.replace(" ", "").replace("^", "").replace("(", "").replace(")", "").partition("/")
     words = [w for w in ("" if over == "1" else over, f"per_{under}" if under else "") if w]
     return "".join(f"_{w}" for w in words)
 
 
 def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
-    """Spread one number, or numbers along the last axis, over a parameter's shape."""
+    """Return one number, or numbers along the last axis, spread over a parameter's shape."""
     array = np.asarray(value, dtype=float)
     return array if array.shape == shape else np.full(shape, array)
 
 
 @cache
 def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
-    """The layout of a class of effects, for one shape of each of its parameters."""
+    """Return the layout of a class of effects, with one shape for each of its parameters."""
     declared = effect.parameters().values()
 
     def spread(values: Iterable[Number]) -> Array:
+        """Return one value a parameter, spread over all its entries, as a read-only vector (p,)."""
         parts = [broadcast(value, shape).ravel() for value, shape in zip(values, shapes, strict=True)]
         whole = np.concatenate([np.zeros(0), *parts])
         whole.setflags(write=False)

@@ -78,12 +78,12 @@ BUILT_IN: tuple[type[Effect], ...] = (
 
 
 def effect_in_role(role: Role) -> type[Effect]:
-    """The effect of the library that has a role."""
+    """Return the effect class of the library that has a role."""
     return next(cls for cls in BUILT_IN if cls.role is role)
 
 
 def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """All effects by key: the library, installed packages, then the user's files.
+    """Return all effect classes by key: the library, installed packages, then the user's files.
 
     Raises:
         PostprocError: a file is wrong, or two effects claim one key (EFF007 names both places).
@@ -97,7 +97,7 @@ def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
 
 
 def keys_taken_twice(classes: Iterable[type[Effect]]) -> list[Diagnostic]:
-    """EFF007 for every effect whose key another one before it has."""
+    """Return EFF007 for every effect class whose key an earlier one has."""
     library: dict[str, type[Effect]] = {}
     found: list[Diagnostic] = []
     for cls in classes:
@@ -110,7 +110,7 @@ def keys_taken_twice(classes: Iterable[type[Effect]]) -> list[Diagnostic]:
 
 
 def find_effect(key: str, library: Library) -> type[Effect]:
-    """The effect of that key.
+    """Return the effect class with this key.
 
     Raises:
         PostprocError: EFF020, with the nearest keys.
@@ -125,10 +125,10 @@ def find_effect(key: str, library: Library) -> type[Effect]:
 
 
 def installed_effects() -> tuple[list[type[Effect]], list[Diagnostic]]:
-    """Effects of installed packages, and what is wrong with those that are left out.
+    """Return the effects of installed packages, and warnings on those that are left out.
 
-    An entry point names a class, or a module whose effects are all taken. One that does not load (EFF001), whose key is
-    taken (EFF007) or that fails a check is a warning, for who asks for it: most commands need none of them.
+    An entry point names a class, or a module whose effects are all taken. Left out is one that does not load (EFF001),
+    whose key is taken (EFF007) or that fails a check; this is no error, since most commands need none of them.
     """
     found: list[type[Effect]] = []
     wrong: list[Diagnostic] = []
@@ -144,7 +144,7 @@ def installed_effects() -> tuple[list[type[Effect]], list[Diagnostic]]:
 
 @cache
 def _installed(entry: EntryPoint) -> tuple[tuple[type[Effect], ...], tuple[Diagnostic, ...]]:
-    """Effects of one entry point, and what is wrong with it."""
+    """Return the effects of one entry point that pass the conformance kit, and what is wrong with the others."""
     try:
         with redirect_stdout(sys.stderr):  # stdout is for results
             loaded = entry.load()

@@ -63,9 +63,10 @@ class RunTimeTables:
     pulls: tuple[Pull, ...] = ()
 
     def plus(self, other: RunTimeTables) -> RunTimeTables:
-        """The sum of both."""
+        """Return the sum of two effects' tables."""
 
         def both(a: Any, b: Any) -> Any:
+            """Add two numbers or arrays; of mappings, join the tuples of each key."""
             if isinstance(a, Mapping):
                 return {key: a.get(key, ()) + b.get(key, ()) for key in {**a, **b}}
             return a + b

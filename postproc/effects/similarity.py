@@ -16,7 +16,7 @@ MASS_KG, LENGTH_M = 320.0, 2.3
 
 
 def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
-    """(p,) ordinary size of every parameter of an effect on an arm.
+    """Return the ordinary size (p,) of every parameter of an effect on an arm.
 
     Equation: a unit of mass^a length^b grows with (M / M0)^a (L / L0)^b, a newton as a kilogram does: a part that rides
     on an arm, the pull of a hose, and the moment that turns a bearing by so much are larger on a larger arm. Angles,
@@ -32,7 +32,7 @@ def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
 
 
 def size(robot: Robot) -> tuple[float, float]:
-    """Moving mass and length of an arm over those of the reference; a similar arm's mass where nobody states it."""
+    """Return moving mass and length of an arm over those of the reference arm; without masses, length^3 as mass."""
     length = float(np.linalg.norm(robot.link[1:, :3, 3], axis=1).sum()) / LENGTH_M
     mass = float(np.sum(robot.mass[1:])) / MASS_KG
     return (mass if mass > 0 else length**3), length
@@ -40,7 +40,7 @@ def size(robot: Robot) -> tuple[float, float]:
 
 @cache
 def dimensions(unit: str) -> tuple[int, int]:
-    """Powers of mass and of length in a unit of the SI, ``rad/(N m)`` is (-1, -1); a newton counts as a kilogram."""
+    """Return the powers of mass and length in an SI unit: (-1, -1) for ``rad/(N m)``; a newton counts as a kilogram."""
     over, _, under = unit.partition("/")
     kilograms = metres = 0
     for sign, part in ((1, over), (-1, under)):

@@ -17,17 +17,17 @@ class SumOfTerms(Effect, ABC):
 
     @abstractmethod
     def plus(self, term: Self) -> Self:
-        """The effect with the terms of another one of its kind after its own."""
+        """Return the effect with the terms of another one of its kind after its own."""
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
+        """Return forms with a structure of one of the ``new`` last terms slightly changed, to be tried instead."""
         return ()
 
     @classmethod
     def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """(m,) whether each of some terms is one of the effect after those that are held, beside others (by key)."""
+        """Tell (m,) whether each term may be added to the effect ``held`` (None: to nothing), beside others by key."""
         return np.ones(len(terms), dtype=bool)
 
     def generalised(self) -> Sequence[tuple[Self | None, str]]:
-        """Parts of it that stay, None for nothing, each with the key of a free function that may tell the rest."""
+        """Return parts to keep (None: nothing), each with the key of a free function that may replace the rest."""
         return ()

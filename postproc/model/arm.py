@@ -53,23 +53,25 @@ class Model:
 
     @cached_property
     def gravity(self) -> Array:
-        """(3,) in base axes [m/s^2]."""
+        """Return the gravity vector (3,) in base axes [m/s^2], from how the base stands in the world."""
         return self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
 
     @cached_property
     def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
+        """Hold the `Multibody` of each choice of `multibody` that was built already, by its (bodies, carried)."""
         return {}
 
     def felt(self, state: State) -> State:
-        """A state of this arm, under its gravity where the state has none for each row."""
+        """Return the states with this arm's robot, station and, unless they state it by row, gravity."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
         return state.with_(robot=self.robot, station=self.station, gravity=gravity)
 
     def multibody(self, bodies: tuple[int, ...] = (), carried: bool = False) -> Multibody:
-        """The six joints with virtual springs at the far ends of some bodies; built once for each choice.
+        """Return the rigid-body model of the six joints, with virtual springs at the far ends of these bodies.
 
         Args:
-            carried: on a base that moves or leans, see `Multibody`.
+            bodies: numbers 0 to 6 of the bodies that get a spring.
+            carried: the base moves or leans: its motion and gravity are then arguments of `Multibody.rnea`.
         """
         key = bodies, carried
         if key not in self._built:
@@ -78,11 +80,11 @@ class Model:
 
     @property
     def elastic(self) -> Multibody:
-        """The six joints and a virtual spring at the far end of each of the seven bodies."""
+        """Rigid-body model of the six joints, with a virtual spring at the far end of each of the seven bodies."""
         return self.multibody(ALL_BODIES)
 
     def standing(self, station: Station) -> Model:
-        """The same arm at a place of a cell, under the gravity there with all external axes at zero."""
+        """Return this arm at a place of a cell; its base leans as gravity there says, with external axes at zero."""
         gravity = station.gravity(np.zeros((1, 6)))
         if gravity is None or not np.isfinite(gravity).all():
             return replace(self, station=station)
@@ -90,25 +92,30 @@ class Model:
         return replace(self, station=station, R_world_base=turn.as_matrix())
 
     def effect(self, key: str) -> Effect | None:
-        """The effect with a key, if the model holds it."""
+        """Return the effect with this key, or None where the model has none."""
         return next((e for e in self.effects if e.key == key), None)
 
     def in_role(self, role: Role) -> Effect | None:
-        """The effect with a role, if the model holds it."""
+        """Return the first effect with this role, or None where the model has none."""
         return next((e for e in self.effects if e.role is role), None)
 
     def with_effects(self, *effects: Effect) -> Model:
-        """The same arm with other effects."""
+        """Return this arm with these effects in place of its own."""
         other = replace(self, effects=tuple(effects))
         other.__dict__["_built"] = self._built  # they know the robot and gravity alone
         return other
 
     def state(self, q: Array, **channels: Any) -> State:
-        """States of this arm, with its own tool where no ``T_flange_tcp`` is given."""
+        """Return states at commanded joint angles q (n, 6) [rad]; without ``T_flange_tcp`` with the model's tool.
+
+        Args:
+            channels: further fields of `State`.
+        """
         channels.setdefault("T_flange_tcp", self.T_flange_tcp)
         return State(np.asarray(q, dtype=float).reshape(-1, 6), **channels)
 
     def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all fields without the cached rigid-body models and gravity."""
         # Pinocchio's models are rebuilt where they are needed: cheaper than sending them to another process.
         cached = ("_built", "gravity")
         return {key: value for key, value in self.__dict__.items() if key not in cached}

@@ -35,10 +35,13 @@ class Chain:
 
 
 def deflected_chain(robot: Robot, q: Array, body: Mapping[int, Array], ends: bool) -> Chain:
-    """The chain at real joint angles and displacements, body_b Trans(p_b + xi) Rx Ry Rz R_b Rot(axis, q).
+    """Compute the chain of the deflected arm, in which body b is Trans(p_b + xi) Rx Ry Rz R_b Rot(axis_b, q_b).
 
     Args:
-        ends: also work out where the far ends of the bodies are and turn.
+        q: (n, 6) joint angles with their deflection [rad].
+        body: by number of the body, (n, 6) displacement of its far end in body axes: xi [m], then the angles of Rx
+            Ry Rz.
+        ends: also compute ``tip`` and ``turn`` where no body is displaced; else they are None.
     """
     if not body and not ends:
         T = body_poses(robot, q)
@@ -86,18 +89,18 @@ class Directions:
     carried: tuple[int, ...]
 
     def some(self, index: NDArray[np.int_]) -> Directions:
-        """Those of some coordinates, in chain order."""
+        """Return the directions of the coordinates with these numbers, ascending."""
         carried = tuple(self.carried[k] for k in index)
         return Directions(self.slide[:, index], self.spin[:, index], self.origin[:, index], carried)
 
     @cached_property
     def line(self) -> Array:
-        """(n, m, 6) what of a force and its moment about the base origin a coordinate bears: s + o x a, and a."""
+        """(n, m, 6) line [s + o x a, a] of each coordinate, whose product with a base wrench is the load on it."""
         return np.concatenate([self.slide + np.cross(self.origin, self.spin), self.spin], axis=-1)
 
 
 def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Directions:
-    """Directions of the joints and of the virtual springs of some bodies."""
+    """Compute the directions of the six joints and of the six springs of each of these bodies, in base axes."""
     axes = (chain.T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
     origin = chain.T_base_body[:, 1:, :3, 3]
     if not bodies:
@@ -122,13 +125,13 @@ def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Direction
 
 
 def point_jacobian(along: Directions, point: Array) -> Array:
-    """J_theta of a point (n, 3) beyond all coordinates: linear and angular velocity, (n, 6, m), base axes."""
+    """Return the Jacobian (n, 6, m) of points (n, 3) fixed to the flange: linear, then angular velocity, base axes."""
     linear = along.slide + np.cross(along.spin, point[:, None] - along.origin)
     return np.concatenate([linear, along.spin], axis=-1).transpose(0, 2, 1)
 
 
 def spread(along: Directions, forces: Array) -> Array:
-    """Generalised forces J^T w of wrenches, (n, m).
+    """Return the generalised forces J^T w (n, m) of wrenches w on the bodies.
 
     Args:
         forces: (n, 8, 6) force [N] and moment about the base origin [N m] on each body and the flange.

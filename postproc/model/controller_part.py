@@ -25,7 +25,7 @@ _PROBE = np.array([[0.3, -0.4, 0.5, 0.6, 0.7, -0.8], [-0.9, 0.2, -0.3, -0.5, 1.1
 
 
 def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
-    """The parts, each once.
+    """Return the names of corrected parts in the order of `PARTS`, each once.
 
     Raises:
         PostprocError: MOD012, one of them does not exist, or stands without the one that it needs.
@@ -41,14 +41,14 @@ def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
-    """The model of an arm whose controller corrects some parts of it by itself.
+    """Return the model of an arm whose controller corrects these parts of it by itself.
 
-    Of the effects the controller has, for ``geometry``, those that displace joints or bodies by the same in every
-    posture; for a load, all springs, and torques on joints alone (a balancer) with the weight. Forces that effects add
-    (cables, a payload that is not as stated) it does not know.
+    The controller is taken to correct, for ``geometry``, effects that displace joints or bodies equally in every
+    posture; for a load, all springs; with ``gravity``, also torques that act on joints alone (a balancer). It knows no
+    forces that effects add (cables, a payload that is not as stated).
 
     Raises:
-        PostprocError: MOD012, see ``check_parts``.
+        PostprocError: MOD012, as in ``check_parts``.
     """
     parts = check_parts(parts)
     if not parts:
@@ -62,7 +62,7 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
 
 
 def known_state(parts: Sequence[str], state: State) -> State:
-    """A state with the loads alone that the controller knows."""
+    """Return the state with those loads only that the controller knows: wrench, payload and motion if in ``parts``."""
     if "force" not in parts:
         state = state.with_(wrench=None)
     if "tool" not in parts:
@@ -73,7 +73,7 @@ def known_state(parts: Sequence[str], state: State) -> State:
 
 
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
-    """Arm and state with the loads alone that its controller does not know."""
+    """Return model and state without the loads that the controller corrects already (``model.already``)."""
     parts = model.already
     if "force" in parts:
         state = state.with_(wrench=None)
@@ -85,7 +85,7 @@ def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
 
 
 def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:
-    """Whether a controller that corrects these parts has an effect."""
+    """Tell whether a controller that corrects these parts corrects this effect, see `corrected_by_controller`."""
     if "load" in effect.reads:
         return any(part in parts for part in _LOADS)
     if not {"q", "robot"} >= set(effect.reads):

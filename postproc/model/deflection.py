@@ -28,7 +28,7 @@ class Deflection:
 
 
 def deflect(model: Model, state: State) -> Deflection:
-    """The sum of the displacements of all effects at a state."""
+    """Add up the displacements that all effects of the model cause at the states."""
     n = len(state)
     joint = np.zeros((n, 6))
     body: dict[int, Array] = {}
@@ -47,11 +47,12 @@ def deflect(model: Model, state: State) -> Deflection:
 
 
 def _plus(total: Array | None, share: Array | None) -> Array | None:
+    """Add a displacement to a total, where None is zero."""
     return share if total is None else total if share is None else total + share
 
 
 def distance(new: Deflection, old: Deflection) -> Array:
-    """(n,) how far the TCP moves from one deflection to the other [m], from above, without tool and frame."""
+    """Bound from above how far the TCP moves from ``old`` to ``new``, (n,) [m]; tool and instrument are not counted."""
     total = np.abs(new.joint - old.joint).max(axis=1) * REACH
     for b, xi in new.body.items():
         step = np.abs(xi - old.body[b]) if b in old.body else np.abs(xi)
@@ -60,17 +61,17 @@ def distance(new: Deflection, old: Deflection) -> Array:
 
 
 def moves(new: Deflection, old: Deflection) -> Array:
-    """(n, k) from one deflection to the other, all joints and ends of bodies beside each other."""
+    """Return ``new`` minus ``old`` as columns: six joints, then six for each body of ``new``, in its order."""
     return np.hstack([new.joint - old.joint, *(xi - old.body.get(b, 0.0) for b, xi in new.body.items())])
 
 
 def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
-    """The old deflection after a part of its ``moves`` (n, k) to the new one, whose tool and frame carry no load."""
+    """Return ``old`` plus ``part`` (n, k), a step in the columns of `moves`, with tool and instrument of ``new``."""
     body = {b: old.body.get(b, 0.0) + part[:, 6 * k + 6 : 6 * k + 12] for k, b in enumerate(new.body)}
     return Deflection(old.joint + part[:, :6], body, new.tool, new.instrument)
 
 
 def tcp(chain: Chain, state: State, deflection: Deflection) -> Array:
-    """Real TCP in the base frame, flange times nominal tool times tool displacement, (n, 4, 4)."""
+    """Return the real TCP in the base frame, (n, 4, 4): flange times nominal tool times tool displacement."""
     T: Array = chain.T_base_flange @ state.T_flange_tcp
     return T if deflection.tool is None else T @ displace(deflection.tool)

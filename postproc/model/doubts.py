@@ -21,9 +21,7 @@ SURE = 2.0
 
 
 def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
-    """Effect, parameter and MOD005 of values that no arm has: springs that yield against their load, links that weigh
-    less than nothing.
-    """
+    """Yield (effect key, parameter, MOD005) for values that no arm has, as negative compliance or mass."""
     beside = {effect.key: effect for effect in model.effects}
     for key, effect in beside.items():
         none = effect.impossible(model.robot, beside) | below_least(model, effect)
@@ -36,7 +34,7 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
 
 
 def flange_mass(model: Model, state: State) -> Array:
-    """(n,) mass of the last body and all that hangs on it [kg]: its own, the stated payload, and what effects add.
+    """Return (n,) the mass [kg] of the last body and all that hangs on it: its own, the stated payload, and of effects.
 
     Of an effect counts what changes with gravity, F(g) - F(0) = m g: the pull of a hose is no weight.
     """
@@ -53,7 +51,7 @@ def flange_mass(model: Model, state: State) -> Array:
 
 
 def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
-    """(p,) parameters that are below the least that an arm can have, by more than the chance of their fit."""
+    """Return (p,) which parameters are more than two standard deviations below the least that an arm can have."""
     sigma, known = np.zeros(len(effect.vector())), read_uncertainty(model)
     if known is not None:
         for k, (key, index) in enumerate(known.parameters):

@@ -45,7 +45,7 @@ class Equilibrium:
 
     @property
     def T_reference_tcp(self) -> Array:
-        """(n, 4, 4) real TCP in the frame to which measured points count, but for the place of the instrument."""
+        """(n, 4, 4) real TCP in the frame of measured points (base, world or work), without the instrument's place."""
         reference = self.state.T_reference_base
         return self.T_base_tcp if reference is None else reference @ self.T_base_tcp
 
@@ -58,7 +58,7 @@ class Equilibrium:
 
     @property
     def R_instrument_reference(self) -> Array:
-        """(n, 3, 3) axes of that frame as the instrument sees them."""
+        """(n, 3, 3) axes of the frame of `T_reference_tcp` as the instrument sees them."""
         moved = np.zeros(6) if self.deflection.instrument is None else self.deflection.instrument
         return np.asarray(np.broadcast_to(displace(moved)[..., :3, :3], (len(self.T_base_tcp), 3, 3)))
 
@@ -72,8 +72,8 @@ class Equilibrium:
 def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled: float = SETTLED) -> Equilibrium:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
 
-    Where a law is steep or jumps at a load, sweeps swing from one side to the other; the arm then rests on the edge,
-    at the load where it jumps (Filippov 1988), which steps find that halve at every turn.
+    Where an effect is steep or jumps at a load, sweeps alternate between both sides; the arm then rests at the load
+    where it jumps (Filippov 1988). From the eighth sweep on, steps that turn back are halved, which finds it.
 
     Args:
         also: bodies whose loads are wanted beside those that the effects move or read.
@@ -113,7 +113,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
 
 
 def unsettled(index: int) -> PostprocError:
-    """MOD010: the loads of a pose, by its index, deflect the springs ever farther."""
+    """Return the error MOD010: the loads of the pose with this index deflect the springs farther at every sweep."""
     return PostprocError.of(
         "MOD010",
         f"the deflection of pose {index} does not settle",
@@ -123,13 +123,18 @@ def unsettled(index: int) -> PostprocError:
 
 
 def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
+    """Return the equilibrium at a converged deflection, with chain and TCP of the deflected arm."""
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
     return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4); ``settled`` as in `equilibrium`."""
+    """Return the real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4).
+
+    Args:
+        settled: [m] what a further sweep of `equilibrium` may still move.
+    """
     result = np.empty((len(state), 4, 4))
     # Batches that stay in the processor's cache are faster.
     for rows in blocks(len(state), BATCH):
@@ -138,15 +143,16 @@ def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
 
 
 def carries_load(model: Model) -> bool:
-    """Whether any effect asks for loads or for the pose of the deflected arm."""
+    """Tell whether any effect reads loads or the pose of the deflected arm."""
     return any({"load", "pose"} & set(e.reads) for e in model.effects)
 
 
 def active_bodies(model: Model, state: State) -> tuple[int, ...]:
-    """Bodies whose far ends an effect moves, or whose load it reads.
+    """Return the bodies whose far ends an effect moves or whose load it reads, ascending.
 
-    Asked of one state, once for every body, with a load on that body that is not a number: where it shows, it is read.
-    It does not show through a comparison (a step at a moment): what asks for loads and shows none may read any.
+    Effects are evaluated at one state with NaN as the load of one body after another: NaN in the result shows that it
+    is read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all
+    bodies.
     """
     asked: list[str] = []
 

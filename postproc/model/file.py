@@ -52,10 +52,12 @@ class _Tool(FileTable):
 
 
 def _numbers(row: object) -> object:
+    """Split a text of numbers at its spaces; anything else comes back as it is."""
     return [_number(word) for word in row.split()] if isinstance(row, str) else row
 
 
 def _number(word: str) -> float | str:
+    """Read a number; a text that is none comes back as it is, for the schema to refuse."""
     try:
         return read_number(word)
     except ValueError:
@@ -63,6 +65,7 @@ def _number(word: str) -> float | str:
 
 
 def _ordered(ends: Span) -> Span:
+    """Return lowest and highest value; refuse them the other way round."""
     if ends[0] > ends[1]:
         raise PydanticCustomError("range", "the lowest value is above the highest", AGAIN)
     return ends
@@ -113,6 +116,7 @@ class _Fit(FileTable):
     @field_validator("covariance")
     @classmethod
     def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+        """Refuse a covariance that has not one row a parameter, or that is not positive semidefinite."""
         count = len(found.data.get("parameters", []))
         if len(rows) != count:
             raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)
@@ -127,6 +131,7 @@ class _Fit(FileTable):
     @field_validator("unseen")
     @classmethod
     def _a_number_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+        """Refuse a direction that has not one number for each fitted and each undetermined parameter."""
         count = len(found.data.get("parameters", [])) + len(found.data.get("not_identifiable", []))
         odd = next((i for i, row in enumerate(rows) if len(row) != count), None)
         if odd is not None:
@@ -135,7 +140,7 @@ class _Fit(FileTable):
 
 
 def _is_covariance(rows: list[list[float]]) -> bool:
-    """Whether a lower triangle is that of a covariance, but for the digits that are written."""
+    """Tell whether a lower triangle is that of a positive semidefinite matrix, up to the rounding of written digits."""
     lower = np.zeros((len(rows), len(rows)))
     for i, row in enumerate(rows):
         lower[i, : i + 1] = row[: i + 1]
@@ -171,7 +176,7 @@ class ModelFile(FileTable):
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
-    """The shipped model of a robot: its published or estimated joint stiffness, gravity of links and tool on.
+    """Return the shipped model of a robot: published or estimated joint stiffness, with weights of links and tool.
 
     A stiffness that is stated with a factor (of one other arm of the type, or by a rule) is an estimate for this one.
 
@@ -192,10 +197,10 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
 
 
 def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
-    """The model in a TOML file.
+    """Read the model in a TOML file.
 
     Args:
-        library: effects by key; those of the package and of installed packages where none is given.
+        library: effects by key; None for those of the package and of installed packages.
 
     Raises:
         PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown
@@ -206,7 +211,7 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 
 
 def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = None) -> Model:
-    """The model in the text of a model file; see `read_model`."""
+    """Return the model in the text of a model file; arguments and errors are those of `read_model`."""
     content = parse_toml(source, "MOD001")
     file = check(ModelFile, content, source, "MOD002")
     effects = _effects(file, source, effect_library() if library is None else library)
@@ -222,13 +227,14 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
 
 
 def _check_signs(model: Model, source: Source) -> None:
-    """Raises MOD005 where no arm has a value that the user wrote; what a fit came to is told where it is used."""
+    """Raise MOD005 for values that no arm has; called where the user wrote them, not a fit."""
     found = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
     if found:
         raise PostprocError(found)
 
 
 def _robot(name: str, source: Source) -> Robot:
+    """Load the robot of a model file: a file beside it, else a library name; errors point to the key ``robot``."""
     beside = Path(source.path).parent / name
     try:
         return load_robot(beside if name not in list_robots() and isfile(beside) else name)
@@ -239,6 +245,7 @@ def _robot(name: str, source: Source) -> Robot:
 
 
 def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
+    """Build the effects of a model file; raises all MOD003 and EFF diagnostics at once."""
     found: list[Diagnostic] = []
     effects: list[Effect] = []
     for key, table in file.effects.items():

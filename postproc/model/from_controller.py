@@ -21,12 +21,9 @@ UNREAD = "absolute_accuracy.unread"
 
 
 def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
-    """The arm with the joint compliances that Absolute Accuracy has of it; of a joint that has none, the library's.
+    """Return the arm with the joint compliances of its Absolute Accuracy calibration; other joints take the library's.
 
-    Where each number comes from stands in ``robot.sources``, and what is not read, too.
-
-    Raises:
-        PostprocError: KIN006 unknown robot; KIN018, the configuration has no compliances, or one that no arm has.
+    ``robot.sources`` says where each number comes from and which entries are not used.
     """
     robot = load_robot(robot_name)
     if calibration is None:
@@ -51,7 +48,11 @@ def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
 
 
 def _source(calibration: Calibration, library: bool) -> str:
-    """Where the compliance of each joint comes from, in words."""
+    """Say in one sentence where the compliance of each joint comes from.
+
+    Args:
+        library: the library knows compliances for the joints without an entry; else these are rigid.
+    """
     read = ", ".join(f"joint {j + 1} (`{entry}`)" for j, entry in sorted(calibration.entries.items()))
     rest = " and ".join(str(j + 1) for j in range(6) if j not in calibration.entries)
     told = "as the library has it" if library else "rigid, for nobody says"

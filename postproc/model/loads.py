@@ -15,7 +15,7 @@ from postproc.model.multibody import Multibody
 
 
 def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> State:
-    """The state with body poses and the loads on the springs of the arm deflected so far (`borne`).
+    """Return the states with body poses, and with the loads on joints and springs of the arm at this deflection.
 
     Args:
         bodies: those whose far ends carry a spring, beside those that are deflected.
@@ -28,10 +28,11 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
 def borne(
     model: Model, state: State, deflection: Deflection, chain: Chain, along: Directions, springs: tuple[int, ...]
 ) -> State:
-    """The state with the poses of the bodies, and the loads on all coordinates of a chain.
+    """Return the states with the poses of the bodies and the loads on joints and on the springs of these bodies.
 
     load = J_g^T G + J_theta^T f - (M qdd + v), on every virtual spring (Eqs. 14-16, 23 corrected): links through the
-    recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
+    recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies. Other bodies' loads are
+    NaN.
     """
     state = state.with_(T_base_body=chain.T_base_body)
     base = _carried(state)
@@ -48,7 +49,7 @@ def borne(
 
 
 def _carried(state: State) -> tuple[Array, Array, Array] | None:
-    """What a base that moves or leans does, see `Multibody.rnea`."""
+    """Return gravity, angular velocity and acceleration of the base, (n, 3) each, base axes; None if it is fixed."""
     if state.gravity.ndim == 1 and state.base_spin is None:
         return None
     still = np.zeros((len(state), 3))
@@ -57,7 +58,7 @@ def _carried(state: State) -> tuple[Array, Array, Array] | None:
 
 
 def coordinates(chain: Chain, arm: Multibody) -> Array:
-    """All coordinates of the deflected arm in chain order, (n, m)."""
+    """Return the coordinates (n, m) of the deflected arm in chain order: joint angles [rad], displacements [m, rad]."""
     if not arm.bodies:
         return chain.q
     result = np.zeros((len(chain.q), arm.size))
@@ -68,12 +69,13 @@ def coordinates(chain: Chain, arm: Multibody) -> Array:
 
 
 def applied(model: Model, state: State, chain: Chain, deflection: Deflection) -> tuple[Array | None, Array]:
-    """Forces from outside and from effects: (n, 8, 6) on bodies and flange about the base origin, (n, 6) on joints."""
+    """Return outer and effect forces: (n, 8, 6) on bodies and flange about the base origin, or None; torques (n, 6)."""
     n = len(state)
     forces: Array | None = None
     torques = np.zeros((n, 6))
 
     def add(body: int, wrench: Array) -> None:
+        """Add a wrench (n, 6) to those on a body."""
         nonlocal forces
         if forces is None:
             forces = np.zeros((n, 8, 6))
@@ -96,7 +98,7 @@ def applied(model: Model, state: State, chain: Chain, deflection: Deflection) ->
 
 
 def payload_point(state: State, chain: Chain) -> Array:
-    """(n, 3) centre of the payload in the base frame [m]; the flange where it is not given."""
+    """Return the centre of the payload in the base frame, (n, 3) [m]; the flange where no centre is stated."""
     if state.payload_center is None:
         return chain.T_base_flange[:, :3, 3]
     center = np.broadcast_to(state.payload_center, (len(state), 3))[:, :, None]
@@ -104,7 +106,7 @@ def payload_point(state: State, chain: Chain) -> Array:
 
 
 def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
-    """Payload as a point mass: force m (g - a) at its centre and moment about the base origin, (n, 6)."""
+    """Return force m (g - a) of the payload as a point mass, and its moment about the base origin, (n, 6) [N, N m]."""
     point = payload_point(state, chain)
     pull = np.broadcast_to(state.gravity, point.shape)
     if state.motions is not None:

@@ -28,6 +28,7 @@ class Multibody:
     """
 
     def __init__(self, robot: Robot, gravity: Array | None, bodies: tuple[int, ...]) -> None:
+        """Build the pinocchio model of the arm with these virtual springs."""
         import pinocchio
 
         self.pin: Any = pinocchio
@@ -68,16 +69,17 @@ class Multibody:
 
     @property
     def size(self) -> int:
-        """Number of coordinates: six joints and six of each springy body."""
+        """Number of coordinates: six joints and six for each body with a virtual spring."""
         return int(self.model.nv) - self.base
 
     def rnea(
         self, coordinates: Array, v: Array | None = None, a: Array | None = None, base: tuple[Array, ...] | None = None
     ) -> Array:
-        """Generalised forces M a + C v + g that hold the motion (recursive Newton-Euler), (n, size).
+        """Return the generalised forces M a + C v + g, (n, size), of a motion (recursive Newton-Euler).
 
         Args:
-            coordinates: (n, size); v, a: (n, 6) of the arm joints, virtual springs stand still [rad/s], [rad/s^2].
+            coordinates: (n, size); v, a: (n, 6) of the arm joints [rad/s], [rad/s^2], None for rest; springs are at
+                rest.
             base: of one that moves, (n, 3) each: gravity less the acceleration of its origin, angular velocity, and
                 angular acceleration.
         """
@@ -97,14 +99,22 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Derivative of the links' weight on the coordinates by the coordinates: gravity in K_E (Eq. 21), (n, m, m)."""
+        """Return the derivative (n, m, m) of the links' weight by the coordinates: gravity's part of K_E (Eq. 21).
+
+        Args:
+            coordinates: (n, m) joint angles and displacements.
+        """
         none = self.pin.StdVec_Force()
         none.extend([self.pin.Force.Zero()] * self.model.njoints)
         # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.
         return np.array([-self.pin.computeStaticTorqueDerivatives(self.model, self.data, q, none) for q in coordinates])
 
     def inertia(self, coordinates: Array) -> Array:
-        """Joint-space inertia of the links by the composite rigid body algorithm, (n, size, size)."""
+        """Return the joint-space inertia of the links, (n, size, size), by the composite rigid body algorithm.
+
+        Args:
+            coordinates: (n, size).
+        """
         result = np.empty((len(coordinates), self.size, self.size))
         for i, q in enumerate(coordinates):
             M = np.triu(self.pin.crba(self.model, self.data, q))

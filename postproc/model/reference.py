@@ -13,10 +13,10 @@ from postproc.robot.cells.station import Station
 
 
 def with_axes(station: Station, state: State, positions: Array) -> State:
-    """A state with its external axes at positions (n, 6) [m], [rad].
+    """Return the states with external axes at these positions (n, 6) [m], [rad].
 
-    Measured points count to the work where a unit carries some, else to the world (``T_reference_base``). Gravity
-    turns where the base does.
+    Sets ``T_reference_base``: measured points are in the frame of the unit that carries work, else in the world.
+    Gravity is set by row where a turning axis carries the arm.
     """
     unit, gravity = station.work, station.gravity(positions)
     state = state.with_(external_axes=positions)
@@ -28,12 +28,12 @@ def with_axes(station: Station, state: State, positions: Array) -> State:
 
 
 def in_world(station: Station) -> Station:
-    """The same station for points that count to the world, whatever carries work."""
+    """Return the station with all units idle, so that measured points are in the world and not on a positioner."""
     units = {name: replace(unit, idle=True) for name, unit in station.cell.units.items()}
     return replace(station, cell=replace(station.cell, units=units))
 
 
 def as_written(station: Station, positions: Array) -> dict[str, Array]:
-    """Columns ``eax_a`` .. of positions (n, 6): mm and degrees, as programs and tables state them."""
+    """Return the columns ``eax_a`` .. of positions (n, 6) [m, rad], in mm and degrees as programs write them."""
     scales = {axis: 1e3 if joint.kind == "linear" else 180.0 / np.pi for axis, joint in station.joints.items()}
     return {f"eax_{axis}": scale * positions[:, LETTERS.index(axis)] for axis, scale in sorted(scales.items())}

@@ -19,10 +19,10 @@ LONG = 100  # characters
 
 
 def render_model(model: Model, before: str = "") -> str:
-    """The text of a model file; comments and order of the text it replaces are kept.
+    """Return the text of the model as TOML; comments and order of the replaced text are kept.
 
     Args:
-        before: the file as the user wrote it, if there is one.
+        before: the file as the user wrote it; empty if there is none.
     """
     import tomlkit
 
@@ -42,16 +42,17 @@ def render_model(model: Model, before: str = "") -> str:
 
 
 def _stiffness_source(model: Model) -> str:
-    """Where joint stiffness comes from: a fit of it is a measurement, whatever was said before."""
+    """Return where joint stiffness comes from: ``measured`` if it was fitted, else what the model states."""
     fitted = any(str(name).startswith("joint_compliance.") for name in model.fit.get("parameters", []))
     return "measured" if fitted else model.stiffness_source
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of mounting and tool; angles that say the same rotation in another way are left as the user wrote them."""
+    """Return the tables of mounting and tool; angles of an equal rotation stay as they are in the document."""
     from scipy.spatial.transform import Rotation
 
     def angles(table: str, R: Array) -> list[float]:
+        """Return roll, pitch, yaw [deg] of R; those of the table, if they mean the same rotation."""
         before: list[float] = list(_unwrapped(document.get(table, {})).get("rpy_deg", [0.0, 0.0, 0.0]))
         if np.allclose(rpy(np.radians(np.array(before, float))), R, atol=1e-12):
             return before
@@ -65,7 +66,12 @@ def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) -> None:
-    """Put values into a tomlkit table: unchanged ones stay as the user wrote them, changed ones keep their comment."""
+    """Write values into a tomlkit table: equal ones stay as the user wrote them, changed ones keep their comment.
+
+    Args:
+        prune: tables of which keys that ``content`` lacks are deleted; empty inside such a table, for all of its
+            tables.
+    """
     for key, value in content.items():
         if isinstance(value, Mapping):
             if key not in table:
@@ -80,7 +86,7 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
 
 
 def _in_lines(value: Any) -> Any:
-    """A long list of texts with a line for each."""
+    """Return a list of texts longer than 100 characters as an array with a line for each; any other value unchanged."""
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
         return value
     import tomlkit
@@ -91,4 +97,5 @@ def _in_lines(value: Any) -> Any:
 
 
 def _unwrapped(item: Any) -> Any:
+    """Return the plain Python value of a tomlkit item."""
     return item.unwrap() if hasattr(item, "unwrap") else item

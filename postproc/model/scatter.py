@@ -21,7 +21,7 @@ STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 
 
 def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
-    """Interval that holds 95 % of the arms of which the estimate speaks, of the share of the deflection that remains.
+    """Return a 95 % interval of the share of the deflection that remains after a correction with estimated stiffness.
 
     The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
     stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
@@ -56,7 +56,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
 
 
 def _shares(model: Model, state: State) -> Array:
-    """(42, 3 n) shares of the TCP's deflection [m]: joint by joint, of bodies 1 to 6 and of what is stated."""
+    """Return shares (42, 3 n) of the TCP's deflection [m]: for each joint of bodies 1 to 6, then of stated loads."""
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
         return np.zeros((42, 3 * len(state)))
@@ -70,13 +70,14 @@ def _shares(model: Model, state: State) -> Array:
 
 
 def _torques(model: Model, state: State) -> Array:
+    """Return the joint torques (n, 6) [N m] of the undeflected arm."""
     loads = loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load
     assert loads is not None
     return loads
 
 
 def _only(model: Model, body: int) -> Model:
-    """The arm with the mass of one body, and no effects."""
+    """Return the arm with the mass and inertia of one body only, and no effects."""
     alone = np.arange(7) == body
     robot = replace(model.robot, mass=model.robot.mass * alone, inertia=model.robot.inertia * alone[:, None, None])
     return Model(robot, (), model.R_world_base, model.T_flange_tcp)

@@ -44,9 +44,9 @@ class Uncertainty:
 
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
-    """Keys of the table [fit] of a model file.
+    """Return the keys of the table [fit] of a model file that state a fit's uncertainty.
 
-    ``parameters`` by name, ``covariance``, ``not_identifiable``, which are those held, ``unseen`` directions over both,
+    ``parameters`` by name, their ``covariance``, ``not_identifiable`` parameters, ``unseen`` directions over both, and
     ``unexplained_mm``. Of the covariance the lower triangle is written, a line of numbers for each row: lists of a
     million numbers would cost minutes.
     """
@@ -61,7 +61,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
+    """Read the uncertainty in the model's table [fit]; None without covariance. Unknown parameters are left out."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -84,15 +84,14 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Covariance of the predicted TCP position, D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T, (n, 3, 3) [m^2].
+    """Return the covariance (n, 3, 3) [m^2] of the predicted TCP: D P D^T + u^2 I + D B B^T D^T + m m^T + e e^T.
 
-    D are the pose derivatives, B the directions in which parameters may be off unseen: there the instrument's frame
-    counts, too, since what it took on is what they may be off.
-
-    Beyond what a free function has learned, D is that of the function without that limit: there P holds what it may
-    be by its prior. The prediction keeps the value at the limit, and m is how far that is from the function's own.
-    For each edge of a drafted law (a structural number, that no row tells closer than from one bound to the other) e
-    is half of what the pose would move by between the two: half of the step for poses that lie between them.
+    D are the derivatives of the position by the parameters, P their covariance, u the unexplained error, and B
+    directions in which the data leaves parameters open; for B parameters of the instrument's frame always count, as
+    they absorb errors of others. Beyond the range of data of a free function, D is that of the function without its
+    limit, where P has its prior. The prediction keeps the value at the limit, and m is how far that is from the
+    function's own. For each edge in an effect that was composed from data (a structural number, which no row tells
+    closer than its two bounds) e is half of the change of the position between the bounds.
 
     Args:
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
@@ -111,7 +110,10 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """(n, 3) half of what the position moves by [m] as the edge of a drafted law goes from one bound to the other."""
+    """Yield, for each edge of an effect composed from data, half the position change [m] between its bounds.
+
+    Each is (n, 3); an edge is a structural parameter that is a float.
+    """
     for effect in model.effects:
         edges = type(effect).structures() if effect.drafted else {}
         for name, bounds in ((n, b) for n, b in edges.items() if isinstance(getattr(effect, n), float)):
@@ -123,9 +125,11 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 def derivatives(
     model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """(n, 3, p) of the position by some parameters, what functions beyond their limits are off (n, 3) [m], which count.
+    """Return derivatives of the position (n, 3, p), error of limited functions (n, 3) [m], and which parameters count.
 
-    Which (p,): without the instrument its frame's do not.
+    Args:
+        parameters: (effect key, index in its vector) of the p parameters.
+        instrument: False: parameters of the instrument's frame do not count (False in the third array, (p,)).
     """
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(parameters)))
@@ -145,9 +149,12 @@ def derivatives(
 
 
 def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
-    """Standard deviation of the predicted position per axis (root mean square over the axes), (n,) [m].
+    """Return the standard deviation of the predicted position per axis (root mean square over the axes), (n,) [m].
 
     NaN where the model file has no covariance.
+
+    Args:
+        instrument: as an instrument sees it; else in the base frame.
     """
     known = read_uncertainty(model)
     if known is None:
@@ -174,7 +181,7 @@ class Beyond:
 
     @property
     def text(self) -> str:
-        """The channel, where it reaches and where it was measured, in words."""
+        """One clause on the channel, the value it reaches and the range that was measured."""
         low, high, reached = self.low, self.high, self.reached
         if self.channel.startswith("dir"):
             side = "+" if reached > 0 else "-"
@@ -187,7 +194,7 @@ class Beyond:
 
 
 def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
-    """Keys of the table [fit.range] of a model file: lowest and highest value of every channel that was measured."""
+    """Return the table [fit.range] of a model file: lowest and highest value of each channel that the states have."""
     every = [states] if isinstance(states, State) else list(states)
     table: dict[str, list[float]] = {}
     for state in every:
@@ -198,7 +205,7 @@ def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
 
 
 def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
-    """Channels in which some states leave the range that the model was measured in; none where no range is known."""
+    """Return the channels in which states leave the model's measured range by over 2 % of it; empty without a range."""
     table: Mapping[str, Any] = model.fit.get("range", {})
     found = []
     for name, values in _channels(state.with_(station=model.station)).items():
@@ -213,6 +220,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
 
 
 def _channels(state: State) -> dict[str, Array]:
+    """Return the values (n,) of each channel that the states have, by its name in [fit.range]."""
     channels = {f"q{j + 1}": state.q[:, j] for j in range(6)}
     for name, values in (("payload", state.payload_mass), ("temperature", state.temperature), ("time", state.time)):
         if values is not None and np.isfinite(values).any():

@@ -32,12 +32,12 @@ class Figure:
 
     @property
     def text(self) -> str:
-        """The value with its unit."""
+        """The value as text, with the unit if it is a float."""
         return f"{self.head} {self.unit}" if isinstance(self.value, float) else self.head
 
     @property
     def head(self) -> str:
-        """The value without its unit, as a sentence writes it."""
+        """The value as text without its unit; floats with three decimals."""
         return f"{self.value:.3f}" if isinstance(self.value, float) else str(self.value)
 
 
@@ -166,11 +166,11 @@ class Document:
 
 
 def is_number(cell: object) -> bool:
-    """Whether a cell of a table holds a number."""
+    """Tell whether a cell of a table holds a number; booleans are none."""
     return isinstance(cell, (int, float)) and not isinstance(cell, bool)
 
 
 def shown_columns(table: DataTable) -> list[int]:
-    """Columns in which some row has a value; all of an empty table."""
+    """Return the indices of columns in which some row has a value; of all columns for an empty table."""
     every = range(len(table.columns))
     return [k for k in every if any(row[k] is not None and row[k] != "" for row in table.rows) or not table.rows]

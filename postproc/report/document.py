@@ -9,7 +9,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Nested mappings, sequences and arrays as plain Python values; numbers that are not finite become None."""
+    """Convert nested mappings, sequences and arrays to plain Python values; NaN and infinity become None."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -22,5 +22,5 @@ def plain(value: Any) -> Any:
 
 
 def to_json(document: Mapping[str, Any]) -> str:
-    """A document as text."""
+    """Return a document as JSON text, indented; NaN and infinity become null."""
     return json.dumps(plain(document), indent=1, allow_nan=False)

@@ -34,7 +34,7 @@ SCRIPTS = {"": ("base", "table"), "steps": ("space", "arm", "steps"), "path": ("
 
 
 def render_page(document: Document) -> str:
-    """A document as a page."""
+    """Render a document as one HTML page with styles, scripts and data inside."""
     scene, of = document.scene, "" if document.scene is None else document.scene.name
     drawn = [(section, "".join(_html(block, of) for block in section.blocks)) for section in document.sections]
     page = render(
@@ -56,12 +56,16 @@ def render_page(document: Document) -> str:
 
 
 def render_certificate(document: Document) -> str:
-    """A certificate as a page to print and sign: its first section holds what was examined."""
+    """Render a certificate as a page to print and sign; its first section says what was examined."""
     return str(render("certificate.html.j2", document=document, style=asset("page.css"), version=__version__))
 
 
 def _html(block: Block, scene: str) -> str:
-    """A block as HTML, empty where it shows nothing."""
+    """Render a block as HTML, empty where it has nothing to show.
+
+    Args:
+        scene: name of the page's scene, in which views are drawn.
+    """
     match block:
         case Sentence(text):
             return f"<p>{prose(text)}</p>"
@@ -82,33 +86,33 @@ def _html(block: Block, scene: str) -> str:
 
 
 def _view(scene: str, name: str) -> Markup:
-    """What the scripts of a scene draw: the element that they look for, with what stands around it."""
+    """Render the element that a scene's scripts fill for a view, with its controls."""
     return render(f"{scene}.html.j2", view=name)
 
 
 def render(template: str, **values: Any) -> Markup:
-    """A template of ``templates/report`` as HTML."""
+    """Render a template of ``templates/report`` as HTML."""
     return Markup(_environment().get_template(template).render(**values))
 
 
 def asset(name: str) -> Markup:
-    """A style sheet or script as it is, without the lines that only comment."""
+    """Return the text of a style sheet or script of ``templates/report``."""
     return Markup(resource("templates", "report", name).read_text("utf-8"))
 
 
 def embedded(value: Any) -> Markup:
-    """Plain values as JSON inside a script element."""
+    """Encode plain values as JSON that is safe inside a script element."""
     # "</script" would end the element, "<!--<script" keep it from ending.
     return Markup(json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def prose(text: str) -> Markup:
-    """Text as HTML, with `names` set apart."""
+    """Escape text as HTML, with `names` set as code."""
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text)))
 
 
 def table(block: DataTable) -> str:
-    """A table that can be searched and sorted; columns of numbers stand right, with four significant digits."""
+    """Render a table as HTML that scripts make searchable and sortable; columns of numbers are right-aligned."""
     every = [[row[k] for row in block.rows] for k in range(len(block.columns))]
     numbers = [any(map(is_number, cells)) and all(c is None or is_number(c) for c in cells) for cells in every]
     shown, (column, links) = shown_columns(block), block.links or (None, ())
@@ -122,17 +126,19 @@ def table(block: DataTable) -> str:
 
 
 def grid(charts: Sequence[str], least: int) -> str:
-    """Charts side by side, as many in a row as are at least ``least`` pixels wide."""
+    """Place charts side by side, as many in a row as fit with at least ``least`` pixels each."""
     return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
 
 
 def _cell(cell: object) -> object:
+    """Return a cell as None, a number, or text without backticks and without characters that are not Unicode."""
     # A file name that is not Unicode is shown as far as it is.
     return cell if cell is None or is_number(cell) else str(cell).replace("`", "").encode("utf-8", "replace").decode()
 
 
 @cache
 def _environment() -> Environment:
+    """Return the Jinja environment of ``templates/report``, with escaping on."""
     return Environment(
         loader=FileSystemLoader(str(resource("templates", "report"))),
         undefined=StrictUndefined,

@@ -15,7 +15,7 @@ LEVELS = {"error": "error", "warning": "warning", "info": "note"}
 
 
 def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """One run of this tool as a SARIF log.
+    """Return findings as a SARIF log with one run of this tool.
 
     Args:
         findings: as documents have them, see ``Diagnostic.as_json``.
@@ -30,24 +30,27 @@ def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def findings_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """All findings of a document, those of its tasks included."""
+    """Return all findings of a document, those of its tasks included."""
     parts = [document, *document.get("tasks", ())]
     return [finding for part in parts for finding in part.get("diagnostics", ())]
 
 
 def _rule(code: str, explained: str) -> dict[str, Any]:
+    """Return the SARIF rule of a code, with its explanation in Markdown split into title and text."""
     head, _, text = explained.partition("\n")
     title = head.removeprefix(f"## {code}").strip()
     return {"id": code, "shortDescription": {"text": title}, "help": {"text": text.strip() or title}}
 
 
 def _result(finding: Mapping[str, Any], rule: int) -> dict[str, Any]:
+    """Return a finding as a SARIF result of the rule with this index."""
     text = f"{finding['message']}; {finding['help']}" if finding["help"] else finding["message"]
     result = {"ruleId": finding["code"], "ruleIndex": rule, "level": LEVELS[finding["severity"]]}
     return {**result, "message": {"text": text}, "locations": _locations(finding)}
 
 
 def _locations(finding: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the SARIF locations of a finding; empty for stdin or without a file."""
     path = finding["path"]
     if path is None or path.startswith("<"):  # what came from stdin has no name
         return []
@@ -58,4 +61,5 @@ def _locations(finding: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _uri(path: PurePath) -> str:
+    """Return a path as a URI: absolute ones as ``file:``, relative ones quoted."""
     return path.as_uri() if path.is_absolute() else quote(path.as_posix().encode("utf-8", "surrogateescape"))

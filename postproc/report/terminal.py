@@ -24,7 +24,7 @@ DIGITS = 4
 
 
 def render_text(document: Document, every: bool = False) -> str:
-    """The document as lines of text.
+    """Render a document as lines of text.
 
     Args:
         every: print all rows of all tables.
@@ -39,6 +39,7 @@ def render_text(document: Document, every: bool = False) -> str:
 
 
 def _section(section: Section, every: bool) -> list[str]:
+    """Return the lines of a section under its title; empty where no block has any."""
     lines: list[str] = []
     for block in section.blocks:
         drawn = list(_lines(block, every))
@@ -47,6 +48,7 @@ def _section(section: Section, every: bool) -> list[str]:
 
 
 def _lines(block: Block, every: bool) -> Iterator[str]:
+    """Yield the lines of a block; charts and views have none."""
     match block:
         case Sentence(text):
             yield text
@@ -62,6 +64,7 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
 
 
 def _bars(block: Bars) -> Iterator[str]:
+    """Yield a line for each bar, and one for the noise."""
     rows = [(level.name, level.value, level.note) for level in block.bars]
     rows.append(("noise", block.floor, ""))
     width = max(len(name) for name, *_ in rows)
@@ -71,6 +74,7 @@ def _bars(block: Bars) -> Iterator[str]:
 
 
 def _table(block: DataTable, every: bool) -> Iterator[str]:
+    """Yield the lines of a table: only its brief rows unless ``every``, then how many are left out."""
     chosen = range(len(block.rows)) if every or block.brief is None else block.brief
     if not chosen:
         return
@@ -87,7 +91,7 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
 
 
 def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
-    """The heading and the chosen cells, all of one width; numbers stand right, with the decimals of the largest."""
+    """Return heading and chosen cells of column k, of one width; numbers are right-aligned with common decimals."""
     cells = [row[k] for row in block.rows]
     right = all(c is None or is_number(c) for c in cells)
     largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0
@@ -100,6 +104,7 @@ def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
 
 
 def _text(cell: object, number: str) -> str:
+    """Return a cell as text, floats by the format ``number``; None is empty."""
     if cell is None:
         return ""
     return f"{cell:{number}}" if isinstance(cell, float) else str(cell).replace("\n", " ")

@@ -25,7 +25,11 @@ FALL = (
 
 
 def addition_document(name: str, found: Addition) -> Document:
-    """An addition to the model, with the effects and the tables that are named."""
+    """Describe an addition of effects to a model, for terminal and page.
+
+    Args:
+        name: of the effects and the tables, for the title.
+    """
     values, kind, fit = addition_values(found), found.fit.observed, found.fit
     floor, noise = mm(found.floor), fit.parts.level is not None
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
@@ -80,7 +84,7 @@ def addition_document(name: str, found: Addition) -> Document:
 
 
 def addition_values(found: Addition) -> dict[str, Any]:
-    """``postproc/fit/1`` with the ladder and the leave-one-out table."""
+    """Return the ``postproc/fit/1`` document with the error after each added effect, and without each single effect."""
     return {
         **fit_values(found.fit, error_values(found.before)),
         found.fit.observed.key("floor"): mm(found.floor),
@@ -90,7 +94,7 @@ def addition_values(found: Addition) -> dict[str, Any]:
 
 
 def addition_sentence(found: Addition) -> str:
-    """How far the error falls, and what follows from that."""
+    """Say how far the error falls with the added effects, and what to do next."""
     first, last = 1e3 * found.before.held_out_rms, 1e3 * found.fit.held_out_rms
     unit, each = found.fit.observed.unit, found.fit.observed.each
     known = found.fit.parts.level is not None
@@ -111,11 +115,16 @@ def addition_sentence(found: Addition) -> str:
 
 
 def _way(share: float | None, noise: bool) -> str:
+    """Say which share of the way to the noise, or to a smooth function's error, a step goes; empty for None.
+
+    Args:
+        noise: whether the noise is known.
+    """
     return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
 
 
 def _rungs(found: Addition) -> list[Rung]:
-    """The steps of the ladder, each with its model beside the measurements."""
+    """Return the steps of the addition, each with its model evaluated on the same measurements."""
     rungs = []
     for k, step in enumerate(found.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)

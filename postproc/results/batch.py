@@ -29,11 +29,11 @@ def batch_document(
     made: Mapping[str, str] | None = None,
     pages: Mapping[str, str] | None = None,
 ) -> Document:
-    """A batch.
+    """Describe a batch, for terminal and page.
 
     Args:
-        name: of the folder or the jobs file. values: ``postproc/batch/1``. made: with which model,
-            loads and choices, where no jobs file says otherwise. pages: where the page of each task is, as a link.
+        name: of the folder or the jobs file. values: its ``postproc/batch/1`` document.
+        made: model, loads and choices, where no jobs file states others. pages: link to the page of each task by name.
     """
     tasks, count = sorted(values["tasks"], key=_rank), values["counts"]
     done = [t for t in tasks if "max_error_after_mm" in t]
@@ -78,7 +78,7 @@ def batch_document(
 
 
 def _histogram(done: Sequence[Values]) -> str:
-    """How far programs are off, before and after; empty where none is."""
+    """Return an SVG histogram of the largest deviations of programs, before and after; empty where none is positive."""
     lengths = {
         key: (kind, np.array([t[f"max_error_{key}_mm"] for t in done], dtype=float))
         for key, kind in (("before", "was"), ("after", "is"))
@@ -87,11 +87,12 @@ def _histogram(done: Sequence[Values]) -> str:
 
 
 def _link(path: str | None) -> str | None:
-    """A path as the address of a link: `a b#1.html` is a file, not a place in one."""
+    """Quote a path as the address of a link, in which `a b#1.html` is a file and not a place in one."""
     return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
 def _sentence(count: Mapping[str, int], worst: Values | None) -> str:
+    """Say how many programs are corrected, how many failed, and the largest deviation that remains."""
     total = count["compensated"] + count["unchanged"] + count["failed"]
     lead = f"{count['compensated']} of {total} programs are corrected"
     failed = (
@@ -104,10 +105,12 @@ def _sentence(count: Mapping[str, int], worst: Values | None) -> str:
 
 
 def _rank(task: Values) -> tuple[bool, float]:
+    """Return a sort key: failed tasks first, then by falling remaining deviation."""
     return task["status"] != "failed", -task.get("max_error_after_mm", 0.0)
 
 
 def _row(task: Values) -> tuple[object, ...]:
+    """Return the row of a task in the table of programs."""
     warnings = sum(d["severity"] == "warning" for d in task["diagnostics"])
     result = task["status"] + (", as before" if task["cached"] else "")
     names = ("max_error_before_mm", "max_error_after_mm", "added_targets")
@@ -118,11 +121,12 @@ def _row(task: Values) -> tuple[object, ...]:
 
 
 def _finding(name: str, found: Values) -> tuple[object, ...]:
+    """Return the row of a finding in a table: place, severity, code, message and help."""
     return found["path"] or name, found["line"], found["severity"], found["code"], found["message"], found["help"]
 
 
 def _kinds(told: Sequence[tuple[str, Values]]) -> list[tuple[object, ...]]:
-    """A row for every kind of finding, the most frequent first: how often, in how many programs, one of them."""
+    """Return a row for every code among (task, finding), the most frequent first: count, programs, worst finding."""
     rows = []
     for same in sorted(grouped((one[1]["code"], one) for one in told).values(), key=len, reverse=True):
         name, worst = max(same, key=lambda one: _figure(one[1]["message"]))
@@ -131,6 +135,6 @@ def _kinds(told: Sequence[tuple[str, Values]]) -> list[tuple[object, ...]]:
 
 
 def _figure(message: str) -> float:
-    """The first length that a message tells [mm]."""
+    """Return the first length [mm] in a message; 0 without one."""
     found = re.search(r"(?<![\d.])([\d.]++) mm\b", message)
     return float(found[1]) if found else 0.0

@@ -24,11 +24,14 @@ LEFT_OPEN = "Required figures are filled in by hand where the contract states th
 
 
 def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
-    """The certificate for a corrected program: a row for each seam with its tolerance, kept or not.
+    """Describe a corrected program as a certificate to sign: a row for each seam, whose tolerance is kept or not.
 
-    It is kept by a program that was written, of which everything that welds was corrected and keeps its tolerance in
-    the proof; without welds everything along lines and arcs. On the arm that is shown where a fitted model is sure
-    enough. What is accepted, people sign.
+    The verdict is "kept" if the program was written, everything that welds was corrected, and each seam keeps its
+    tolerance in the proof; without welds, if everything along lines and arcs does. It counts for the real arm only
+    where a fitted model is accurate enough.
+
+    Args:
+        name: of the program. made: model, loads and choices by label.
     """
     document, made = plain(found.report), made or {}
     facts = [("program", name)]
@@ -65,7 +68,11 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
 
 
 def arm_certificate(name: str, found: Comparison) -> Document:
-    """The certificate for an arm beside its measurements: ISO 9283 figures, with room for what is required."""
+    """Describe an arm compared with measurements as a certificate: ISO 9283 figures, with room for what is required.
+
+    Args:
+        name: of the model and the tables.
+    """
     shown = comparison_document(name, found)
     document = plain(shown.values)
     kind, data = found.fit.observed, found.fit.data
@@ -96,10 +103,11 @@ def _certificate(
     parts: Sequence[Section],
     basis: str = "",
 ) -> Document:
-    """A certificate.
+    """Assemble a certificate.
 
     Args:
-        head: its title, verdict and sentence. facts: what was examined.
+        head: its title, verdict and sentence. facts: what was examined, as (what, with).
+        parts: its tables. basis: what the figures rest on.
     """
     title, verdict, sentence = head
     examined = _part("what was examined", ("what", "with"), facts)
@@ -110,11 +118,12 @@ def _certificate(
 
 
 def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:
+    """Return a section with one table of the same title."""
     return Section(title, [DataTable(title, columns, rows)], note)
 
 
 def _digests(found: Conversion) -> list[tuple[str, str]]:
-    """Which bytes were examined: of the original and the corrected file, by name where there are several."""
+    """Return the SHA-256 of the original and the corrected bytes of each file, with its path if there are several."""
     sources = {o.statement.source.path: o.statement.source.data for o in found.outcomes}
     several = len(sources) > 1
     rows = []
@@ -127,6 +136,7 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
 
 
 def _seam(seam: Values, tolerance: float) -> Row:
+    """Return the row of a seam: its tolerance is kept if it was measured, is within it, and nothing was left out."""
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"
@@ -143,16 +153,18 @@ def _seam(seam: Values, tolerance: float) -> Row:
 
 
 def _fall(before: float | None, after: float | None) -> tuple[str, str]:
+    """Return two deviations [mm] as texts; None is "not measured"."""
     first, last = ("not measured" if value is None else f"{value:.3f}" for value in (before, after))
     return first, last
 
 
 def _kept(kept: bool) -> str:
+    """Return the word for whether a tolerance is kept."""
     return "kept" if kept else "not kept"
 
 
 def _sure(document: Values) -> str:
-    """What is known of the real arm, in a sentence."""
+    """Say in a sentence how well the model is known to match the real arm."""
     known, estimated = document["expected_accuracy"], estimated_stiffness(document)
     if known is not None:
         return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."

@@ -46,7 +46,11 @@ NAMED, FOLLOWED = 5, 8
 
 
 def comparison_document(name: str, found: Comparison) -> Document:
-    """A comparison of the model and the tables that are named."""
+    """Describe a comparison of a model with measurements, for terminal and page.
+
+    Args:
+        name: of the model and the tables, for the title.
+    """
     values, fit, kind = comparison_values(found), found.fit, found.fit.observed
     noise, each = values[kind.key("noise")], f"{kind.unit} per {kind.each}"
     levels = [Bar("this model", values[kind.key("rms")]), Bar(FREE, values[kind.key("bound")])]
@@ -90,7 +94,7 @@ def comparison_document(name: str, found: Comparison) -> Document:
 
 
 def comparison_values(found: Comparison) -> Values:
-    """``postproc/compare/1``; keys of figures end in the unit of what was observed."""
+    """Return the ``postproc/compare/1`` document; keys of figures end in the unit of what was observed."""
     data, kind, length = found.fit.data, found.fit.observed, found.sizes * 1e3
     key, good = kind.key, np.isfinite(length)
     far = sizes(found.fit.observed_error, kind) * 1e3
@@ -129,7 +133,7 @@ def comparison_values(found: Comparison) -> Values:
 
 
 def _trend_values(trend: Trend) -> Values:
-    """An entry of ``channels``, in the units that people read."""
+    """Return an entry of ``channels`` of the document, with channel values in degrees or mm."""
     unit, factor = unit_of(trend.channel)
     return {
         "channel": trend.channel,
@@ -144,7 +148,7 @@ def _trend_values(trend: Trend) -> Values:
 
 
 def _each(found: Comparison) -> dict[str, dict[str, float]]:
-    """Rms and mean along every axis, or of every joint, that was measured."""
+    """Return rms and mean of the error [mm or mrad] for every axis, or joint, that was measured."""
     names = [str(j) for j in range(1, 7)] if found.fit.observed.name == "joint" else "xyz"
     pairs = zip(names, found.error.T, strict=True)
     some = [(name, column[np.isfinite(column)]) for name, column in pairs]
@@ -152,6 +156,7 @@ def _each(found: Comparison) -> dict[str, dict[str, float]]:
 
 
 def _iso_json(iso: Iso9283) -> Values:
+    """Return the ISO 9283 figures [mm] as the entry ``iso9283`` of the document."""
     return {
         "accuracy_mean_mm": round(iso.accuracy_mean, 6),
         "accuracy_max_mm": round(iso.accuracy_max, 6),
@@ -162,15 +167,16 @@ def _iso_json(iso: Iso9283) -> Values:
 
 
 def workspace_section(observed: str, title: str, program: bool = False) -> list[Section]:
-    """The residuals in space and over the channels that stand out; none where no position was measured.
+    """Return the section of the residual in space; an empty list where no position was measured.
 
     Args:
-        program: with some poses as targets of a program, as each step would have them corrected.
+        program: also show six poses as targets of a program, as each step of the model would correct them.
     """
     return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
 def _sentence(found: Comparison, values: Values) -> str:
+    """Say how far the arm is from the model, at worst, and how large the noise is."""
     kind = found.fit.observed
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
@@ -184,13 +190,18 @@ def _sentence(found: Comparison, values: Values) -> str:
 
 
 def _without(rows: list[int]) -> str:
-    """Rows that the first sentence does not count: whoever counts them finds another figure."""
+    """Say how many outlying rows the figures leave out; empty for none."""
     if not rows:
         return ""
     return f", without {'a row that lies' if len(rows) == 1 else f'{len(rows)} rows that lie'} far from everything else"
 
 
 def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
+    """Say how near a smooth function of the channels comes, compared with error and noise.
+
+    Args:
+        error, bound, noise: rms of the model, of a smooth function on held-out rows, and of the noise, in ``unit``.
+    """
     if noise is not None and error < 1.2 * noise:
         return "What is left is of the size of the noise."
     if bound > 0.9 * error:
@@ -205,12 +216,18 @@ def _without_physics(error: float, bound: float, noise: float | None, unit: str)
 
 
 def _worst(values: Values, error: str, unit: str) -> DataTable:
+    """Return the table of the worst poses.
+
+    Args:
+        error: key of the error in an entry of ``worst``.
+    """
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
     return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), view="worst")
 
 
 def _figures(values: Values, found: Comparison) -> list[Block]:
+    """Return the tables of figures: by axis or joint, then percentiles and ISO 9283."""
     kind = found.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
@@ -228,7 +245,7 @@ def _figures(values: Values, found: Comparison) -> list[Block]:
 
 
 def iso_figures(values: Values) -> list[tuple[str, Any]]:
-    """Pose figures of ISO 9283 [mm]; none where no position was measured."""
+    """Return the ISO 9283 figures [mm] of a comparison with their labels; empty where no position was measured."""
     iso = values.get("iso9283")
     if not iso:
         return []
@@ -241,5 +258,6 @@ def iso_figures(values: Values) -> list[tuple[str, Any]]:
 
 
 def _follows(values: Values) -> DataTable:
+    """Return a table of the share of the residual's variance that each channel explains."""
     rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
     return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))

@@ -33,10 +33,10 @@ SEAM = {
 
 
 def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
-    """A conversion of the program that is named.
+    """Describe the conversion of a program, for terminal and page.
 
     Args:
-        made: with which model, loads and choices.
+        name: of the program. made: model, loads and choices by label.
     """
     values, moved = found.report, found.plan is not None
     findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
@@ -62,30 +62,32 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
 
 
 def made_section(made: Mapping[str, str]) -> Section:
-    """With what a result was made, and by which version."""
+    """Return the folded section that says with what a result was made, and by which version."""
     rows = [*made.items(), ("postproc", __version__)]
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
 def _seams(values: Values) -> DataTable:
+    """Return the table of seams with their deviations."""
     rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
     return DataTable("seams", list(SEAM.values()), rows, view="seams")
 
 
 def _statements(values: Values, moved: bool) -> DataTable:
-    """Every motion statement; where none of the targets is known before the program runs, no scene draws them."""
+    """Return the table of motion statements; with ``moved`` (the motion is known) a page draws it with its scene."""
     rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
     return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
 
 def _path(found: Conversion) -> Values:
+    """Return the data of the page's scene of the path."""
     from postproc.report.drawing.path import path_data
 
     return path_data(found)
 
 
 def _figures(values: Values) -> list[Figure]:
-    """Three: before, after, and what became of the statements."""
+    """Return three figures: deviation before, deviation after, and statements by status."""
     arc, where = _welds(values)
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
     counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
@@ -99,18 +101,19 @@ def _figures(values: Values) -> list[Figure]:
 
 
 def _run_time(found: Values) -> Section:
-    """What the function that corrects on the controller was checked with."""
+    """Return the section on how the function for run time was checked; empty without one."""
     rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
     return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
 
 
 def _count(document: Values, status: str) -> int:
+    """Return how many statements of a document have a status."""
     return sum(row["status"] == status for row in document["statements"])
 
 
 def _basis(found: Conversion, made: Mapping[str, str]) -> str:
-    """What the result rests on."""
+    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy."""
     values = found.report
     known = values["expected_accuracy"]
     sure = (
@@ -133,13 +136,14 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
-    """That nothing tells how near the real torch comes, and why."""
+    """Say that nothing tells how near the real torch comes to the path, and why."""
     whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
     why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
 def _sentence(found: Conversion) -> str:
+    """Say what became of the program: the deviation before and after, or why nothing was corrected."""
     values = found.report
     if not found.outputs:
         return "The program is not safe to compensate; no program was written."
@@ -170,25 +174,25 @@ def _sentence(found: Conversion) -> str:
 
 
 def _unseen(values: Values) -> str:
-    """How much of the way is in no figure, after a blank; empty where nothing is."""
+    """Say how many lines or arcs no figure counts as their ends are not known, after a blank; empty for none."""
     count = values["unmeasured_statements"]
     what = f"{count} lines or arcs are" if count > 1 else "1 line or arc is"
     return f" {what} in no figure: where they begin or end is not known." if count else ""
 
 
 def shown_on_the_arm(document: Values, tolerance_mm: float) -> bool:
-    """Whether what is known of the real arm shows that it keeps a tolerance: a fitted model, sure enough with 95 %."""
+    """Tell whether the remaining deviation plus the fitted model's own 95 % error is within a tolerance [mm]."""
     known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
     after = document["max_error_after_mm"] if after is None else after
     return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
 
 
 def elsewhere(document: Values) -> list[str]:
-    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
+    """List deviations above the tolerance outside of steady speed: at speed changes and jumps of the correction."""
     places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
     return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 
 
 def _welds(document: Values) -> tuple[str, str]:
-    """What the key of the figures that count first begins with, and where they hold."""
+    """Return the prefix of the main figures' keys, and where they hold: in welds if there are any, else everywhere."""
     return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

@@ -63,7 +63,11 @@ RANKED = (
 
 
 def diagnosis_document(name: str, d: Diagnosis) -> Document:
-    """A diagnosis of the model and the tables that are named."""
+    """Describe a diagnosis, for terminal and page.
+
+    Args:
+        name: of the model and the tables, for the title.
+    """
     values, kind = diagnosis_values(d), d.base.observed
     rungs = [Rung(BASE, d.base, d.base.held_out_rms)]
     if d.missing:
@@ -96,12 +100,12 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
 
 
 def _known(value: float | None) -> float | None:
-    """Metres to millimetres (radians to milliradians), None where it is not known."""
+    """Convert metres to millimetres (radians to milliradians); None where the value is None or not finite."""
     return None if value is None or not np.isfinite(value) else mm(value)
 
 
 def diagnosis_values(d: Diagnosis) -> Values:
-    """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
+    """Return the ``postproc/diagnose/1`` document; keys of figures hold the unit of what was observed."""
     key = d.base.observed.key
     return {
         "schema": "postproc/diagnose/1",
@@ -146,7 +150,7 @@ def diagnosis_values(d: Diagnosis) -> Values:
 
 
 def _smooth(d: Diagnosis, key: str) -> Values:
-    """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
+    """Tell whether an effect is a cause or a smooth function, and how many parameters of it the data determines."""
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
         return {"is": "cause"}
@@ -154,7 +158,7 @@ def _smooth(d: Diagnosis, key: str) -> Values:
 
 
 def _curve_values(curve: JointCurve) -> Values:
-    """An entry of ``missing[].law``: degrees and milliradians."""
+    """Return an entry of ``missing[].law``: a joint's turn [mrad] over a channel."""
     unit, factor = unit_of(curve.channel)
     return {
         "joint": curve.joint,
@@ -167,7 +171,11 @@ def _curve_values(curve: JointCurve) -> Values:
 
 
 def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
-    """An entry of ``candidates``; None for an effect that this data cannot test."""
+    """Return an entry of ``candidates``.
+
+    Args:
+        key: of the effect; c: its best form, None for an effect that this data cannot test.
+    """
     before, why = d.screened.linear.square, {**d.blind, **d.untestable}.get(key)
     after = d.base.rms if c is None else d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
     return {
@@ -182,7 +190,7 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
 
 
 def _hold_out(asked: Intervention) -> Values:
-    """An entry ``hold_out``."""
+    """Return the entry ``hold_out``: the error on each level of a channel that was not fitted, before and after."""
     return {
         "channel": asked.channel,
         "levels": [
@@ -200,6 +208,7 @@ def _hold_out(asked: Intervention) -> Values:
 
 
 def _figures(d: Diagnosis, values: Values) -> list[Figure]:
+    """Return the main figures: error now, noise, the verdict, and the error with what was found."""
     kind = d.base.observed
     error = kind.key("held_out_rms")
     return [
@@ -212,7 +221,7 @@ def _figures(d: Diagnosis, values: Values) -> list[Figure]:
 
 
 def verdict_figures(values: Values) -> list[Figure]:
-    """What is missing, or the verdict where that is not all."""
+    """Return the missing effects as a figure, or the verdict and the effects where these do not explain all."""
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
     several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
     missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
@@ -222,12 +231,16 @@ def verdict_figures(values: Values) -> list[Figure]:
 
 
 def _alike(missing: Values) -> list[str]:
-    """What explains the data as well as an effect that was found."""
+    """Return keys of effects that explain the data as well as a missing one."""
     return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
 def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
-    """The errors from the model as it came down to the noise, and the laws that were found, or what has no name."""
+    """Return the section with the error after each missing effect, from the model as it came down to the noise.
+
+    Args:
+        steps: returns the data of the page's scene; beside it stand the effects' curves, or the strongest pattern.
+    """
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
     rungs += [Bar(f"+ {m.candidate.key}", 1e3 * m.held_out_after, place(m.candidate.label)) for m in d.missing]
@@ -240,9 +253,11 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     bars = Bars(rungs, floor, FREE, kind.unit, names if len(names) > 1 else ())
 
     def distances() -> list[str]:
+        """Return the chart of the share of poses over their distance."""
         return [distance_chart(d.final, floor, held_out=True)]
 
     def without_laws() -> list[str]:
+        """Return the chart of the strongest pattern, if no effect's curve can be drawn in its place."""
         laws = any(step["laws"] for step in steps()["steps"])
         return [] if laws else [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1]]
 
@@ -254,6 +269,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
 
 
 def _found(d: Diagnosis, values: Values) -> Section:
+    """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
     kind, rows = d.base.observed, []
     for m in d.missing:
         c = m.candidate
@@ -270,20 +286,23 @@ def _found(d: Diagnosis, values: Values) -> Section:
 
 
 def curve_text(curve: JointCurve) -> str:
-    """``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``: where it is least and most."""
+    """Say where a joint's curve is lowest and highest.
+
+    ``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``.
+    """
     ends = sorted((int(np.argmin(curve.turn)), int(np.argmax(curve.turn))))
     said = ", ".join(f"{1e3 * curve.turn[k]:.2f} mrad near {shown(curve.channel, curve.at[k])}" for k in ends)
     return f"joint {curve.joint} along {curve.channel}: {said}, \N{PLUS-MINUS SIGN} {1e3 * np.median(curve.sigma):.2f}"
 
 
 def _remaining(d: Diagnosis) -> Section:
-    """The patterns that remain without a name, with their chart where a law has the place beside the ladder."""
+    """Return the section with the patterns that no effect explains, with a chart of the strongest."""
     drawn = Chart(lambda: [suspect_chart(d.searched, s, d.floor) for s in d.suspects[:1] if d.missing])
     return Section("What remains follows", [drawn, suspect_table(d.suspects)], FOLLOWS + LOOKS)
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
-    """A row for each pattern at a place, with all the channels that show it."""
+    """Return a table with a row for each pattern at a place, and all channels that show it."""
     channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
     rows = [
         (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
@@ -292,7 +311,7 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
 
 
 def _held_out(asked: Intervention) -> Section:
-    """How levels of a channel that no fit has seen are predicted, then the names that do not carry over."""
+    """Return the section on how held-out levels of a channel are predicted, and which effects fail there."""
     rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in asked.levels]
     columns = (asked.channel, "rows", f"as it came [{asked.unit}]", f"with what was found [{asked.unit}]")
     doubtful = [(key, asked.fails(key)) for key in asked.levels[0].without]
@@ -306,6 +325,7 @@ def _held_out(asked: Intervention) -> Section:
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:
+    """Return the folded section that ranks all effects, each added alone to the model as it came."""
     kind, rows = d.base.observed, []
     for c in values["candidates"]:
         form, why = place(c["form"]), c["why_not"] or ""
@@ -316,6 +336,6 @@ def _ranking(d: Diagnosis, values: Values) -> Section:
 
 
 def brief_ranking(ranked: Sequence[Candidate]) -> list[int]:
-    """Those that stand in the ranking on the terminal."""
+    """Return the indices of candidates that a terminal prints: three to eight with p below 0.05, and the user's own."""
     first = max(FEWEST, sum(c.p_value < TELLING for c in ranked[:MOST]))
     return [i for i, c in enumerate(ranked) if i < first or c.key not in LIBRARY]

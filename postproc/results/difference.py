@@ -20,7 +20,7 @@ IN_BOTH = "Files by their path in both folders; added stands in the second alone
 
 
 def difference_values(found: ProgramDiff) -> Values:
-    """``postproc/diff/1``."""
+    """Return the ``postproc/diff/1`` document."""
     return {
         "schema": "postproc/diff/1",
         "equal": found.equal,
@@ -34,7 +34,7 @@ def difference_values(found: ProgramDiff) -> Values:
 
 
 def difference_rows(found: ProgramDiff) -> list[Values]:
-    """An entry of ``differences`` for each statement that differs."""
+    """Return the entries of ``differences``, one for each statement that differs."""
     return [
         {**asdict(d), "arguments": [{"role": role, "a": a, "b": b} for role, a, b in d.arguments]}
         for d in found.differences
@@ -42,7 +42,7 @@ def difference_rows(found: ProgramDiff) -> list[Values]:
 
 
 def difference_document(first: str, second: str, found: ProgramDiff) -> Document:
-    """A comparison of programs.
+    """Describe a comparison of two programs, for terminal and page.
 
     Args:
         first, second: their names.
@@ -63,7 +63,7 @@ def difference_document(first: str, second: str, found: ProgramDiff) -> Document
 
 
 def folders_document(first: str, second: str, files: Sequence[FileDiff], near: tuple[float, float]) -> Document:
-    """A comparison of folders.
+    """Describe a comparison of two folders, for terminal and page.
 
     Args:
         first, second: their names. near: tolerances [mm], [deg].
@@ -101,15 +101,17 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
 
 
 def _tolerance(mm: float, deg: float) -> str:
+    """Say which tolerance holds."""
     return f"Tolerance {mm:g} mm and {deg:g} deg."
 
 
 def _counted(counts: Mapping[str, int]) -> str:
+    """List the counts that are not zero with their names."""
     return ", ".join(f"{n} {kind}" for kind, n in counts.items() if n) or "nothing differs"
 
 
 def _file_values(f: FileDiff) -> Values:
-    """An entry of ``files``."""
+    """Return an entry of ``files`` of the document of folders."""
     return {
         "path": f.path,
         "status": f.status,
@@ -123,12 +125,14 @@ def _file_values(f: FileDiff) -> Values:
 
 
 def _file_row(f: FileDiff) -> Sequence[object]:
+    """Return the row of a file in the table of files."""
     known = f.found.compared > 0
     amounts = [round(x, 4) if known else None for x in (f.found.max_distance_mm, f.found.max_angle_deg)]
     return [f.path, f.status, *f.found.counts.values(), f.found.compared, *amounts, f.reason]
 
 
 def _row(d: Values) -> Sequence[object]:
+    """Return the row of a difference in the table, from its entry in the document."""
     arc = ["at the circle point"] if d["at_circle_point"] else []
     conf = [f"conf {list(d['conf'][0])} -> {list(d['conf'][1])}"] if d["conf"] else []
     others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]

@@ -17,7 +17,7 @@ PARAMETERS = ("parameter", "shape", "from", "to", "ordinary size", "vanishes at"
 
 
 def effects_document(library: Iterable[type[Effect]]) -> Document:
-    """A list of effects."""
+    """Describe the library: key and title of each effect."""
     rows = [(cls.key, cls.title) for cls in library]
     return Document(
         title="postproc effects list",
@@ -28,7 +28,7 @@ def effects_document(library: Iterable[type[Effect]]) -> Document:
 
 
 def effect_document(cls: type[Effect]) -> Document:
-    """An effect: equation, source, parameters, what it needs, what it is confused with."""
+    """Describe an effect: equation, source, parameters, channels it reads, and effects that it is confused with."""
     rows = []
     for name, meta in cls.parameters().items():
         limits = [x if np.isfinite(x) else None for x in (meta.low, meta.high)]
@@ -50,7 +50,7 @@ def effect_document(cls: type[Effect]) -> Document:
 
 
 def check_document(classes: Sequence[type[Effect]], findings: Sequence[Diagnostic]) -> Document:
-    """What the conformance kit found in the effects of a file."""
+    """Describe what the conformance kit found in the effects of a file."""
     doubt = ", if what is told above is meant so" if findings else ""
     fit = [] if has_errors(findings) else [f"{cls.key}: fit for every command{doubt}" for cls in classes]
     return Document(
@@ -65,6 +65,7 @@ def check_document(classes: Sequence[type[Effect]], findings: Sequence[Diagnosti
 
 
 def _values(cls: type[Effect]) -> dict[str, Any]:
+    """Return the entry of an effect in a document."""
     return {
         "key": cls.key,
         "title": cls.title,

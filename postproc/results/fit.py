@@ -18,7 +18,11 @@ from postproc.results.wording import FEW, held_text, parameter_rows
 
 
 def fit_document(name: str, fit: Fit) -> Document:
-    """A fit of the tables that are named."""
+    """Describe a fit, for terminal and page.
+
+    Args:
+        name: of the tables, for the title.
+    """
     unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
     if level is not None and fit.parts.repeatability:
@@ -43,18 +47,18 @@ def fit_document(name: str, fit: Fit) -> Document:
 
 
 def known_of(fit: Fit) -> list[Sentence]:
-    """What the data could not determine, which rows no figure counts, what to know before relying on the fit."""
+    """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
     return [*held(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
 
 
 def held(fit: Fit) -> list[Sentence]:
-    """What the data could not determine, and what stopped at a bound."""
+    """Return sentences on the parameters that the data did not determine, and on those that stopped at a bound."""
     kinds = (("Not determined by this data and held", fit.held), ("Stopped at a bound", fit.at_bound))
     return [Sentence(f"{what}: {held_text(fit, which)}") for what, which in kinds if which]
 
 
 def left_out(fit: Fit) -> list[Sentence]:
-    """Rows that no figure counts; their number alone where they are many."""
+    """Return a sentence for each row that the fit leaves out, or one with their number where they are many."""
     off, unit, data = 1e3 * distances(fit.observed_error), fit.observed.unit, fit.data
     lines = [
         f"R{data.name(i)[1:]} was left out: it lies {off[i]:.1f} {unit} off, far from everything else."
@@ -70,12 +74,12 @@ def left_out(fit: Fit) -> list[Sentence]:
 
 
 def as_sentence(finding: Diagnostic) -> Sentence:
-    """A finding with what to do about it."""
+    """Return a diagnostic's message and help as one sentence."""
     return Sentence(f"{finding.message[0].upper()}{finding.message[1:]}; {finding.help}.")
 
 
 def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataTable:
-    """Parameters of some effects, in mm and mrad; of a free function only how many there are.
+    """Return a table of the fitted parameters of some effects [mm, mrad]; of an effect with many, only their number.
 
     Args:
         brief: a terminal prints them only where all rows are asked for.
@@ -85,7 +89,11 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
 
 
 def fit_values(fit: Fit, before: Values | None = None) -> Values:
-    """``postproc/fit/1``; its figures are those of what was observed, and their keys end in its unit."""
+    """Return the ``postproc/fit/1`` document; keys of figures end in the unit of what was observed.
+
+    Args:
+        before: errors of the model that was extended, None for a first fit.
+    """
     return {
         "schema": "postproc/fit/1",
         "observed": fit.observed.name,
@@ -106,13 +114,13 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
 
 
 def error_values(fit: Fit | FitFigures) -> dict[str, float]:
-    """The errors of a fit on its rows and on rows that it has not seen."""
+    """Return the rms of a fit on its rows and on held-out rows, with keys that end in the unit."""
     key = fit.observed.key
     return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
 
 
 def noise_values(fit: Fit) -> Values:
-    """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
+    """Return the noise of one measured number, the arm's repeatability in it, and where it is known from."""
     key, noise = fit.observed.key, fit.parts.level
     return {
         key("noise"): None if noise is None else mm(noise),
@@ -122,7 +130,7 @@ def noise_values(fit: Fit) -> Values:
 
 
 def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
-    """[value, standard deviation] of every parameter of an effect; no deviation where it was not fitted."""
+    """Return by parameter of an effect [value, standard deviation] of each entry; None where it was not fitted."""
     effect = fit.model.effect(key)
     if effect is None:
         return {}
@@ -132,18 +140,22 @@ def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
 
 
 def structure_values(fit: Fit, key: str) -> Values:
-    """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
+    """Return the structural choices of an effect, which are searched and not fitted: a joint, a harmonic order."""
     effect = fit.model.effect(key)
     return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
 
 
 def not_identifiable(fit: Fit) -> list[str]:
-    """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
+    """Return names of the parameters that this data cannot determine, such as ``joint_offset.offset_rad[1]``."""
     return [parameter_name(fit, key, i) for key, i in unseen(fit)[0]]
 
 
 def parameter_name(fit: Fit, key: str, index: int) -> str:
-    """A parameter as model files and documents call it, ``joint_offset.offset_rad[1]``."""
+    """Return the name of a parameter in model files and documents, such as ``joint_offset.offset_rad[1]``.
+
+    Args:
+        key: of its effect. index: its place in the effect's vector.
+    """
     effect = fit.model.effect(key)
     assert effect is not None
     return f"{key}.{effect.names()[index]}"

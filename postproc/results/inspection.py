@@ -24,10 +24,10 @@ COLUMNS = (*PLACE, "tool, load, frame; what is edited", "note", "left alone")
 
 
 def inspection_document(name: str, found: Inspection, stated: Mapping[str, str]) -> Document:
-    """An inspection of the program that is named.
+    """Describe what a program moves, for terminal and page.
 
     Args:
-        stated: the arm, and what names it.
+        name: of the program. stated: keys of the document on the arm and what names it.
     """
     ends = filter(None, (_start(found.start), *map(_nearest, found.nearest)))
     rows = DataTable("statements", COLUMNS, [_row(row) for row in found.rows], beneath=7, decimals=1)
@@ -46,6 +46,7 @@ def inspection_document(name: str, found: Inspection, stated: Mapping[str, str])
 
 
 def _row(row: Row) -> tuple[object, ...]:
+    """Return the row of a statement in the table."""
     place = (None,) * 3 if row.position_mm is None else map(float, row.position_mm)
     load = f"{row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
     axes = "".join(f", eax_{letter} {at:g}" for letter, at in row.external_axes.items())
@@ -56,7 +57,7 @@ def _row(row: Row) -> tuple[object, ...]:
 
 
 def _start(row: Row | None) -> str:
-    """The posture in which the program begins; empty where it is not known."""
+    """Return a line on the posture in which the program begins; empty where it is not known."""
     if row is None or row.q_deg is None:
         return ""
     joints = ", ".join(f"{angle:.1f}" for angle in row.q_deg)
@@ -65,7 +66,7 @@ def _start(row: Row | None) -> str:
 
 
 def _nearest(near: Nearest) -> str:
-    """Where a program comes nearest to what an arm should keep away from."""
+    """Return a line on where a program comes nearest to a joint limit or a singularity."""
     where = f"line {near.statement.line}, {near.statement.instruction}"
     if near.joint is None:
         return f"nearest to a {near.to}: smallest over largest singular value {near.amount:.2f}; {where}"
@@ -73,6 +74,7 @@ def _nearest(near: Nearest) -> str:
 
 
 def _nearest_values(near: Nearest) -> dict[str, Any]:
+    """Return an entry of ``nearest`` of the document."""
     ratio = near.joint is None
     return {
         "to": near.to,
@@ -86,6 +88,7 @@ def _nearest_values(near: Nearest) -> dict[str, Any]:
 
 
 def _values(row: Row) -> dict[str, object]:
+    """Return an entry of ``statements`` of the document."""
     statement = row.statement
     return {
         "line": statement.line,

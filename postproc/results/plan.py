@@ -14,12 +14,16 @@ LEAST = 3.0
 
 
 def plan_document(name: str, plan: MeasuringPlan) -> Document:
-    """A plan for the model and the tables that are named."""
+    """Describe a plan of poses to measure.
+
+    Args:
+        name: of the model and the tables, for the title.
+    """
     return Document(title=f"postproc plan {name}", values=plan_values(plan), sentence=plan_sentence(plan))
 
 
 def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
-    """``postproc/plan/1``."""
+    """Return the ``postproc/plan/1`` document."""
     return {
         "schema": "postproc/plan/1",
         "poses": len(plan.state),
@@ -33,7 +37,7 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
 
 
 def plan_sentence(plan: MeasuringPlan) -> str:
-    """What the poses will do."""
+    """Say how well the poses tell two effects apart, or determine the parameters that are least known."""
     n = len(plan.state)
     if plan.between is not None:
         a, b = plan.between

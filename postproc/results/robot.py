@@ -13,7 +13,7 @@ from postproc.robot.arm import Robot
 
 
 def robots_document(robots: Sequence[Robot]) -> Document:
-    """A list of arms."""
+    """Describe the arms of the library."""
     rows = [(robot.name, f"stiffness {robot.stiffness_source or 'unknown'}", _use(robot)) for robot in robots]
     return Document(
         title="postproc robots list",
@@ -24,7 +24,7 @@ def robots_document(robots: Sequence[Robot]) -> Document:
 
 
 def robot_document(robot: Robot) -> Document:
-    """One arm."""
+    """Describe one arm, with the source of each number."""
     rows = _known(robot)
     known = [{"quantity": quantity, "status": status, "source": source} for quantity, status, _, source in rows]
     unread = robot.sources.get("absolute_accuracy.unread")
@@ -38,13 +38,14 @@ def robot_document(robot: Robot) -> Document:
 
 
 def _use(robot: Robot) -> str:
+    """Say what can be computed for an arm."""
     if robot.parallelogram:
         return "parallelogram: described, not computed"
     return "spherical wrist" if robot.opw is not None else "forward models and fitting only"
 
 
 def _known(robot: Robot) -> list[tuple[str, str, str, str]]:
-    """Quantity, ``known``, ``estimated`` or ``unknown``, values, and the source of each."""
+    """Return rows of quantity, status (``known``, ``estimated`` or ``unknown``), values and source."""
     limits, estimates = ("joints.limits_deg", "joints", "robot"), ("joints", "accelerations")
     table: list[tuple[str, Array | float | None, tuple[str, ...]]] = [
         ("payload [kg]", robot.payload, ("payload_kg",)),
@@ -79,6 +80,7 @@ def _known(robot: Robot) -> list[tuple[str, str, str, str]]:
 
 
 def _values(robot: Robot) -> dict[str, Any]:
+    """Return the entry of an arm in a document."""
     return {
         "name": robot.name,
         "payload_kg": robot.payload,

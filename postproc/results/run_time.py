@@ -13,7 +13,11 @@ SCHEMA = "postproc/runtime/1"
 
 
 def written_document(name: str, robot: str, made: RunTimeModule) -> Document:
-    """A module that was written to the file that is named."""
+    """Describe a module that was written.
+
+    Args:
+        name: of its file. robot: of its arm.
+    """
     corrected, chord = made.corrected, made.chord
     values = {
         "effects": {"corrected": corrected.keys, "left_out": [*corrected.untold, *corrected.unfit]},
@@ -26,13 +30,18 @@ def written_document(name: str, robot: str, made: RunTimeModule) -> Document:
 
 
 def check_document(name: str, robot: str, done: Conditions, found: Check) -> Document:
-    """A check of the module in the file that is named."""
+    """Describe the check of a module.
+
+    Args:
+        name: of its file. robot: of its arm. done: what it was checked under.
+    """
     values = {"checks": [_values(done, found)], "diagnostics": []}
     raised = [f"an error leaves the function at {found.raised} targets"] if found.raised else []
     return _document(f"check {name}", values, f"{name}: `{robot}`, {said(found, done)}", raised)
 
 
 def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -> Document:
+    """Return the ``postproc/runtime/1`` document with a sentence and further lines."""
     return Document(
         title=f"postproc runtime {title}",
         values={"schema": SCHEMA, **values},
@@ -42,6 +51,7 @@ def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -
 
 
 def _values(done: Conditions, found: Check) -> Values:
+    """Return an entry of ``checks`` of the document."""
     return {
         "mass_kg": done.mass,
         "corrected": found.corrected,

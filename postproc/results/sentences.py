@@ -26,7 +26,7 @@ LITTLE = 0.02
 
 
 def headline(d: Diagnosis) -> str:
-    """The verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
+    """Say the verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
     rest = d.unnamed if d.verdict == "unknown" and d.missing and not d.misleading else None
     # Patterns are known on the rows that were searched: both figures are of those.
     first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
@@ -86,12 +86,12 @@ def headline(d: Diagnosis) -> str:
 
 
 def _of_strongest(s: Suspect, channels: str, at: str) -> str:
-    """How little the strongest pattern explains."""
+    """Say how little the strongest pattern explains."""
     return f"the strongest pattern, at {at} along {channels} ({s.pattern}), explains {100 * s.share:.0f} % of it"
 
 
 def _would_tell(d: Diagnosis) -> str:
-    """Why nothing tells the noise, and what would."""
+    """Say why the noise is not known, and what would tell it."""
     lacks = (
         "the arm's own repeatability is not known" if d.base.noise.instrument else "no pose was measured often enough"
     )
@@ -99,10 +99,10 @@ def _would_tell(d: Diagnosis) -> str:
 
 
 def to_record(d: Diagnosis) -> list[str]:
-    """Columns that the table lacks where the patterns leave part of what stands above the noise: these are no law yet.
+    """Return the columns that the table lacks, where the patterns explain less than 90 % of what is above the noise.
 
-    From which side a joint comes and what the arm carries move every arm. Where nobody wrote them down, what they do
-    looks like a law of whatever stands in the table, which explains some of it.
+    The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
+    a function of other columns, which explains some of it.
     """
     if not d.suspects or d.suspects[0].share + sum(s.share for s in d.beside) >= WHOLE:
         return []
@@ -112,7 +112,7 @@ def to_record(d: Diagnosis) -> list[str]:
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:
-    """What else explains this data as well, where the headline has no room, and what it would not show beside it."""
+    """Yield sentences on the alternatives to a missing effect that the headline has no room for."""
     if d.lacking is None and d.verdict == "missing":
         yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
@@ -123,7 +123,7 @@ def doubts(d: Diagnosis) -> Iterator[str]:
 
 
 def _extent(d: Diagnosis, s: Suspect) -> str:
-    """How far a joint is turned by it, between the rows where it is least and most; empty elsewhere."""
+    """Say by how much [mrad] a pattern turns a joint, from lowest to highest row; empty for other places."""
     if not s.where.startswith("joint") or s.place.shape[2] != 1:
         return ""
     turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
@@ -131,7 +131,10 @@ def _extent(d: Diagnosis, s: Suspect) -> str:
 
 
 def of_little_worth(d: Diagnosis) -> list[str]:
-    """Keys of effects that are significant, and lower the error by next to nothing; not known beside what remains."""
+    """Return keys of missing effects that are significant but lower the error by less than 2 %.
+
+    Empty where the verdict is "unknown".
+    """
     if d.verdict == "unknown":
         return []
     before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
@@ -140,7 +143,7 @@ def of_little_worth(d: Diagnosis) -> list[str]:
 
 
 def _named(d: Diagnosis, m: SelectedEffect) -> str:
-    """An effect with its place, and what explains this data as well; among others a free function says what it is."""
+    """Return an effect's key with its place, and with the effects that explain this data as well."""
     where = place(m.candidate.label)
     if len(d.missing) > 1 and _is_free(d, m):
         where += "; a smooth correction, not a cause"
@@ -150,16 +153,18 @@ def _named(d: Diagnosis, m: SelectedEffect) -> str:
 
 
 def _any_of(keys: Iterable[str]) -> str:
+    """Return keys joined by commas and "or"."""
     return joined([f"`{key}`" for key in keys], "or")
 
 
 def _is_free(d: Diagnosis, m: SelectedEffect) -> bool:
-    """Whether it is a free function, which can follow anything smooth."""
+    """Tell whether an effect is a free function, which can follow anything smooth."""
     effect = d.final.model.effect(m.candidate.key)
     return effect is not None and effect.roughness() is not None
 
 
 def title(d: Diagnosis, m: SelectedEffect) -> str:
+    """Return what an effect is, as a phrase; for a free function its effective parameters and held-out error."""
     effect = d.final.model.effect(m.candidate.key)
     if _is_free(d, m):
         # It can follow anything smooth: what it follows is no cause.

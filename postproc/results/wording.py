@@ -19,10 +19,10 @@ BODIES = 7  # an array with one entry for each body counts them from the pedesta
 
 
 def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]:
-    """Name, value, standard deviation and unit of every parameter of an effect that was fitted.
+    """Yield name, value, standard deviation and unit of every fitted parameter of an effect.
 
-    Names as ``half_gap[2]`` or ``mass[body 3]``; lengths, angles and times in thousandths, what is derived from them
-    (rad/(N m), m/s, 1/K) in millionths.
+    Names are such as ``half_gap[2]`` or ``mass[body 3]``; lengths, angles and times are in thousandths, what is derived
+    from them (rad/(N m), m/s, 1/K) in millionths.
     """
     effect = fit.model.effect(key)
     if effect is None:
@@ -34,9 +34,9 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
 
 
 def parameter_rows(fit: Fit, key: str, most: int) -> list[tuple[str, str, str, str]]:
-    """Effect, ``half_gap[2]``, ``0.109 ± 0.001``, ``mrad`` of every fitted parameter; their number if more than most.
+    """Return rows of effect, ``half_gap[2]``, ``0.109 ± 0.001`` and ``mrad`` for every fitted parameter.
 
-    The value has the digits that its standard deviation leaves it.
+    Where there are more than ``most``, one row has their number.
     """
     values = list(fitted_values(fit, key))
     if len(values) > most:
@@ -45,7 +45,7 @@ def parameter_rows(fit: Fit, key: str, most: int) -> list[tuple[str, str, str, s
 
 
 def place(label: str) -> str:
-    """The forms of an effect as one phrase.
+    """Return the forms of an effect as one phrase.
 
     ``joint 2; joint 3`` is ``joints 2 and 3``; ``joint 2, order 6; joint 2, order 7`` is ``joint 2, orders 6 and 7``.
     """
@@ -63,18 +63,23 @@ def place(label: str) -> str:
 
 
 def _several(word: str, numbers: Sequence[str]) -> str:
+    """Return a noun with its numbers, in the plural for several: ``joints 2 and 3``."""
     plural = {"joint": "joints", "body": "bodies", "order": "orders"}[word]
     return f"{word if len(numbers) == 1 else plural} {joined(numbers)}"
 
 
 def held_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:
-    """Parameters by effect and index: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``."""
+    """Return parameters by effect, in one text: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``.
+
+    Args:
+        which: (effect key, index in its vector).
+    """
     names = {e.key: [name for name, _ in _entries(e)] for e in fit.model.effects}
     return grouped(f"{key} {names[key][i]}" for key, i in which)
 
 
 def grouped(names: Iterable[str]) -> str:
-    """Entries of the same array together: ``turn[x y z], shift[body 2, z; body 3, x]``."""
+    """Join names of entries of the same array: ``turn[x y z], shift[body 2, z; body 3, x]``."""
     found: dict[str, list[str]] = {}
     for name in names:
         array, _, index = name.partition("[")
@@ -84,12 +89,12 @@ def grouped(names: Iterable[str]) -> str:
 
 
 def p_text(p: float) -> str:
-    """A probability: ``0.37``, ``6e-125``, ``< 1e-300``."""
+    """Return a probability as text: ``0.37``, ``6e-125``, ``< 1e-300``."""
     return f"{p:.2f}" if p > 0.005 else f"{p:.0e}" if p > 1e-300 else "< 1e-300"
 
 
 def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
-    """Name and unit of every entry of the effect's vector, with the joint, body or session that it stands for."""
+    """Yield name and unit of every entry of an effect's vector, with the joint, body or session it belongs to."""
     chosen = {name: getattr(effect, name) for name in effect.structures()}
     for name, meta in effect.parameters().items():
         axes = []
@@ -107,10 +112,12 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
 
 
 def _choice(value: object) -> str:
+    """Return a structural choice as text."""
     return value if isinstance(value, str) else f"{value:g}"
 
 
 def _readable(unit: str) -> tuple[float, str]:
+    """Return the factor from an SI unit to a readable one, and the readable one: thousandths or millionths."""
     if unit in ("m", "rad", "s"):
         return 1e3, f"m{unit}"
     if unit.startswith(("m/", "rad/")):
@@ -121,7 +128,7 @@ def _readable(unit: str) -> tuple[float, str]:
 
 
 def with_sigma(value: float, sigma: float) -> str:
-    """``0.109 ± 0.001``: the value has the digits that its standard deviation leaves it."""
+    """Return a value with its standard deviation, with the digits that the latter leaves: ``0.109 ± 0.001``."""
     if not sigma > 0 or not 1e-3 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.2g}"
     digits = max(0, 1 - int(np.floor(np.log10(sigma))))

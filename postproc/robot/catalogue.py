@@ -155,16 +155,16 @@ class RobotFile(FileTable):
 
 
 def list_robots() -> list[str]:
-    """Names of the robots in the library, sorted."""
+    """Return the names of the robots in the library, sorted."""
     return sorted(path.stem for path in ARMS.glob("*.toml"))
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
-    """A robot by library name, or from a robot TOML or URDF file.
+    """Load a robot by library name, or from a robot TOML or URDF file.
 
     Raises:
-        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm, KIN012 an arm that is
-            described alone: its kinematics is not computed.
+        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm, KIN012 an arm with a
+            parallelogram, whose kinematics is not computed.
     """
     robot = describe_robot(name_or_path)
     if robot.parallelogram:
@@ -175,7 +175,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 
 def describe_robot(name_or_path: str | Path) -> Robot:
-    """What is known of a robot, also of one that is not computed; see `load_robot`.
+    """Load a robot like `load_robot`, but also an arm with a parallelogram, whose kinematics is not computed.
 
     Raises:
         PostprocError: KIN006, KIN007.
@@ -202,7 +202,7 @@ def describe_robot(name_or_path: str | Path) -> Robot:
 
 
 def doubts(robot: Robot) -> list[Diagnostic]:
-    """KIN010 where an arm is hardly meant: nothing on it has a mass, or it is shorter or longer than any arm."""
+    """Return warnings on an implausible arm: no masses or odd lengths (KIN010), rounded URDF angles (KIN013)."""
     found = [no_masses(robot)] if not robot.mass.any() else []
     if "angles" in robot.sources:
         text = f"`{robot.name}`: angles of its URDF are rounded, {robot.sources['angles']}"
@@ -215,13 +215,13 @@ def doubts(robot: Robot) -> list[Diagnostic]:
 
 
 def no_masses(robot: Robot, severity: Severity = "warning") -> Diagnostic:
-    """KIN010 for an arm on which nothing has a mass."""
+    """Return the diagnostic KIN010 for an arm on which nothing has a mass."""
     text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
     return Diagnostic("KIN010", severity, text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML")
 
 
 def read_robot(source: Source) -> Robot:
-    """A robot from the text of a robot TOML file.
+    """Build a robot from the text of a robot TOML file.
 
     Raises:
         PostprocError: KIN007, at the key that does not fit.
@@ -264,10 +264,12 @@ def read_robot(source: Source) -> Robot:
 
 
 def _array(values: list[float] | None) -> Array | None:
+    """Return the values as an array, or None for None."""
     return None if values is None else np.array(values)
 
 
 def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
+    """Return link transforms (7, 4, 4) and unit joint axes (6, 3) of the file's [chain] or [dh] table."""
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
@@ -286,7 +288,7 @@ def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
 
 
 def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> tuple[Array, Array]:
-    """Link transforms (7, 4, 4) and axes (6, 3) of a standard Denavit-Hartenberg table.
+    """Return link transforms (7, 4, 4) [m] and axes (6, 3) of a standard Denavit-Hartenberg table, (6,) a column.
 
     T_i = Rot_z(theta_i + offset_i) Trans_z(d_i) Trans_x(a_i) Rot_x(alpha_i) (seed paper, Eq. 2b corrected).
     """
@@ -301,7 +303,7 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
 
 
 def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
-    """Centres of mass in body axes [m]."""
+    """Return the centres of mass (7, 3) [m] in body axes, converted from the frame that ``center_frame`` names."""
     center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
     if file.bodies.center_frame == "body":
         return center
@@ -314,6 +316,7 @@ def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
 
 
 def _inertia(body: _Body) -> Array:
+    """Return the inertia (3, 3) [kg m^2] of a body: as stated, else mass times radius of gyration squared."""
     if body.inertia_kg_m2 is not None:
         xx, yy, zz, xy, xz, yz = body.inertia_kg_m2
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -321,7 +324,7 @@ def _inertia(body: _Body) -> Array:
 
 
 def _guessed(file: RobotFile) -> dict[str, str]:
-    """Sources of what a file does not state and what is taken in its place, and of a stiffness that it estimates."""
+    """Return ``robot.sources`` entries for joint limits and rates that are not stated, and for estimated stiffness."""
     found = {} if "joints" in file.model_fields_set else dict(GUESSED)
     for key in ("acceleration_rad_per_s2", "jerk_rad_per_s3"):
         if "joints" in file.model_fields_set and key not in file.joints.model_fields_set:
@@ -332,7 +335,7 @@ def _guessed(file: RobotFile) -> dict[str, str]:
 
 
 def _sources(source: Source) -> dict[str, str]:
-    """The comment behind each number, on the last line of its value: where it comes from."""
+    """Return, by dotted key, the comment behind each value of the file, on the last line of the value."""
     text = source.data.decode("utf-8-sig")
     found = {}
     for keys, (_, (start, end)) in locate(text).items():
@@ -344,4 +347,5 @@ def _sources(source: Source) -> dict[str, str]:
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:
+    """Return the error KIN007 at a key of the file; at no place where ``keys`` is empty."""
     return PostprocError.of("KIN007", message, source, span_of(source, keys) if keys else None)

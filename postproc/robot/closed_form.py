@@ -19,6 +19,7 @@ COARSE_WRIST = 1e-3  # |sin q5| below which the arc cosine of the closed form lo
 
 
 def _solver(opw: Opw) -> Any:
+    """Return the py-opw-kinematics solver of an arm, in radians."""
     from py_opw_kinematics import KinematicModel
     from py_opw_kinematics import Robot as Solver
 
@@ -27,9 +28,9 @@ def _solver(opw: Opw) -> Any:
 
 
 def inverse(robot: Robot, T_base_flange: Array) -> Array:
-    """All closed-form solutions, (n, 4, 4) -> (n, 8, 6) [rad] in (-pi, pi], NaN rows where a branch does not exist.
+    """Compute all closed-form solutions, (n, 4, 4) -> (n, 8, 6) [rad] in (-pi, pi], NaN where a branch does not exist.
 
-    Rotations are normalised. Slots are those of py-opw-kinematics; `branch` gives the cfx of each.
+    Rotations are normalised. Slots are in the order of py-opw-kinematics; `branch` computes the cfx of each.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
@@ -42,6 +43,7 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
     poses = RigidTransform.from_matrix(np.where(finite[:, None, None], poses, np.eye(4))).as_matrix()
 
     def solve(T: Array) -> Array:
+        """Return the solutions (n, 8, 6) of poses (n, 4, 4), without limits."""
         # Limits that nothing meets: skips the singular values that reach() would compute, four times faster.
         reach = solver.reach(RigidTransform.from_matrix(T), joint_limits=np.tile([10.0, 11.0], (6, 1)))
         return np.array(reach.joints)
@@ -57,9 +59,9 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
 
 
 def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
-    """Solutions that py-opw-kinematics loses at a straight wrist, where cos q5 rounds to more than one.
+    """Return the solutions with those that are NaN at a straight wrist because cos q5 rounds to more than one.
 
-    Axes 4 to 6 are coarse: the hand is turned by a microradian about the wrist centre, which leaves axes 1 to 3 alone.
+    They are solved with the hand turned by a microradian about the wrist centre: axes 1 to 3 are right, 4 to 6 coarse.
     """
     hand = transform(np.array([0.0, 0.0, opw.c4]))
     turned = solve(T @ invert(hand) @ displace(np.array([0.0, 0.0, 0.0, 1e-6, 0.0, 0.0])) @ hand)
@@ -68,7 +70,11 @@ def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array]
 
 
 def _wrist_angles(robot: Robot, T: Array, q: Array, sign: Array) -> Array:
-    """Axes 4 to 6 by Rx(q4) Ry(q5) Rx(q6), (n, 3): arctangents keep what an arc cosine loses near zero."""
+    """Compute axes 4 to 6 (n, 3) [rad] from Rx(q4) Ry(q5) Rx(q6) by arctangents, accurate at a straight wrist.
+
+    Args:
+        T: (n, 4, 4) flange poses; q: (n, 6), of which axes 1 to 3 are used; sign: (n,) wanted sign of q5.
+    """
     # Body 3 in axes that are parallel to the base at the zero pose, whatever frames the robot's file chose.
     zero = body_poses(robot, np.zeros((1, 6)))[0, 3, :3, :3]
     R = zero @ np.swapaxes(body_poses(robot, q)[:, 3, :3, :3], 1, 2) @ T[:, :3, :3] @ FLANGE.T

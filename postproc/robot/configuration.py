@@ -16,7 +16,7 @@ ON_BOUNDARY = 1e-9  # a joint this close below a quadrant's edge [rad] stands on
 
 
 def closed_form(robot: Robot) -> Opw:
-    """The closed-form parameters of an arm.
+    """Return the closed-form parameters of an arm.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
@@ -32,7 +32,7 @@ def closed_form(robot: Robot) -> Opw:
 
 
 def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
-    """The cfx 0..7 of joint angles, (..., 6) [rad] -> (...).
+    """Return the cfx 0..7 of joint angles, (..., 6) [rad] -> (...).
 
     4 if the wrist centre is behind axis 1, plus 2 if it is behind the lower arm, plus 1 if axis 5 is negative.
     """
@@ -41,9 +41,9 @@ def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
 
 
 def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
-    """[cf1, cf4, cf6, cfx] of joint angles, (n, 6) [rad] -> (n, 4).
+    """Return [cf1, cf4, cf6, cfx] of joint angles, (n, 6) [rad] -> (n, 4).
 
-    cf is the quarter turn k with q in [90 k, 90 (k + 1)) degrees; cfx is given by `branch`.
+    cf is the quarter turn k with q in [90 k, 90 (k + 1)) degrees; cfx is that of `branch`.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
@@ -54,7 +54,10 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
 
 
 def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
-    """(n,) whether joint angles (n, 6) [rad] stand at most ``margin`` [rad] outside what confdata (n, 4) say."""
+    """Tell (n,) whether joint angles (n, 6) [rad] are within ``margin`` [rad] of the quadrants of confdata (n, 4).
+
+    cfx must be equal, but for the sign of axis 5 at a wrist that is straight within the margin.
+    """
     turning = np.asarray(q)[..., TURNING]
     outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2
     other = branch(closed_form(robot), q) ^ conf[..., 3]

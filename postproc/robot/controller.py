@@ -30,7 +30,9 @@ SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
 
 @dataclass(frozen=True, slots=True)
 class Backup:
-    """What a backup says: task names by folder in upper case (``TASK1``), entries of SYS.cfg and of MOC.cfg."""
+    """Contents of a controller's backup: task names by folder (``TASK1``, upper case), entries of SYS.cfg and
+    MOC.cfg.
+    """
 
     tasks: Mapping[str, str] = field(default_factory=dict)
     system: Entries = field(default_factory=dict)
@@ -70,7 +72,7 @@ class Calibration:
 
 
 def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
-    """The calibration of an arm, an entry of ROBOT; None where the configuration has no compliance of its joints."""
+    """Return the calibration of an arm by its ROBOT entry; None where MOC.cfg states no compliance of its joints."""
     joints = {i: robot[f"use_joint_{i}"].lower() for i in range(6) if f"use_joint_{i}" in robot}
     springs = by_name(motion, "JOINT_CALIB")
     stated = {i: springs[name]["compl"] for i, name in joints.items() if "compl" in springs.get(name, {})}
@@ -88,13 +90,13 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
 
 
 def read_backup(folder: Path) -> Backup:
-    """The configuration in a controller's backup; empty where a file is missing or says nothing."""
+    """Read the configuration in a controller's backup; empty where a file is missing."""
     names = {task.upper(): name.strip() for task, name in _TASK.findall(_text(folder, "BACKINFO", "backinfo.txt"))}
     return Backup(names, *(read_entries(_text(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
 
 
 def read_drive(backup: Backup, folder: str) -> Drive:
-    """What the task in a folder (``TASK1``, or a task's own name) moves."""
+    """Return what a task moves, by the name of its folder (``TASK1``) or its own name."""
     name = backup.tasks.get(folder.upper(), folder)
     tasks = by_name(backup.system, "CAB_TASKS")
     task = tasks.get(name.lower())
@@ -115,7 +117,7 @@ def read_drive(backup: Backup, folder: str) -> Drive:
 
 
 def arm_entries(motion: Entries) -> list[Entry]:
-    """Entries of ROBOT that are arms: a type of ABB's or a serial number, and no chain of the customer's own."""
+    """Return the ROBOT entries that are arms: of an ABB type or with a serial number, and no GEN_KIN chain."""
     own = {e.get("name", "").lower() for e in motion.get("ROBOT_TYPE", []) if e.get("type", "").upper() == "GEN_KIN"}
     return [
         robot
@@ -126,7 +128,10 @@ def arm_entries(motion: Entries) -> list[Entry]:
 
 
 def read_entries(text: str) -> Entries:
-    """Entries of a configuration file by type: a backslash at the end of a line continues it, ``#`` ends a type."""
+    """Parse a configuration file into its entries by type.
+
+    A backslash at the end of a line continues it. Keys are in lower case; a key without a value has an empty text.
+    """
     found: dict[str, list[Entry]] = {}
     current: list[Entry] = []
     for line in re.sub(r"\\[ \t]*\r?\n[ \t]*", " ", text).splitlines():
@@ -138,7 +143,7 @@ def read_entries(text: str) -> Entries:
 
 
 def read_quietly(path: Path) -> bytes:
-    """The bytes of a file that only helps to understand others; it is copied too, and reported then if it cannot be."""
+    """Return the bytes of a file that only helps to understand others; empty where it cannot be read."""
     try:
         return read_file(path)
     except OSError:
@@ -146,10 +151,16 @@ def read_quietly(path: Path) -> bytes:
 
 
 def _not_known(text: str, help_: str = SETTLE) -> Diagnostic:
+    """Return KIN011: the arm of a task is not known."""
     return Diagnostic("KIN011", "error", text, help=help_)
 
 
 def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool) -> str:
+    """Say why none, or which several, of the backup's ROBOT entries may be the arm of a task.
+
+    Args:
+        listed: SYS.cfg lists the task, or no task at all.
+    """
     if robots:
         each = " and ".join(f"`{r.get('name', '?')}` (`{r.get('use_robot_type', '?')}`)" for r in robots)
         if not listed:
@@ -161,6 +172,7 @@ def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool)
 
 
 def _not_in_library(task: str, type_: str) -> Diagnostic:
+    """Return KIN011 for an arm whose type the library lacks, with the most similar names."""
     near = ", ".join(f"`{name}`" for name in nearest_names(type_))
     near = f"its arms of that model are {near}" if near else "it has no arm of that model: describe it in a file"
     text = f"`{task}` moves an arm of type `{type_}`, which is not in the library"
@@ -168,12 +180,12 @@ def _not_in_library(task: str, type_: str) -> Diagnostic:
 
 
 def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
-    """Entries of a type by their name in lower case."""
+    """Return the entries of a type by their name in lower case; those without a name are left out."""
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 
 def _text(backup: Path, folder: str, name: str) -> str:
-    """A file of the backup, its name in any case; empty where there is none."""
+    """Return the text of a file in a folder of the backup, both names in any case; empty where there is none."""
     for path in sorted(backup.glob("*")):
         if path.name.lower() == folder.lower() and path.is_dir():
             for file in sorted(path.glob("*")):

@@ -42,6 +42,7 @@ class UnreachedPose:
     help: str
 
     def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
+        """Return the diagnostic: KIN001 unreachable, KIN002 configuration, KIN003 limit."""
         code = {"unreachable": "KIN001", "configuration": "KIN002", "limit": "KIN003"}[self.reason]
         return Diagnostic(code, "error", self.message, source, span, self.help)
 
@@ -55,7 +56,7 @@ class JointSolution:
 
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
-    """The joint angles that a controller takes for poses with confdata, turns included.
+    """Compute the joint angles that a controller takes for poses with confdata, whole turns included.
 
     Args:
         T_base_flange: (n, 4, 4). conf: (n, 4) [cf1, cf4, cf6, cfx].
@@ -73,7 +74,10 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
-    """Postures (n, 6) [rad] outside the limits, each with the joint that is farthest out; NaN is none."""
+    """Return a failure for each posture (n, 6) [rad] outside the limits, about its joint farthest out.
+
+    NaN rows have none.
+    """
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
     found = []
@@ -86,15 +90,15 @@ def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
 
 
 def excess_of(robot: Robot, q: Array) -> Array:
-    """(n, 6) how far joint angles (n, 6) [rad] are beyond their limits, by more than ``RECORDED`` where positive."""
+    """Return (n, 6) how far joint angles [rad] are beyond their limits, less 0.1 degrees (``RECORDED``) of rounding."""
     return np.asarray(np.maximum(robot.lower - q, q - robot.upper) - RECORDED)
 
 
 def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
-    """The joint angles (6,) [rad] within the limits that reach a pose with the least travel from a posture; else NaN.
+    """Return joint angles (6,) [rad] within limits that reach a pose with least travel from a posture; else NaN.
 
     Args:
-        T_base_flange: (4, 4). q: (6,) the posture [rad]; travel is that of the joint that turns farthest.
+        T_base_flange: (4, 4). q: (6,) the posture [rad]; travel is the sum over the joints.
     """
     solutions = inverse(robot, T_base_flange[None])[0]
     turned = q + (solutions - q + np.pi) % (2 * np.pi) - np.pi
@@ -105,7 +109,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
 
 
 def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[UnreachedPose]]:
-    """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why."""
+    """Compute the joint angles (n, 6) of one block; NaN rows have a failure, in the order of the poses."""
     opw = closed_form(robot)
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
@@ -135,7 +139,10 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Solutions (n, 8, 6) moved by whole turns towards their quadrants, and how far outside they stay [rad]."""
+    """Move solutions (n, 8, 6) by whole turns to their quadrants; return them and the gaps (n, 8) [rad] that stay.
+
+    At a straight wrist axes 4 and 6 are divided anew where that helps.
+    """
     moved, gap = _near_quadrants(q, cf)
     again = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
     if again.any():
@@ -145,6 +152,7 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Move axes 1, 4 and 6 by whole turns to their quadrants ``cf``; return the angles and the largest gap [rad]."""
     middle = (cf + 0.5) * QUARTER
     turning = q[..., TURNING] + whole_turns(q[..., TURNING], near=middle)
     gap = np.maximum(np.abs(turning - middle) - QUARTER / 2, 0.0).max(axis=-1)
@@ -154,7 +162,7 @@ def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """What axes 4 and 6 of a straight wrist do together, divided so that both stand in their quadrants."""
+    """Divide the rotation of axes 4 and 6 at a straight wrist so that both are in their quadrants, if possible."""
     forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
     # A quadrant does not own its upper edge.
     low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST
@@ -171,7 +179,7 @@ def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
 
 
 def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
-    """Where the flange would be, and how far the wrist centre is beyond what lower arm and forearm reach together."""
+    """Say where the flange would be, and by how much its wrist centre is too far from or too near to axis 2."""
     arm = closed_form(robot)
     x, y, z = T_base_flange[:3, 3] - arm.c4 * T_base_flange[:3, 2]
     ahead = np.sqrt(max(x * x + y * y - arm.b**2, 0.0)) - arm.a1
@@ -184,6 +192,11 @@ def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
 
 
 def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> UnreachedPose:
+    """Return the failure of a pose without a solution in the wanted configuration, listing those that exist.
+
+    Args:
+        solutions: (8, 6) of the pose [rad], NaN rows where there is none; wanted: its confdata (4,).
+    """
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
     q = np.concatenate([turned[0], solutions])  # a turn towards what is wanted may lead beyond a limit
@@ -202,4 +215,5 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
 
 
 def _rounded(degrees: Array) -> str:
+    """Return joint angles [deg] as text with a decimal each."""
     return "(" + ", ".join(f"{round(x, 1) + 0.0:g}" for x in degrees.tolist()) + ")"

@@ -13,7 +13,7 @@ BLOCK = 5000  # poses whose bodies are held at a time: long programs need little
 
 
 def skew(vector: Array) -> Array:
-    """Cross-product matrices, (..., 3) -> (..., 3, 3)."""
+    """Return cross-product matrices of vectors, (..., 3) -> (..., 3, 3)."""
     vector = np.asarray(vector, dtype=float)
     S = np.zeros((*vector.shape, 3))
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
@@ -22,7 +22,7 @@ def skew(vector: Array) -> Array:
 
 
 def joint_turns(robot: Robot, q: Array) -> Array:
-    """Rotation from each body to the next, its link's and the joint's (Rodrigues), (n, 6) [rad] -> (6, 3, 3, n)."""
+    """Compute the rotation from each body to the next by link and joint (Rodrigues), (n, 6) [rad] -> (6, 3, 3, n)."""
     angles = np.asarray(q, dtype=float).reshape(-1, 6).T[:, None, None]
     S, turn = skew(robot.axis), robot.link[:6, :3, :3]
     still, wave, tilt = (M[..., None] for M in (turn @ (np.eye(3) + S @ S), turn @ S, -turn @ S @ S))
@@ -30,7 +30,7 @@ def joint_turns(robot: Robot, q: Array) -> Array:
 
 
 def times(R: Array, other: Array) -> Array:
-    """(3, 3, n) rotations times matrices (3, m, n) or vectors (3, n): poses along the last axis.
+    """Multiply rotations (3, 3, n) by matrices (3, m, n) or vectors (3, n), with the poses along the last axis.
 
     Long plain sums are faster than many small products.
     """
@@ -40,7 +40,7 @@ def times(R: Array, other: Array) -> Array:
 
 
 def body_poses(robot: Robot, q: Array) -> Array:
-    """Poses of the body frames 0 (base) to 6 in the base frame, (n, 6) [rad] -> (n, 7, 4, 4)."""
+    """Compute the poses of the body frames 0 (base) to 6 in the base frame, (n, 6) [rad] -> (n, 7, 4, 4)."""
     turns = joint_turns(robot, q)
     T = np.zeros((7, 4, 4, turns.shape[-1]))
     T[:, 3, 3] = 1.0
@@ -65,13 +65,13 @@ class BodyMotion(NamedTuple):
     spin_rate: Array
 
     def swung(self, arm: Array) -> Array:
-        """Acceleration (n, 3) [m/s^2] beside that of the origin at points (n, 3) from there."""
+        """Return the acceleration (n, 3) [m/s^2] of points relative to the origin, at ``arm`` (n, 3) [m] from it."""
         spin, arm = self.spin.T, np.asarray(arm).T
         return (cross(self.spin_rate.T, arm) + cross(spin, cross(spin, arm))).T
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross products of vectors (3, n) along the first axis: with less to prepare than numpy's."""
+    """Return cross products of vectors (3, n) along the first axis; faster than numpy's."""
     x, y, z = a
     u, v, w = b
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
@@ -80,7 +80,7 @@ def cross(a: Array, b: Array) -> Array:
 def body_motions(
     robot: Robot, T_base_body: Array, v: Array, a: Array, base: tuple[Array | None, Array | None] = (None, None)
 ) -> list[BodyMotion]:
-    """How bodies 0 to 6 move: the outward Newton-Euler recursion.
+    """Compute the motion of bodies 0 to 6 by the outward Newton-Euler recursion.
 
     Args:
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
@@ -105,7 +105,7 @@ def body_motions(
 
 
 def forward(robot: Robot, q: Array) -> Array:
-    """Flange poses link[0] Rot(axis[0], q1) .. Rot(axis[5], q6) link[6], (n, 6) [rad] -> T_base_flange (n, 4, 4)."""
+    """Return flange poses T_base_flange (n, 4, 4) at joint angles q (n, 6) [rad], by the chain of `Robot`."""
     q = np.asarray(q, dtype=float).reshape(-1, 6)
     T = np.empty((len(q), 4, 4))
     for rows in blocks(len(q), BLOCK):
@@ -114,7 +114,7 @@ def forward(robot: Robot, q: Array) -> Array:
 
 
 def jacobian(robot: Robot, q: Array, T_flange_tcp: Array | None = None) -> Array:
-    """Geometric Jacobian of the flange (of the TCP, if a tool is given) in base axes, (n, 6, 6).
+    """Return the geometric Jacobian (n, 6, 6) of the flange (of the TCP, if a tool is given) in base axes.
 
     Column j is [z_j x (p - p_j); z_j] (seed paper, Sec. 2.2): linear part first, [m/rad] and [rad/rad].
     """

@@ -15,10 +15,10 @@ FLANGE = np.array(
 
 
 def fault(link: Array, axis: Array) -> str:
-    """Why a chain does not stand as ABB arms do at zero (upper arm up, forearm forward); empty where it does.
+    """Say how a chain differs from an ABB arm at zero (upper arm up, forearm forward); empty where it does not.
 
     Args:
-        link: (7, 4, 4), axis: (6, 3): see Robot.
+        link: (7, 4, 4) transforms, axis: (6, 3) joint axes, as in `Robot`.
     """
     points, axes, T_flange = _at_zero(link, axis)
     wrist = _wrist(points)
@@ -36,7 +36,7 @@ def fault(link: Array, axis: Array) -> str:
 
 
 def derive(link: Array, axis: Array) -> Opw | None:
-    """Closed-form parameters of a chain, or None where it is not such an arm (see `fault`)."""
+    """Return the closed-form parameters of a chain; None where `fault` finds that it is no such arm."""
     if fault(link, axis):
         return None
     p, _, T_flange = _at_zero(link, axis)
@@ -54,7 +54,7 @@ def derive(link: Array, axis: Array) -> Opw | None:
 
 
 def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Points (6, 3) on the axes, their directions (6, 3), and the flange (4, 4), with all joints at zero."""
+    """Return points (6, 3) on the axes, their directions (6, 3), and the flange (4, 4), with all joints at zero."""
     points, axes, T = [], [], np.eye(4)
     for j in range(6):
         T = T @ link[j]
@@ -64,11 +64,12 @@ def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
 
 
 def _wrist(points: Array) -> Array:
+    """Return the wrist centre (3,) of points on the axes: x of axis 5, y and z of axis 4."""
     return np.array([points[4, 0], points[3, 1], points[3, 2]])
 
 
 def wrist_place(opw: Opw, q: Array) -> tuple[Array, Array]:
-    """Where the wrist centre is: forward of axis 1 and forward of the lower arm, (..., 6) [rad] -> two (...) [m]."""
+    """Return how far the wrist centre is before axis 1 and before the lower arm, (..., 6) [rad] -> two (...) [m]."""
     upper = q[..., 1] - opw.offsets[1]
     reach, bend = np.hypot(opw.a2, opw.c3), np.arctan2(opw.a2, opw.c3)
     inner = q[..., 2] - opw.offsets[2] + bend

@@ -10,7 +10,7 @@ from postproc.robot.kinematics import skew
 
 
 def transform(translation: Array, rotation: Array | None = None) -> Array:
-    """Pose [R p; 0 1] from translation (..., 3) [m] and rotation matrix (..., 3, 3)."""
+    """Return the pose [R p; 0 1] of translation (..., 3) [m] and rotation matrix (..., 3, 3)."""
     translation = np.asarray(translation, dtype=float)
     T = np.zeros((*translation.shape[:-1], 4, 4))
     T[..., :3, :3] = np.eye(3) if rotation is None else rotation
@@ -20,7 +20,7 @@ def transform(translation: Array, rotation: Array | None = None) -> Array:
 
 
 def displace(xi: Array) -> Array:
-    """Pose of a displacement: translation xi[:3], then the rotation vector xi[3:], (..., 6) -> (..., 4, 4).
+    """Return the pose of a displacement: translation xi[:3], then the rotation vector xi[3:], (..., 6) -> (..., 4, 4).
 
     Equal to Exp(xi) of SE(3) up to |translation| |rotation| / 2, which is below 1 micrometre at 1 mm and 1 mrad.
     """
@@ -30,22 +30,21 @@ def displace(xi: Array) -> Array:
 
 
 def pose_error(T: Array, T_wanted: Array) -> Array:
-    """What leads from T to T_wanted in the outer axes: position difference and rotation vector, (n, 6) [m, rad]."""
+    """Return the difference from T to T_wanted in the base axes: position and rotation vector, (n, 6) [m, rad]."""
     rotation = T_wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     vector = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec().reshape(*rotation.shape[:-2], 3)
     return np.concatenate([T_wanted[..., :3, 3] - T[..., :3, 3], vector], axis=-1)
 
 
 def rpy(angles: Array) -> Array:
-    """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis angles (roll, pitch, yaw) [rad], as in URDF."""
+    """Return the rotation Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis angles (roll, pitch, yaw) [rad], as in URDF."""
     return np.asarray(Rotation.from_euler("xyz", angles).as_matrix(), dtype=float)
 
 
 def left_jacobian(vector: Array) -> Array:
-    """(n, 3, 3) left Jacobian of (n, 3) rotation vectors: what a change of one turns, in the axes before the rotation.
+    """Return the left Jacobian (n, 3, 3) of rotation vectors (n, 3): rotation per change of the vector, outer axes.
 
-    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any
-    angle.
+    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1), at angles t of any size.
     """
     t = np.linalg.norm(vector, axis=1)[:, None, None]
     S = skew(vector)
@@ -57,7 +56,7 @@ def left_jacobian(vector: Array) -> Array:
 
 
 def rotation_vectors(R: Array) -> Array:
-    """(n, 3) rotation vectors of (n, 3, 3) rotations; NaN rows stay NaN."""
+    """Return the rotation vectors (n, 3) [rad] of rotations (n, 3, 3); NaN rows stay NaN."""
     result = np.full((len(R), 3), np.nan)
     good = np.isfinite(R).all(axis=(1, 2))
     if good.any():

@@ -19,7 +19,7 @@ ARM_SINGULAR = 1e-3
 
 
 def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
-    """Joint angles along a path in the branch of its start: continuous, over turns and through a straight wrist.
+    """Compute joint angles along a path in the branch of its start, continuous over turns and straight wrists.
 
     Args:
         T_base_flange: (n, 4, 4) poses, close enough that no joint turns by half a turn from one to the next.
@@ -52,8 +52,9 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
 
 
 def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
-    """The branch of shoulder and elbow that the arm stands in, whatever its wrist; where it stands between two, the one
-    of whose solutions of the first pose (1, 4, 4) axes 1 to 3 are nearest.
+    """Return the branch of shoulder and elbow (cfx without its last bit) of a posture.
+
+    Within 1 mm of the edge of two branches it is that of the solution of ``first`` (1, 4, 4) whose joints are nearest.
     """
     if np.any(np.abs(wrist_place(opw, q_start)) < ARM_SINGULAR):
         solutions = inverse(robot, first)[0]
@@ -64,7 +65,11 @@ def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
-    """The two solutions (n, 2, 6) of each pose in one branch of the arm; ``start`` counts the poses before them."""
+    """Return the two wrist solutions (n, 2, 6) of each pose in one branch of shoulder and elbow, or raise KIN004.
+
+    Args:
+        start: number of poses of the path before these, for the message.
+    """
     solutions = inverse(robot, poses)
     bits = branch(opw, solutions)
     pair = np.argsort(np.where((bits >> 1) == arm, bits, 99) + 50 * np.isnan(solutions[..., 0]), axis=1)[:, :2]
@@ -77,7 +82,7 @@ def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array
 
 
 def _wrist_pair(options: Array, q_start: Array) -> Array:
-    """The two wrists (n, 2, 6) of each pose; at a singular one axis 4 stays where it was and axis 6 takes the rest."""
+    """Return the two wrists (n, 2, 6) of each pose; at a straight one axis 4 stays as it was and axis 6 follows."""
     first = options[:, 0].copy()
     singular = np.abs(np.sin(first[:, 4])) < TAUGHT_WRIST
     if singular.any():
@@ -94,10 +99,12 @@ def _wrist_pair(options: Array, q_start: Array) -> Array:
 
 
 def _wrapped(angle: Array) -> Array:
+    """Return angles [rad] moved by whole turns to [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def _left_branch(robot: Robot, index: int) -> None:
+    """Raise KIN004: the pose with this index is out of reach in the branch of the path."""
     raise PostprocError.of(
         "KIN004",
         f"`{robot.name}` cannot follow the path: pose {index} of it is out of reach in this configuration",
@@ -107,7 +114,7 @@ def _left_branch(robot: Robot, index: int) -> None:
 
 
 def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
-    """Newton steps from pose to pose, for arms without closed form."""
+    """Solve the poses in turn by Newton's method, each from the solution before, for arms without closed form."""
     q, result = np.asarray(q_start, dtype=float), []
     for index, T in enumerate(poses):
         for _ in range(50):

@@ -41,16 +41,18 @@ class TypeName:
     payload: float
 
     def is_same_arm(self, other: TypeName) -> bool:
+        """Tell whether model, option and payload are equal and the reaches differ by at most 20 mm."""
         return ((self.model, self.option, self.payload) == (other.model, other.option, other.payload)) and abs(
             self.reach - other.reach
         ) <= SAME_REACH
 
     def __str__(self) -> str:
+        """Return model, option, reach and payload joined by underscores."""
         return "_".join(filter(None, (self.model, self.option, f"{self.reach:g}", f"{self.payload:g}")))
 
 
 def parse_type_name(text: str) -> TypeName | None:
-    """The parts of a controller's type name or of a display name; None where it is neither.
+    """Parse a controller's type name or a display name; None where it is neither.
 
     >>> parse_type_name("ROB2_1200_0.9_5_TypeB")
     TypeName(model='1200', option='', reach=0.9, payload=5.0)
@@ -65,7 +67,7 @@ def parse_type_name(text: str) -> TypeName | None:
 
 
 def library_name(type_: str) -> str | None:
-    """The library's name of an arm that a controller calls ``ROB1_4600_2.55_40``; None where none of it is that arm.
+    """Return the library's name of an arm that a controller calls ``ROB1_4600_2.55_40``; None where it has no such arm.
 
     >>> library_name("ROB2_4600_2.05_60"), library_name("ROB1_6700_LeanID_2.65_220")
     ('irb4600_60_205', None)
@@ -80,14 +82,15 @@ def library_name(type_: str) -> str | None:
 
 
 def nearest_names(type_: str, count: int = 3) -> list[str]:
-    """Names of the library's arms of the same model whose types are most alike in spelling, the most alike first.
+    """Return names of library arms of the same model whose types are most alike in spelling, the most alike first.
 
     Reach, payload and options vary within a model; the digits of another model (140, 14000) are another machine, with
-    other axes. What is no type name is compared with all.
+    other axes. A text that is no type name is compared with all.
     """
     wanted, model = _bare(type_), _model(type_)
 
     def likeness(name: str) -> float:
+        """Return the likeness, 0 to 1, of the wanted type to the most similar one of an arm."""
         return max(SequenceMatcher(None, wanted, _bare(known)).ratio() for known in _library()[name])
 
     of_model = [name for name, types in _library().items() if model in (None, *map(_model, types))]
@@ -95,19 +98,20 @@ def nearest_names(type_: str, count: int = 3) -> list[str]:
 
 
 def _model(type_: str) -> str | None:
-    """The number of the model in a type name, also of one whose other parts are not understood."""
+    """Return the model number (three to five digits) in a type name, which need not be parsable; None without."""
     found = re.search(r"(?<!\d)\d{3,5}(?!\d)", type_.strip())
     return found and found[0]
 
 
 def _bare(type_: str) -> str:
+    """Return a type name without the robot's number, and in a uniform spelling if it can be parsed."""
     parsed = parse_type_name(type_)
     return str(parsed) if parsed is not None else re.sub(r"^ROB\d*_", "", type_.strip().upper())
 
 
 @cache
 def _library() -> Mapping[str, tuple[str, ...]]:
-    """Controller types of every arm of the library that has any."""
+    """Return the controller's type names of every arm of the library that has any, by library name."""
     found = {}
     for path in sorted(ARMS.glob("*.toml")):
         types = tomllib.loads(path.read_text("utf-8")).get("controller", {}).get("types", ())

@@ -26,7 +26,7 @@ _ERRORS = re.compile(r"^Error:[ \t]+([^ \t\n].*)$", re.M)
 
 
 def read_urdf(path: Path) -> Robot:
-    """The six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one.
+    """Read the six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one.
 
     Raises:
         PostprocError: KIN007, not a URDF or not a serial arm with six turning joints.
@@ -82,7 +82,7 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
-    """The model in pinocchio, and the angles that were taken as eighths of a turn."""
+    """Return the pinocchio model of a URDF file, and the angles rounded to eighths of a turn; KIN007 if it is none."""
     if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
         made = f"{path.name.split('.')[0]}_made.urdf"
         text = f"`{path}` is a xacro file, a recipe for a URDF"
@@ -97,13 +97,14 @@ def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
 
 
 def exact_angles(text: str) -> tuple[str, list[str]]:
-    """The text of a URDF with rounded eighths of a turn written in full, and the angles that were rounded, sorted.
+    """Return a URDF text with rounded eighths of a turn written in full, and the angles that were rounded, sorted.
 
     Four digits of pi / 2 put a wrist 4 micrometres from its axis at 1 m, and no closed form finds it.
     """
     step, rounded = np.pi / 4, set()
 
     def written(found: re.Match[str]) -> str:
+        """Return a match of an ``rpy`` attribute with its angles written in full."""
         words = found[3].split()
         for i, word in enumerate(words):
             try:
@@ -122,7 +123,7 @@ def exact_angles(text: str) -> tuple[str, list[str]]:
 
 @contextmanager
 def _parser_words(into: list[str]) -> Iterator[None]:
-    """Collects what the URDF parser, a C++ library, writes to the error stream: only there it names a joint."""
+    """Append to ``into`` the first error that the URDF parser (C++) writes to stderr: only there it names a joint."""
     sys.stderr.flush()
     kept = os.dup(2)
     with tempfile.TemporaryFile() as words:
@@ -137,8 +138,10 @@ def _parser_words(into: list[str]) -> Iterator[None]:
 
 
 def _text(path: Path) -> str:
+    """Return the text of a file; KIN007 where it cannot be read."""
     return read_source(path, "KIN007").data.decode("utf-8", "replace")
 
 
 def _wrong(path: Path, message: str) -> PostprocError:
+    """Return the error KIN007 about a URDF file."""
     return PostprocError.of("KIN007", f"`{path}`: {message}", help="give the URDF of one six-axis arm")

@@ -80,7 +80,7 @@ def run(
 
 
 def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | None:
-    """Processes here: as they are stated on the command line, else in the settings file."""
+    """Return the number of local processes: stated on the command line, else in the settings file; None if neither."""
     from postproc.choices import find_settings
 
     stated = find_settings(place) if workers is None and scheduler is None else None
@@ -88,11 +88,15 @@ def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | N
 
 
 def _hush() -> None:
-    """Python's own helper process cleans up after a stopped run; it need not talk about it."""
+    """Let child processes ignore warnings of Python's resource tracker, which it prints when a run was stopped.
+
+    It is called before workers are started.
+    """
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
 
 
 def _shard(text: str) -> Shard:
+    """Parse ``--shard I/N``; BAT014 where it is no part of a whole."""
     found = re.fullmatch(r"(\d+)/(\d+)", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         help_ = "write `--shard 2/4` for the second of four parts"
@@ -101,7 +105,7 @@ def _shard(text: str) -> Shard:
 
 
 def _check_folders(source: Path, output: Path) -> None:
-    """The input is there, and never overwritten: the output tree must not reach it."""
+    """Raise CLI002 where the input does not exist, BAT015 where it is inside the output folder."""
     if not source.exists():
         text = f"there is no file or folder `{source}`"
         raise PostprocError.of("CLI002", text, help="check the spelling and the folder")

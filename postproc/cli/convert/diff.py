@@ -51,6 +51,11 @@ def run(
 
 
 def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
+    """Compare two programs; returns the document and whether they are equal.
+
+    Args:
+        near: tolerances [mm], [deg].
+    """
     from postproc.rapid.diff.compare import compare_programs
     from postproc.results.difference import difference_document
 
@@ -61,6 +66,11 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
 
 
 def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -> tuple[Document, bool]:
+    """Compare two folders; returns the document and whether all files are equal.
+
+    Args:
+        near: tolerances [mm], [deg]. report: page to write, which must be outside of both folders.
+    """
     from postproc.batch.differences import compare_folders
     from postproc.results.difference import folders_document
 
@@ -73,6 +83,7 @@ def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -
 
 
 def _read(name: str) -> Program:
+    """Read a program and print its findings; raises PostprocError for errors."""
     from postproc.rapid.program.program import read_program
 
     program = read_program(read_source(name))

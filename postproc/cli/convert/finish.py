@@ -21,10 +21,10 @@ LINES = rb"[^\n]*\n|[^\n]+"
 
 
 def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
-    """Where the module with the function for run time goes, None where there is none, or ``nothing`` is written.
+    """Return the file of the module for run time; None where there is none, or nothing is written and it has no name.
 
     Args:
-        target: where the program goes, None for stdout.
+        target: where the program goes, None for stdout. nothing: no file will be written.
 
     Raises:
         PostprocError: CLI007, nothing says where, or what stands there is another file.
@@ -54,7 +54,7 @@ def finish(
     silent: bool,
     module: tuple[Path, bytes] | None = None,
 ) -> int:
-    """What ``--check``, ``--diff`` and ``-o`` do with a result: write it, or say whether something would change.
+    """Write a result, or with ``check`` or ``diff`` tell whether it would change a file; returns the exit code.
 
     Args:
         before, after: the input and the output.
@@ -79,7 +79,7 @@ def finish(
 def show_result(
     name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
-    """Say on stderr what came out, and write the report and the certificate, where they are asked for."""
+    """Print the result on stderr, and write the report and the certificate where their paths are given."""
     from postproc.results.conversion import conversion_document
     from postproc.settings import told
 
@@ -92,15 +92,17 @@ def show_result(
 
 
 def _differs(path: Path | None, data: bytes) -> bool:
+    """Tell whether a file lacks these bytes; False for stdout (None)."""
     return path is not None and not (path.is_file() and path.read_bytes() == data)
 
 
 def _files(target: Path | None, after: bytes, module: tuple[Path, bytes] | None) -> list[tuple[Path | None, bytes]]:
+    """Return the files to write, the module first and the output last."""
     return [*([module] if module is not None else []), (target, after)]
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:
-    """The textual difference as ``diff -u`` prints it, bytes as they stand in the files."""
+    """Return the textual difference as ``diff -u`` prints it, with the bytes of the files unchanged."""
     lines = difflib.diff_bytes(
         difflib.unified_diff,
         re.findall(LINES, before),

@@ -46,11 +46,11 @@ class RunTimeOptions(RobotOptions):
     channel: Names = ()
 
     def arm(self, module: Path) -> tuple[Settings, Model]:
-        """What `postproc.toml` or a backup around the module says of the arm, and the arm."""
+        """Return the settings for a module (options over ``postproc.toml`` or backup) and the model they name."""
         return settled(self.settings_at(module.parent), str(module))
 
     def conditions(self, settings: Settings, model: Model) -> Conditions:
-        """What the module is made for, without process force.
+        """Return the range of targets that the module is made for, without process force.
 
         Raises:
             PostprocError: an option cannot be read (CLI006).

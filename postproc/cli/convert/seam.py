@@ -79,5 +79,5 @@ def run(
 
 
 def _module_name(output: Path) -> str:
-    """A name that RAPID takes, after that of the file."""
+    """Return a valid RAPID name of at most 32 characters, from the name of the file."""
     return (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]

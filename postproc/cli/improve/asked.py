@@ -37,13 +37,13 @@ class ArmOptions:
 
     @property
     def classes(self) -> list[type[Effect]]:
-        """Effects that the user's files define."""
+        """Effect classes that the user's files define; their code is run."""
         from postproc.effects.loading import load_effect_file
 
         return [cls for file in self.effects for cls in load_effect_file(file)]
 
     def words(self, *drafts: Path) -> list[str]:
-        """The options as they were written, for a command that follows, with further files of effects."""
+        """Return the options as they are written on a command line, with further files of effects."""
         cell = [] if self.cell is None else ["--cell", str(self.cell)]
         return [*(word for file in (*self.effects, *drafts) for word in ("--effects", str(file))), *cell]
 
@@ -72,11 +72,11 @@ class TableOptions:
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:
-        """Files that are read."""
+        """Files that are read beside the tables; None for options not given."""
         return (self.program, self.columns, self.joints, *self.side_files)
 
     def words(self) -> list[str]:
-        """The options as they were written, for a command that reads the same table."""
+        """Return the options as they are written on a command line that reads the same table."""
         listed = ("side_files", "accept", "rows_in_order")
         given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name not in listed]
         given += [("with", file) for file in self.side_files] + [("accept", code) for code in self.accept]
@@ -84,7 +84,7 @@ class TableOptions:
         return [*words, *(["--rows-in-order"] if self.rows_in_order else [])]
 
     def read(self, data: Sequence[str], robot: Robot, measured: bool = True, at: Station | None = None) -> Measurements:
-        """The tables as one, their findings printed.
+        """Read the tables as one, and print their findings.
 
         Args:
             data: CSV files; ``-`` is stdin. robot: the arm that was measured.
@@ -122,7 +122,7 @@ class MeasuredOptions(TableOptions):
 
     @property
     def sigma(self) -> float | None:
-        """The stated noise [m]."""
+        """The stated noise per axis [m]; None where it is not stated."""
         return None if self.noise is None else self.noise * 1e-3
 
 
@@ -134,12 +134,10 @@ def opened(
     *outputs: Path | None,
     also: str | None = None,
 ) -> tuple[Model, Measurements]:
-    """The model and the tables; outputs are refused first where they are inputs.
-
-    The first line for people says which arm it is, with which effects, and what noise is taken.
+    """Read the model and the tables, after refusing outputs that are inputs; prints arm, effects and noise.
 
     Args:
-        also: a table that is read besides.
+        outputs: files that will be written. also: a table that is read besides.
     """
     check_outputs((model, *data, also, *table.inputs, *own.effects, own.cell), *outputs)
     arm = load_model(model, own.effects, own.cell)

@@ -67,10 +67,10 @@ def run(
 
 
 def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted: str | None) -> None:
-    """The commands that come next.
+    """Print the commands that may come next.
 
     Args:
-        asked: what was diagnosed.
+        asked: model, tables and their options, as diagnosed.
         draft: file that was written for what has no name; drafted: key of what could be written, None for nothing.
     """
     from postproc.identification.diagnosis import too_few

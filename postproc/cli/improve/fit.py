@@ -82,7 +82,7 @@ def run(
 
 
 def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
-    """The words of ``--effects`` and the classes that they name, each once."""
+    """Return the words of ``--effects`` and the effect classes they name, each once; CLI011 for none."""
     from postproc.effects.loading import load_effect_file
     from postproc.effects.registry import effect_library, find_effect
 
@@ -97,7 +97,7 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
 
 
 def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
-    """The arm without effects, its base turned by roll, pitch, yaw [deg], in its cell if it has one."""
+    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states."""
     import numpy as np
 
     from postproc.model.arm import Model
@@ -108,7 +108,7 @@ def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float
 
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
-    """The arm in its cell, if that is named."""
+    """Return the arm in its cell, or None without a cell; CLI011 where a mounting is given beside it."""
     from postproc.robot.cells.cell_file import restated
     from postproc.settings import read_station
 
@@ -119,7 +119,7 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
 
 
 def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices, str]:
-    """Arm and cell, by options or by the ``postproc.toml`` nearest to the table, its ``[fit]``, what named the arm."""
+    """Return arm, cell, choices of ``[fit]`` and the arm's origin: by options, else the nearest ``postproc.toml``."""
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
@@ -135,7 +135,7 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
-    """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
+    """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm; an error if hopeless."""
     from postproc.effects.registry import effect_in_role
     from postproc.effects.roles import FRAMES
     from postproc.measure.checks.readings import HOPELESS_M

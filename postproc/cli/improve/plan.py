@@ -77,7 +77,7 @@ def run(
 
 
 def _box(text: str | None) -> Array | None:
-    """(2, 3) lowest and highest corner [m] of a region X1,Y1,Z1,X2,Y2,Z2 [mm]."""
+    """Parse a region X1,Y1,Z1,X2,Y2,Z2 [mm] to its lowest and highest corner (2, 3) [m]; CLI010 where it is no box."""
     import numpy as np
 
     if text is None:
@@ -93,6 +93,7 @@ def _box(text: str | None) -> Array | None:
 
 
 def _pair(text: str | None) -> tuple[str, str] | None:
+    """Parse ``--between KEY,KEY``; CLI010 where it is not two different keys."""
     if text is None:
         return None
     words = [word.strip() for word in text.split(",")]

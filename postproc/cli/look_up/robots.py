@@ -41,7 +41,7 @@ def show(name: str, /, *, json: Flag = False) -> None:
 
 
 def _of_backup(folder: Path) -> Robot:
-    """The only arm of a backup, with the joint compliances that its controller has, if it has any."""
+    """Return the only arm of a backup, with the joint compliances of its controller where it states some."""
     from postproc.model.from_controller import controller_model
     from postproc.robot.catalogue import describe_robot
     from postproc.robot.type_names import library_name

@@ -44,7 +44,7 @@ INSTEAD = {
 
 
 def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
-    """Everything wrong with what an effect declares."""
+    """Yield everything wrong with what an effect class declares, before it is evaluated."""
     own = inspect.get_annotations(cls)
     if taken := [name for name in own if hasattr(Effect, name) or name in Effect.__annotations__]:
         for name in taken:
@@ -86,7 +86,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
 
 
 def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnostic]:
-    """EFF016 where a parameter's bounds, null value and typical size do not go together."""
+    """Yield EFF016 where a parameter's bounds, null value and typical size are inconsistent."""
     message = ""
     try:
         low, high, null, typical = (0.0 + np.asarray(x) for x in (meta.low, meta.high, meta.null, meta.typical))
@@ -106,11 +106,15 @@ def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnosti
 
 
 def foreign(unit: str, columns: Sequence[str]) -> str:
-    """The first part of a unit that is none of the SI, empty where all are; per an own column anything may be."""
+    """Return the first part of a unit that is not of the SI; empty where all are.
+
+    Args:
+        columns: own columns that the effect reads; with any, the unit below the slash may be anything.
+    """
     told = unit.partition("/")[0] if columns else unit
     return next((part for part in re.split(r"[\s()*/^\d.-]+", told) if part and part not in SI), "")
 
 
 def own_channels(cls: type[Effect]) -> tuple[str, ...]:
-    """Columns of the measurement table that an effect reads by their own names."""
+    """Return the columns of the measurement table that an effect reads by their own names."""
     return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))

@@ -17,15 +17,20 @@ from postproc.effects.findings import describe, finding, line_of
 
 
 class EffectFailure(Exception):
-    """An effect cannot be used, for the reason that its diagnostic tells."""
+    """Raised where an effect cannot be used; its diagnostic says why."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
+        """Keep the diagnostic that says why."""
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
 
 
 def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnostic:
-    """EFF005 at the line of an effect's file that an error comes from; EFF010 where it wrote into the state."""
+    """Return the diagnostic of an exception in an effect: EFF010 if it wrote into the state, else EFF005.
+
+    Args:
+        member: name of the method that was called.
+    """
     line = line_of(error, inspect.getsourcefile(cls) or "")
     if isinstance(error, ValueError) and "read-only" in str(error):
         help_ = "work on a copy: q = state.q.copy()"
@@ -35,7 +40,7 @@ def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnos
 
 
 def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
-    """What may help, the most likely first."""
+    """Yield texts on what may help, the most likely first."""
     text = str(error)
     if isinstance(error, KeyError) and error.args:
         yield f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'

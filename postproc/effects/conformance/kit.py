@@ -26,7 +26,7 @@ MOST = 0.02
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
-    """Everything wrong with an effect; an empty list means that every command can use it."""
+    """Check an effect class; an empty list means that every command can use it."""
     found = list(declaration(cls))
     if has_errors(found):
         return found
@@ -44,7 +44,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
 
 
 def _declared_channels(cls: type[Effect], state: State) -> State:
-    """The state with nothing but q and what the effect reads, all arrays locked."""
+    """Return the state with only q and what the effect reads, all arrays read-only."""
     along = np.arccos(np.linspace(-1.0, 1.0, ROWS))
     extra = {name: np.cos((k + 1) * along) for k, name in enumerate(own_channels(cls))}
     keep = {
@@ -62,6 +62,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Evaluate all forms, which refuses wrong shapes; yields EFF003 where `displacement` returns nothing."""
     contribution(_sized(cls.null()), state)
     for form in _forms(cls, state):
         contribution(_sized(form.effect), state)
@@ -71,6 +72,7 @@ def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF004 where the effect does something at its null parameters."""
     for effect in [cls.null(), *(f.effect.with_vector(f.effect.null_vector()) for f in _forms(cls, state))]:
         largest = float(np.abs(contribution(effect, state)).max(initial=0.0))
         if largest > 0.0:
@@ -82,6 +84,7 @@ def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _rows(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF009 where the result for a state depends on the other states."""
     effect, some = _sized(cls.null()), np.array([7, 3, 100])
     whole, part = contribution(effect, state)[some], contribution(effect, locked(state.rows(some)))
     if not np.allclose(whole, part, rtol=1e-9, atol=1e-15):
@@ -92,12 +95,14 @@ def _rows(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _repeats(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF011 where a second evaluation at the same states gives another result."""
     effect = _sized(cls.null())
     if not np.array_equal(contribution(effect, state), contribution(effect, state)):
         yield finding("EFF011", f"`{cls.key}` gives another answer the second time", cls, help="remove random numbers")
 
 
 def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF012 where `basis` and `displacement` disagree, or an effect declared linear is not."""
     few = locked(state.rows(np.arange(40)))
     effect = _sized(cls.null())
     columns, step = effect.basis(few), effect.scale()
@@ -118,6 +123,7 @@ def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF013 where the effect changes when it is pickled or stored in a model file and read again."""
     effect = _sized(cls.null())
     try:
         again = pickle.loads(pickle.dumps(effect))
@@ -130,6 +136,7 @@ def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Yield EFF014 where a parameter changes nothing, or parameters are linearly dependent on varied poses."""
     if cls.drafted:
         return  # A diagnosis saw it on its data, which these poses need not be like.
     for form in _forms(cls, state):
@@ -161,7 +168,10 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Warns of more than `MOST`, or than the arm's whole weight at full reach: mm for m, N mm for N m."""
+    """Warn (EFF018) where the effect moves over 20 mm or 20 mrad, or loads more than the arm's weight at full reach.
+
+    Such sizes come from mm in place of m, or N mm in place of N m.
+    """
     arm = example_arm()
     weight = 9.81 * float(arm.mass.sum())
     reach = float(np.linalg.norm(arm.link[:, :3, 3], axis=1).sum())
@@ -182,7 +192,7 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Warns of columns that are only declared: data without them would silence the effect for nothing."""
+    """Warn (EFF016) of columns that are declared but not used, as data without them would switch the effect off."""
     effects = [_sized(form.effect) for form in (variant(cls.null()), *_forms(cls, state))]
     for name in own_channels(cls):
         without = replace(state, channels={n: x for n, x in state.channels.items() if n != name})
@@ -197,12 +207,13 @@ def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _forms(cls: type[Effect], state: State) -> tuple[Variant, ...]:
+    """Return about twelve forms of an effect, evenly chosen."""
     forms = cls.variants(state)
     return forms[:: max(1, len(forms) // MOST_VARIANTS)]
 
 
 def _sized(effect: Effect) -> Effect:
-    """Amplitudes at their typical size from null, forming parameters as they are."""
+    """Return the effect with amplitudes at their typical size from null; other parameters as they are."""
     x, null = effect.vector(), effect.null_vector()
     low, high = effect.bounds()
     return effect.with_vector(np.where(effect.amplitudes(), np.clip(null + effect.scale(), low, high), x))

@@ -22,7 +22,7 @@ Rows = NDArray[np.int_]
 
 
 def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
-    """(rows, k) change of everything the effect gives, per typical size of each freed parameter."""
+    """Return (rows, k) the change of all outputs of the effect, flattened, per typical size of each freed parameter."""
     exact = effect.basis(state)
     if exact is not None:
         return np.asarray(exact.values[:, freed] * effect.scale()[freed])
@@ -36,22 +36,24 @@ def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
 
 
 def contribution(effect: Effect, state: State) -> Array:
-    """(n, 108) everything an effect gives: displacement of joints, bodies, tool, instrument; load on joints, bodies."""
+    """Return all outputs (n, 108): displacement of joints, bodies, tool, instrument; load on joints, bodies."""
     return np.concatenate([displaced(effect, state), _loaded(effect, state)], axis=1)
 
 
 def displaced(effect: Effect, state: State) -> Array:
-    """(n, 60) displacement of joints (6), bodies 0 to 6 (42), tool (6) and instrument (6); EFF003 for a wrong one."""
+    """Return the displacement (n, 60): joints (6), bodies 0 to 6 (42), tool, instrument; EFF003 for a wrong shape."""
     given = _call(effect, "displacement", lambda: displacement_of(effect, state), Displacement)
     return _blocks(effect, "displacement", state, (given.joint, given.body, given.tool, given.instrument))
 
 
 def _loaded(effect: Effect, state: State) -> Array:
+    """Return the load (n, 48) on joints (6) and bodies 0 to 6 (42); EFF003 for a wrong shape."""
     given = _call(effect, "load", lambda: load_of(effect, state), Load)
     return _blocks(effect, "load", state, (given.joint, given.body))
 
 
 def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
+    """Evaluate an effect by ``ask``; exceptions and results that are no ``kind`` become an EffectFailure."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
             warnings.simplefilter("error", np.exceptions.ComplexWarning)
@@ -67,7 +69,7 @@ def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
-    """Everything given as (n, 6 k), refusing what is not (n, 6), not finite, or on a body that is not there."""
+    """Return all parts side by side, (n, 6 k); refuses what is not (n, 6), not finite, or on an unknown body."""
     n, result = len(state), []
     for part in parts:
         if isinstance(part, Mapping):
@@ -81,6 +83,7 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
 
 
 def _block(effect: Effect, member: str, n: int, part: object) -> Array:
+    """Return one part as (n, 6), zero for None; refuses other shapes and values that are not finite."""
     if part is None:
         return np.zeros((n, 6))
     array = np.asarray(part)
@@ -94,12 +97,13 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
 
 
 def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
+    """Return EFF003: a member of the effect returns something of the wrong form."""
     cls = type(effect)
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
 
 
 def locked(state: State) -> State:
-    """The same state; whoever writes into its arrays gets an error."""
+    """Make all arrays of a state read-only, and return it."""
     for value in [*(getattr(state, f.name) for f in fields(state)), *state.channels.values()]:
         if isinstance(value, np.ndarray):
             value.setflags(write=False)

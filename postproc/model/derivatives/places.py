@@ -14,14 +14,14 @@ LOADS = 54
 
 
 def placed(displacement: Displacement) -> dict[int, Array]:
-    """(n, 6) or (6,) displacement of each place that moves, by its first column."""
+    """Return the parts of a displacement, (n, 6) or (6,) each, by their first column in the 60 ``PLACES``."""
     parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
     others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
     return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """(n, places) a displacement or a load, given by place, at all places."""
+    """Write parts, by first column, into one array (n, places) that is zero elsewhere."""
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -29,12 +29,12 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """What two move or load by place, the other so many times, added up; nothing where they cancel in every row."""
+    """Return one + times * other, both by first column, without parts that are zero in every row."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
 def carried(load: Load) -> dict[int, Array]:
-    """(n, 6) torques of the joints and the wrench of each body that carries one, by their first column of ``LOADS``."""
+    """Return joint torques and body wrenches of a load, (n, 6) each, by their first column in the 54 ``LOADS``."""
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}

@@ -32,7 +32,7 @@ MANY = 1000
 
 @dataclass(frozen=True)
 class Loaded:
-    """The states of an equilibrium with loads filled in, worked out where they are asked for.
+    """The states of an equilibrium with their loads, which are computed when they are first read.
 
     Args:
         along: directions of all coordinates of its chain.
@@ -45,14 +45,14 @@ class Loaded:
 
     @cached_property
     def every(self) -> State:
-        """With those on all springs that an arm may have."""
+        """The states with the loads on all springs that an arm may have."""
         return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
 
     @cached_property
     def own(self) -> State:
-        """With those that the effects of the model read, or would read if they were not null.
+        """The states with the loads that the model's effects read, or would read if their parameters were not null.
 
-        To ask which these are takes as long as to work them all out for some hundred states.
+        Below ``MANY`` states all loads are computed, since finding out which are read takes as long.
         """
         rest = self.rest
         if len(rest.state) < MANY or not carries_load(self.model):
@@ -79,18 +79,21 @@ class Sensitivity:
 
     @property
     def state(self) -> State:
-        """The states with poses and loads filled in."""
+        """The states with poses of bodies and all loads."""
         return self.loaded.every
 
     def seen_by(self, effect: Effect) -> State:
-        """The same, as far as an effect of the model reads it; all of it for others."""
+        """Return the states with the loads that an effect of the model reads; with all loads for any other effect."""
         mine = any(e is effect for e in self.loaded.model.effects)
         return self.loaded.own if mine else self.loaded.every
 
     def by_parameter(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """(n, 6, p) derivative of the pose by the free parameters of an effect, at their present values.
+        """Return the derivative (n, 6, p) of the pose by the free parameters of an effect, at their present values.
 
         Linear amplitudes are exact; others are central differences over a thousandth of the ordinary size.
+
+        Args:
+            free: mask over the effect's vector, with p times True.
         """
         index, state = np.flatnonzero(free), self.seen_by(effect)
         basis = None if effect.missing(state) else effect.basis(state)
@@ -109,7 +112,11 @@ class Sensitivity:
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
-        """(n, 6) change of the pose by a small displacement of some places."""
+        """Return the change (n, 6) of the pose by a small displacement of some places.
+
+        Args:
+            moved: (n, 6) or (6,) displacement [rad or m] by first column of its place.
+        """
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
             there = self.matrix[:, :, at : at + 6]
@@ -117,9 +124,9 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Derivative of the displacement by place, by one parameter of an effect after the other.
+        """Yield, for each parameter in ``index``, the derivative of the displacement by first column of its place.
 
-        Its load on the springs included.
+        It includes how the springs give under the load that the effect adds.
         """
         if effect.missing(state):
             return
@@ -127,6 +134,7 @@ class Sensitivity:
         loads = type(effect).load is not Effect.load
 
         def answer(values: Array) -> tuple[dict[int, Array], dict[int, Array]]:
+            """Return displacement and load of the effect with these parameters, by first column of the place."""
             moved = effect.with_vector(values)
             return placed(displacement_of(moved, state)), carried(load_of(moved, state)) if loads else {}
 
@@ -146,7 +154,11 @@ class Sensitivity:
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
-        """Displacement of the springs by a further load (n, 54) on the states of `loaded`, by place."""
+        """Return how far the springs give under an added load (n, 54), by first column of the place.
+
+        Args:
+            state: the states of ``loaded`` to which the load is added.
+        """
         n = len(state)
         every = np.zeros((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
@@ -157,14 +169,16 @@ class Sensitivity:
 
     @cached_property
     def _sprung_by_own(self) -> dict[int, Array]:
+        """Displacement of the springs under ``loaded.own``, by first column of the place."""
         return self._sprung(self.loaded.own)
 
     @cached_property
     def _sprung_by_every(self) -> dict[int, Array]:
+        """Displacement of the springs under ``loaded.every``, by first column of the place."""
         return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
-        """Displacement of the springs by the loads of the states, by place."""
+        """Return the displacement of the springs under the loads of the states, by first column of the place."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))
@@ -172,7 +186,7 @@ class Sensitivity:
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
-    """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
+    """Compute the Jacobian J_theta of the measured pose by all places at an equilibrium, with loads kept."""
     n = len(rest.state)
     chain = rest.chain
     if chain.tip is None:
@@ -197,7 +211,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
-    """The same with what the deflected arm carries besides, J_theta (I - C K_E)^-1: exact, and slower."""
+    """Compute the Jacobian of `sensitivity` with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
     rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place
@@ -207,11 +221,11 @@ def grown_sensitivity(model: Model, state: State) -> Sensitivity:
 
 
 def nudged(model: Model) -> Model:
-    """A model with nothing null: what its effects read then shows."""
+    """Return the model with every parameter raised by a thousandth of its usual size, so that no effect is null."""
     return model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
 
 
 def _turned(displacement: Array | None, n: int) -> Array:
-    """(n, 3, 3) what a change of a displacement's rotation vector turns, in the axes before the rotation."""
+    """Return (n, 3, 3) the rotation per change of a displacement's rotation vector, in outer axes; None is zero."""
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     return left_jacobian(np.broadcast_to(vector, (n, 3)))

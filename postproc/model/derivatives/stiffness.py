@@ -16,7 +16,7 @@ BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 
 
 def tcp_compliance(model: Model, state: State) -> Array:
-    """Motion of the TCP by a small further wrench, S = J (I - C K_E)^-1 C J^T, (n, 6, 6) [m/N .. rad/(N m)], base axes.
+    """Return the TCP's motion per further wrench, S = J (I - C K_E)^-1 C J^T, (n, 6, 6) [m/N .. rad/(N m)], base axes.
 
     The inverse of Eq. 22, defined at singular poses and for rigid links as well.
     """
@@ -25,10 +25,10 @@ def tcp_compliance(model: Model, state: State) -> Array:
 
 
 def stiffness(model: Model, state: State) -> Array:
-    """K = (J (K_theta - K_E)^-1 J^T)^-1 at the TCP in base axes (seed paper, Eq. 22), (n, 6, 6) [N/m .. N m/rad].
+    """Return the stiffness at the TCP in base axes, K = (J (K_theta - K_E)^-1 J^T)^-1 (seed paper, Eq. 22), (n, 6, 6).
 
-    Force before moment, translation before rotation. All entries are infinite at poses that have no give in some
-    direction: singular arms, rigid models.
+    Units are N/m to N m/rad; force before moment, translation before rotation. All entries are infinite at poses that
+    are rigid in some direction: singular arms, rigid models.
     """
     S = tcp_compliance(model, state)
     K = np.full_like(S, np.inf)
@@ -39,7 +39,7 @@ def stiffness(model: Model, state: State) -> Array:
 
 
 def natural_frequencies(model: Model, state: State) -> Array:
-    """The six lowest natural frequencies, ascending, (n, 6) [Hz] (seed paper, Eq. 6: det(K - omega^2 M) = 0).
+    """Return the six lowest natural frequencies, ascending, (n, 6) [Hz] (seed paper, Eq. 6: det(K - omega^2 M) = 0).
 
     1 / omega^2 are the eigenvalues of (I - C K_E)^-1 C M over all coordinates, M with the payload as a point mass. With
     springs at the joints alone this is Eq. 6 with M_cart = (J M^-1 J^T)^-1 and K of Eq. 22, and it also holds at
@@ -57,7 +57,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
 
 
 def inertia(rest: Equilibrium, at: RestingArm) -> Array:
-    """Inertia of links and payload by the coordinates of the arm, (n, m, m), m = 6 or 48."""
+    """Return the mass matrix (n, m, m) of links and payload (a point mass) in the coordinates of the arm."""
     M = at.bodies.inertia(at.coordinates)
     state = rest.state
     if state.payload_mass is None:

@@ -23,7 +23,7 @@ POSE_STEP = 1e-6  # [rad, m]
 
 @dataclass(frozen=True, slots=True)
 class RestingArm:
-    """The arm at rest with all its coordinates: m = 6 joints and 6 for each virtual spring."""
+    """The arm at an equilibrium with its m coordinates (n, m): six joints, and six for each virtual spring."""
 
     bodies: Multibody
     chain: Chain
@@ -32,7 +32,7 @@ class RestingArm:
 
 
 def frame(model: Model, rest: Equilibrium) -> RestingArm:
-    """The coordinates that an equilibrium needs: those of the bodies' ends only where something moves or loads them."""
+    """Return the arm at an equilibrium with the six joints and springs at those bodies that are displaced or loaded."""
     bodies = model.multibody(rest.bodies)
     chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
     return RestingArm(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
@@ -57,7 +57,7 @@ class Tangent:
 
 
 def tangent(model: Model, rest: Equilibrium) -> Tangent:
-    """Derivatives at an equilibrium (Eqs. 17-22)."""
+    """Compute derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero if no effect reads loads."""
     at = frame(model, rest)
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
     n, m = len(rest.state), at.bodies.size
@@ -72,6 +72,7 @@ def tangent(model: Model, rest: Equilibrium) -> Tangent:
 
 
 def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
+    """Return how the loads of payload weight and wrench change with the coordinates, (n, m, m)."""
     state, n = rest.state, len(rest.state)
     K = np.zeros((n, along.spin.shape[1], along.spin.shape[1]))
     if state.payload_mass is not None:
@@ -85,11 +86,14 @@ def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
 
 
 def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: Array) -> Array:
-    """Derivative of J^T (F, M) by the coordinates, force and moment fixed in base axes at a flange point, (n, m, m).
+    """Return the derivative (n, m, m) of J^T (F, M) by the coordinates, F and M at a flange point fixed in base axes.
 
     d(J_i . F)/d(q_k) = F . (spin_i x J_k) for i before k and F . (spin_k x J_i) after; d(spin_i . M)/d(q_k) = (spin_k x
     spin_i) . M for k before i. Pinocchio's static torque derivatives hold the force fixed in the moving frame instead,
     which is wrong by 15 % of K_E here.
+
+    Args:
+        point, force, moment: (n, 3) each, in base axes [m], [N], [N m].
     """
     linear = along.slide + np.cross(along.spin, point[:, None] - along.origin)
     # twist[i, k] = F . (spin_i x J_k) = J_k . (F x spin_i)
@@ -102,7 +106,7 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
 
 
 def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
-    """Derivative of the effects' loads by the coordinates, by central differences of the effects."""
+    """Return how the loads that effects add change with the coordinates, (n, m, m), by central differences."""
     bodies = at.bodies
     n = len(rest.state)
     K = np.zeros((n, bodies.size, bodies.size))
@@ -123,7 +127,7 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
 
 
 def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
-    """Displacement of all coordinates by the loads on them, central differences of the effects, (n, m, m)."""
+    """Return the displacement of each coordinate per load on each, (n, m, m), by central differences of the effects."""
     n, m = len(state), bodies.size
     C = np.zeros((n, m, m))
     if state.joint_load is None:
@@ -136,6 +140,7 @@ def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
 
 
 def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, step: float) -> Array:
+    """Return the displacement (n, m) of all coordinates with the load on coordinate k raised by ``step`` [N or N m]."""
     n, place = len(state), int(bodies.place[k])
     joint, body = np.array(state.joint_load), state.body_load
     if place < BODY:

@@ -18,7 +18,7 @@ SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
 
 @dataclass(frozen=True, slots=True)
 class Bins:
-    """Means of the points over (k,) values of x, with their standard errors, and what each says when pointed at."""
+    """Means of the points in k bins over x, with their standard errors and the texts they show when pointed at."""
 
     x: Array
     mean: Array
@@ -28,7 +28,7 @@ class Bins:
 
 @dataclass(frozen=True, slots=True)
 class DrawnCurve:
-    """A law (k,) over (k,) values of x; sigma: its standard deviation there."""
+    """A curve y (k,) to draw over x (k,), with its standard deviation sigma (k,)."""
 
     x: Array
     y: Array
@@ -48,11 +48,12 @@ def scatter(
     curve: DrawnCurve | None = None,
     across: Range | None = None,
 ) -> str:
-    """Points (n,) over (n,), with a band of plus and minus ``noise``; few values of x become columns of points.
+    """Return a chart of points y over x, (n,) each, as SVG; few distinct values of x become columns of points.
 
     Args:
-        marks: points that are ringed, and what each says when pointed at. curve: drawn with twice its deviation.
-        across: the range of y, where charts are to be compared.
+        noise: half width of a grey band about zero. bins: means to draw.
+        marks: indices of points that are ringed, each with the text it shows. curve: drawn with twice its deviation.
+        across: the range of y, where charts are to be compared; None fits it to the points.
     """
     good = np.isfinite(x) & np.isfinite(y)
     if not good.any():
@@ -78,7 +79,11 @@ def scatter(
 
 
 def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
-    """The share of rows whose distance is not more than x, for each name a class of lines and (n,) distances."""
+    """Return an SVG chart of the share of poses [%] at or below each distance, a curve for each name.
+
+    Args:
+        curves: by name, style class and (n,) distances [unit]; NaN is left out.
+    """
     known = {name: (kind, np.sort(values[np.isfinite(values)])) for name, (kind, values) in curves.items()}
     known = {name: (kind, values) for name, (kind, values) in known.items() if len(values)}
     if not known:
@@ -97,7 +102,7 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
 
 
 def bars(block: Bars) -> str:
-    """Horizontal bars, a dashed line at the floor where there is one; the level ``aside`` is drawn in grey."""
+    """Return horizontal bars as HTML, with a dashed line at the floor if known; the bar named ``aside`` is grey."""
     known = [level for level in block.bars if level.value is not None]
     floor = block.floor
     percent = 100 / max([*(level.value or 0.0 for level in known), floor or 0.0, 1e-12])
@@ -118,7 +123,11 @@ def bars(block: Bars) -> str:
 
 
 def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) -> str:
-    """How many of (n,) values > 0 lie where, on a scale of powers of ten; for each name a class of bars."""
+    """Return an SVG histogram of positive values over a logarithmic axis, with bars of each name beside each other.
+
+    Args:
+        values: by name, style class and (n,) values [unit]; zero, negative and NaN are left out.
+    """
     known = {name: (kind, v[np.isfinite(v) & (v > 0)]) for name, (kind, v) in values.items()}
     every = np.concatenate([np.zeros(0), *(v for _, v in known.values())])
     if not len(every):
@@ -142,13 +151,14 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
 
 
 def _noise(frame: ChartAxes, noise: float) -> str:
+    """Return the band from -noise to noise as an SVG rectangle."""
     top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
     place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
     return f'<rect {place} class="noise"/>'
 
 
 def _means(frame: ChartAxes, bins: Bins) -> list[str]:
-    """Bin means joined by a line, each with its standard error."""
+    """Return the means of bins joined by a line, each with its standard error, as SVG."""
     low, high = frame.range_y
     places = frame.places(bins.x, np.clip(bins.mean, low, high))
     parts = [line(places, "means")] if len(bins.x) > FEW else []
@@ -162,7 +172,7 @@ def _means(frame: ChartAxes, bins: Bins) -> list[str]:
 
 
 def _law(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
-    """A curve in its band; where x has a few values, a bar at each."""
+    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a bar at each value of x."""
     low, high = frame.range_y
     if columns:
         ends = [np.stack([curve.x + side, curve.y]) for side in (-0.3, 0.3)]

@@ -15,14 +15,14 @@ STEPS = 65_000  # of a packed column between its smallest and its largest value
 
 
 def exact(values: ArrayLike) -> dict[str, Any]:
-    """Numbers (..) in single precision; whole numbers as they are."""
+    """Encode numbers for a page's scripts: floats in single precision, whole numbers in 32 bits."""
     array = np.asarray(values)
     whole = array.dtype.kind in "biu"
     return _column(array.astype("<i4" if whole else "<f4"), "i4" if whole else "f4")
 
 
 def packed(values: ArrayLike) -> dict[str, Any]:
-    """Numbers (..) in two bytes each, to a 65,000th of their range; NaN stays NaN."""
+    """Encode numbers for a page's scripts in two bytes each, to a 65,000th of their range; NaN stays NaN."""
     array = np.asarray(values, dtype=float)
     known = np.isfinite(array)
     low, high = (float(array[known].min()), float(array[known].max())) if known.any() else (0.0, 0.0)
@@ -32,6 +32,7 @@ def packed(values: ArrayLike) -> dict[str, Any]:
 
 
 def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
+    """Return an array as base64 with its type and its number of columns."""
     return {
         "type": kind,
         "width": array.shape[-1] if array.ndim > 1 else 1,
@@ -40,7 +41,11 @@ def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
 
 
 def chain_of(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
-    """The chain T_base_flange = link[0] Rot(axis[0], q1) .. link[6], and which tool each row has, (m, 4, 4)."""
+    """Return the nominal chain of an arm for a page's scripts, and which tool each row has.
+
+    Args:
+        T_flange_tcp: (m, 4, 4) tool of each row.
+    """
     tools, tool = np.unique(T_flange_tcp[:, :3, 3], axis=0, return_inverse=True)
     return {
         "name": robot.name,

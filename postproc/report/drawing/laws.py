@@ -33,13 +33,14 @@ TORQUE = "torque"
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """One coordinate that an effect moves (or the torque that it puts on a joint), over the channel that it follows.
+    """The dependence of one displacement, or joint torque, of an effect on the channel that explains it best.
 
     Args:
         effect: its key; where: the coordinate, for people; unit: of y; channel: name.
-        x: (n,) channel and y: (n,) what the data says there: the law and the residual; in SI units of the channel, and
-            in thousandths (mm, mrad) or N m.
-        curve: the law over values of the channel, averaged over the other channels as they were measured.
+        x: (n,) values of the channel in SI units; y: (n,) effect plus residual at the measured rows, in thousandths
+            (mm,
+            mrad) or N m.
+        curve: the effect over values of the channel, averaged over the other channels as they were measured.
     """
 
     effect: str
@@ -52,7 +53,13 @@ class Law:
 
 
 def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
-    """The laws of some effects of a fitted model; none of what is the same in all rows or follows no single channel."""
+    """Return the curves of some effects of a fitted model over the channel that each follows.
+
+    Effects that are constant over the rows, or that follow no single channel, have none.
+
+    Args:
+        keys: of the effects.
+    """
     state, named = fit.problem.sensitivity.state, fit_channels(fit)
     found = []
     for key in keys:
@@ -63,7 +70,7 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
 
 
 def law_charts(laws: Iterable[Law]) -> list[str]:
-    """A chart of every law."""
+    """Return an SVG chart of each curve, with the data around it."""
     charts = []
     for law in laws:
         unit, factor = unit_of(law.channel)
@@ -75,6 +82,11 @@ def law_charts(laws: Iterable[Law]) -> list[str]:
 
 
 def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> list[Law]:
+    """Return the curves of one effect at the coordinates that it moves most, at most four.
+
+    Args:
+        named: the channels of the fit, (n,) each.
+    """
     moved = coordinates(effect, state)
     loads = not moved.any()
     if loads:
@@ -94,12 +106,12 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
 
 
 def coordinates(effect: Effect, state: State) -> Array:
-    """(n, 60) where an effect moves the arm, by place [rad or m] (`model.derivatives.places`)."""
+    """Return the displacement (n, 60) that an effect causes, by place [rad or m] (`model.derivatives.places`)."""
     return flat(placed(displacement_of(effect, state)), len(state), PLACES)
 
 
 def torques(effect: Effect, state: State) -> Array:
-    """(n, 6) torques that an effect puts on the joints, its forces on bodies included [N m].
+    """Return the torques (n, 6) [N m] that an effect puts on the joints, its forces on bodies included.
 
     tau_j = sum of z_j . (m_b - p_j x f_b) over the bodies b behind joint j, wrenches about the base origin.
     """
@@ -115,12 +127,12 @@ def torques(effect: Effect, state: State) -> Array:
 
 
 def forces(effect: Effect, state: State) -> dict[int, Array]:
-    """(n, 6) wrench that an effect puts on each body [N, N m], about the base origin in base axes; by body."""
+    """Return by body the wrench (n, 6) [N, N m] that an effect puts on it, about the base origin in base axes."""
     return {body: np.broadcast_to(wrench, (len(state), 6)) for body, wrench in load_of(effect, state).body.items()}
 
 
 def place_name(k: int) -> tuple[str, str]:
-    """What a coordinate of `model.derivatives.places` is called, and the unit of a thousandth of it."""
+    """Return the name of a coordinate of `model.derivatives.places`, and its unit, ``mm`` or ``mrad``."""
     if k < BODY:
         return f"joint {k - JOINT + 1}", "mrad"
     begin = next(start for start in (INSTRUMENT, TOOL, BODY) if k >= start)
@@ -130,7 +142,13 @@ def place_name(k: int) -> tuple[str, str]:
 
 
 def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> str | None:
-    """The channel that explains most of (n,) values: they change least from row to row in its order (von Neumann)."""
+    """Return the channel that explains most of (n,) values; None if none explains 70 % of their variance.
+
+    The unexplained share is estimated from differences of successive rows, in the order of the channel (von Neumann).
+
+    Args:
+        k: coordinate of the values; its own joint's channel comes first among equals.
+    """
     read = [PREFIXES.get(name, name) for name in effect.reads]
     own = [c for c in named if c in read or (c[:-1] in read and c[-1:].isdigit()) or (c[:1] == "f" and "f" in read)]
     best, least = None, FOLLOWS
@@ -145,17 +163,17 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
 
 
 def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
-    """(n,) what an effect does at one place: torque on a joint [N m], or displacement [mrad or mm]."""
+    """Return (n,) what an effect does at coordinate k: displacement [mrad or mm], with ``loads`` the torque [N m]."""
     return torques(effect, state)[:, k] if loads else 1e3 * coordinates(effect, state)[:, k]
 
 
 def _curve(
     fit: Fit, effect: Effect, state: State, along: tuple[str, Array], seen: Callable[[Effect, State], Array]
 ) -> DrawnCurve:
-    """The law of an effect along a channel, with its standard deviation.
+    """Return an effect's curve along a channel, averaged over up to 24 measured rows, with its standard deviation.
 
     Args:
-        along: the channel, and its values (n,); seen: what the effect does at the place that is drawn.
+        along: name of the channel and its values (n,). seen: (n,) displacement or torque at the coordinate drawn.
     """
     channel, values = along
     known = np.unique(values)
@@ -164,6 +182,7 @@ def _curve(
     swept = _swept(state.rows(np.tile(rows, len(at))), channel, np.repeat(at, len(rows)))
 
     def law(e: Effect) -> Array:
+        """Return what an effect with these parameters does (k,) at each value of the channel, averaged over rows."""
         return np.asarray(seen(e, swept).reshape(len(at), -1).mean(axis=1))
 
     y, x = law(effect), effect.vector()
@@ -181,7 +200,7 @@ def _curve(
 
 
 def _swept(state: State, channel: str, values: Array) -> State:
-    """The states with one channel at other values; the bodies follow the joints."""
+    """Return the states with one channel set to (n,) values; poses of bodies follow the joints."""
     name, joint = channel[:-1], channel[-1:]
     if name in FIELDS and joint.isdigit():
         column = np.array(getattr(state, FIELDS[name]), dtype=float)
@@ -200,7 +219,10 @@ def _swept(state: State, channel: str, values: Array) -> State:
 
 
 def _residual(fit: Fit, k: int) -> Array:
-    """(n,) what the residual would have a coordinate move more, l . r / (l^2 + s^2) with its lever l [m/rad or m/m]."""
+    """Return (n,) how much more coordinate k would move to explain the residual [rad or m]; NaN where nothing shows it.
+
+    l . r / (l^2 + s^2) with the residual r and the coordinate's lever l [m/rad or m/m], damped by s.
+    """
     error = fit.observed_error.copy()
     error[list(fit.set_aside)] = np.nan
     if fit.observed.name == "joint":

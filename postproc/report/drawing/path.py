@@ -44,7 +44,7 @@ class Places:
 
 
 def path_data(found: Conversion) -> Values:
-    """What the page draws of a conversion that has a plan: columns of numbers (`columns`), targets, lines of text."""
+    """Return what the page draws of a conversion with a plan: encoded columns of numbers, targets and lines of text."""
     plan, model = found.plan, found.model
     assert plan is not None and model is not None and found.before is not None and found.after is not None
     samples, timeline, moves = plan.motion.samples, plan.motion.timeline, plan.motion.moves
@@ -88,7 +88,7 @@ def path_data(found: Conversion) -> Values:
 
 
 def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
-    """Every place at which one of the two deviations is known, once; the other one is read between its neighbours."""
+    """Return every place where the deviation before or after is known; the other one is interpolated there."""
     known = [(_key(d.owner, d.u), _across(curves, d)) for d in (before, after)]
     key = np.unique(np.round(np.concatenate([k for k, _ in known]), 5))
     columns = []
@@ -100,12 +100,12 @@ def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
 
 
 def _key(move: Index, u: Array) -> Array:
-    """(n,) numbers that ascend along a path and keep the goal of a move apart from the start of the next."""
+    """Return (n,) numbers 2 move + u, which ascend along a path; the goal of a move differs from the next start."""
     return np.asarray(2.0 * move + u)
 
 
 def _across(curves: Curves, deviation: Deviation) -> Array:
-    """(n, 3) the deviation less what of it points along the line or arc: the same measure at and between targets."""
+    """Return the deviation (n, 3) [m] across the line or arc, without its component along it."""
     of, u = deviation.owner, deviation.u
     tangent = curves.chord[of]
     arc = np.flatnonzero(curves.arc[of])
@@ -119,7 +119,7 @@ def _across(curves: Curves, deviation: Deviation) -> Array:
 
 
 def _thinned(places: Places) -> Places:
-    """As many places as a page holds: the ends of every move, the largest deviations, and others evenly."""
+    """Return at most about 60,000 places: the ends of every move, the largest deviation of each, and others evenly."""
     n = len(places.move)
     if n <= MOST:
         return places
@@ -134,11 +134,12 @@ def _thinned(places: Places) -> Places:
 
 
 def _interpolated(at: Array, values: Array, place: Array) -> Array:
+    """Interpolate each column of values (m, k), known at ascending ``at`` (m,), at ``place`` (n,)."""
     return np.stack([np.interp(place, at, column) for column in values.T], axis=1)
 
 
 def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts, q: Array) -> Array:
-    """(n, 6) torques that the motors of the rigid arm give [N m]: links, payload, inertia that lasts, process force."""
+    """Return the motor torques (n, 6) [N m] of the rigid arm: links, payload, lasting acceleration and force."""
     rigid, motion = model.with_effects(), plan.motion
     timeline, moves = motion.timeline, motion.moves
     torque = np.empty((len(q), 6))
@@ -165,7 +166,7 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
 
 
 def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> Values:
-    """Of every statement the largest deviation along its lines and arcs over all runs, before and after [mm]."""
+    """Return, for each statement, the largest deviation [mm] on lines and arcs over all its runs, before and after."""
     statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
     of = np.array([statements.get(m.event.statement.key, -1) for m in moves])
     columns = {}
@@ -179,7 +180,7 @@ def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> 
 
 
 def _target(statement: MotionStatement) -> str:
-    """What the program calls the target of a statement."""
+    """Return the text of a statement's target as written, at most 60 characters; of an aggregate only its position."""
     argument = statement.argument("to")
     text = "" if argument is None else " ".join(argument.text.split())
     if text.startswith("["):
@@ -188,6 +189,6 @@ def _target(statement: MotionStatement) -> str:
 
 
 def _sources(found: Conversion) -> dict[str, list[str]]:
-    """Lines of every file that may change, by its path."""
+    """Return the lines of every file that may change, by its path."""
     sources = {o.statement.source.path: o.statement.source for o in found.outcomes}
     return {path: source.data.decode("latin-1").splitlines() for path, source in sources.items()}

@@ -31,19 +31,19 @@ SEVERAL = 6  # channels that are drawn where many stand out
 
 @dataclass(frozen=True, slots=True)
 class Channels:
-    """Channels that stand out in one fit, with the place and range of their charts, to be drawn of other fits, too."""
+    """Channels that explain most of one fit's residual, with place and y range of their charts, for other fits."""
 
     places: tuple[tuple[str, str, Range], ...]
 
     @classmethod
     def of(cls, fit: Fit) -> Channels:
-        """The channels that stand out in a fit."""
+        """Return up to six channels that explain at least 3 % of a fit's residual, with the range of their charts."""
         trends = [t for t in _best(residual_trends(fit)) if t.share >= STANDS_OUT][:SEVERAL]
         known = [(t, t.values[np.isfinite(t.values)]) for t in trends]
         return cls(tuple((t.channel, t.where, spread(np.append(y, 0.0))) for t, y in known))
 
     def charts(self, fit: Fit) -> list[str]:
-        """Of a fit of the same rows, on the same axes."""
+        """Return the charts of these channels for a fit of the same rows, on the same axes."""
         found = {(t.channel, t.where): t for t in residual_trends(fit)}
         ranges = {(channel, where): across for channel, where, across in self.places}
         known = [(found[place], across) for place, across in ranges.items() if place in found]
@@ -54,15 +54,18 @@ class Channels:
 def channel_sections(
     fit: Fit, title: str = "What it follows", first: Iterable[tuple[str, str]] = (), folded: bool = False
 ) -> list[Section]:
-    """The residual against every channel, each where it tells most: those that stand out, then the others folded.
+    """Return two sections of charts of the residual: channels that explain at least 3 %, and the rest, folded.
+
+    Each channel is drawn at the place where it explains most.
 
     Args:
-        first: (channel, place) that come before the others. folded: all of them are.
+        first: (channel, place) that come before the others. folded: all channels are in the folded section.
     """
     asked = set(first)
 
     @cache
     def charts() -> tuple[list[str], list[str]]:
+        """Return the charts of the first section and of the second."""
         trends = _best(sorted(residual_trends(fit), key=lambda t: (t.channel, t.where) not in asked))
         draw = _Charts.of(fit)
         out = [t for t in trends if t.share >= STANDS_OUT or (t.channel, t.where) in asked]
@@ -78,11 +81,14 @@ def channel_sections(
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
-    """The error of the suspect's place over its channel, without the share that the fit has taken on.
+    """Return a chart of the error at the suspect's place over its channel, with the share that parameters absorbed.
 
     Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
-    parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for what
-    has several sizes, or neither turns nor shifts.
+    parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for a
+    pattern of several sizes, or a place that neither turns nor shifts.
+
+    Args:
+        noise: standard deviation per axis [m], [rad], or None.
     """
     named, ours = fit_channels(fit), _moves(suspect.where)
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
@@ -108,12 +114,12 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
 
 
 def pose_name(fit: Fit, i: int) -> str:
-    """What the table calls a pose, with its row."""
+    """Return the name of pose ``i`` in the table, with its row."""
     return f"{fit.data.pose_id[i]} ({fit.data.name(i)})"
 
 
 def _best(trends: Sequence[Trend]) -> list[Trend]:
-    """Of every channel the place where it tells most."""
+    """Return the first trend of every channel; trends come strongest first."""
     best: dict[str, Trend] = {}
     for trend in trends:
         best.setdefault(trend.channel, trend)
@@ -121,7 +127,7 @@ def _best(trends: Sequence[Trend]) -> list[Trend]:
 
 
 def _moves(where: str) -> str:
-    """In what a place is off: turns or shifts; empty for one that does both, or is neither."""
+    """Return the unit, ``mrad`` or ``mm``, in which a place turns or shifts; empty if it does both or neither."""
     kind, _, how = where.partition(", ")
     kind = kind.rstrip(" 123456")
     if kind in ("joint", "base", "body", "tool", "instrument") and how in ("", "turned", "shifted"):
@@ -146,13 +152,17 @@ class _Charts:
 
     @classmethod
     def of(cls, fit: Fit) -> _Charts:
-        """The charts of a fit."""
+        """Compute what the charts of a fit have in common."""
         worst = worst_rows(distances(fit.position_error))
         at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
         return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
 
     def chart(self, trend: Trend, across: Range | None = None) -> str:
-        """The chart of a trend; ``across``: the range of its axis, where it is given."""
+        """Return the chart of a trend.
+
+        Args:
+            across: the range of its y axis; None fits it to the points.
+        """
         unit, factor = unit_of(trend.channel)
         values = self.named[trend.channel] * factor
         gain, ours, place = 1e3, "mm", "in space"

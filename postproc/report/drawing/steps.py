@@ -28,7 +28,7 @@ TARGETS = 6  # of the sample program
 
 @dataclass(frozen=True, slots=True)
 class Rung:
-    """One step: a name, the model beside the measurements, and its error on rows it has not seen [m], [rad]."""
+    """One step of a growing model: a name, its fit to the measurements, and its error on held-out rows [m], [rad]."""
 
     name: str
     fit: Fit
@@ -36,10 +36,10 @@ class Rung:
 
 
 def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) -> Values:
-    """What the page draws of every step; the rows are the same in all of them.
+    """Return what the page draws of every step, at rows that are the same in all of them.
 
     Args:
-        keys: effects whose laws are drawn. floor: the noise [mm], [mrad].
+        keys: effects whose curves are drawn. floor: the noise [mm], [mrad].
     """
     last, keys = rungs[-1].fit, list(keys)
     rows, channels = _chosen(last), Channels.of(rungs[0].fit)
@@ -73,7 +73,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
 
 
 def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
-    """Forces that effects put on bodies of the arm, each with its body and (k, 6) wrench about the base origin."""
+    """Return the forces of these effects on bodies, each with body and encoded wrench (k, 6) about the base origin."""
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
     every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
@@ -81,7 +81,11 @@ def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
 
 
 def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
-    """How far the poses are off: fitted, on rows the fit has not seen, and what the noise alone would give [mm]."""
+    """Return a chart of the share of poses over their distance: fitted, held out, and what the noise alone would give.
+
+    Args:
+        noise: standard deviation per axis [mm], [mrad], or None. held_out: also draw rows the fit has not seen.
+    """
     unit = fit.observed.unit
     error = fit.observed_error.copy()
     error[list(fit.set_aside)] = np.nan
@@ -95,7 +99,7 @@ def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
 
 
 def _chosen(fit: Fit) -> Array:
-    """Rows that are drawn: every second, third .. where there are many, and the worst."""
+    """Return the rows that are drawn: at most about 3000 evenly, and the 20 worst."""
     n = len(fit.data)
     every = np.arange(0, n, -(-n // MOST) or 1)
     worst = np.argsort(-np.nan_to_num(distances(fit.observed_error)))[:20]
@@ -103,7 +107,7 @@ def _chosen(fit: Fit) -> Array:
 
 
 def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
-    """Measured minus predicted (k, 3) [m], and the predicted TCP (k, 3) [m], both in base axes."""
+    """Return measured minus predicted position (k, 3) [m] and the predicted TCP (k, 3) [m], both in base axes."""
     error = np.nan_to_num(fit.position_error[rows])
     rest = fit.problem.rest
     error = np.einsum("nji,nj->ni", rest.R_instrument_base[rows], error)
@@ -111,7 +115,7 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
 
 
 def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:
-    """Some measured poses as targets of a program: as programmed, and as the model would have them corrected [mm]."""
+    """Return six measured poses as targets: the position [mm] as programmed, and as corrected with the model."""
     index = rows[np.linspace(0, len(rows) - 1, min(TARGETS, len(rows))).astype(int)]
     state = fit.problem.rest.state.rows(index)
     if not fit.data.tool_known:

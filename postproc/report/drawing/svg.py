@@ -13,30 +13,35 @@ Range = tuple[float, float]
 
 
 class ChartAxes:
-    """Axes of a chart: from values to places on the page."""
+    """Axes of a chart, which convert values to pixels."""
 
     def __init__(self, x: Range, y: Range, size: tuple[int, int], title: str = "") -> None:
+        """Set the ranges of x and y and the size of the image [pixels]; a title takes 16 pixels at the top."""
         self.range_x, self.range_y, self.size, self.title = x, y, size, title
         self.left, self.top = 56, 26 if title else 10
         self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40
 
     def places(self, x: Array, y: Array) -> Array:
-        """(n, 2) places on the page of values (n,), (n,)."""
+        """Return the pixels (n, 2) of values (n,), (n,)."""
         (x0, x1), (y0, y1) = self.range_x, self.range_y
         across = self.left + (x - x0) / (x1 - x0) * self.width
         down = self.top + (y1 - y) / (y1 - y0) * self.height
         return np.stack([across, down], axis=-1)
 
     def x(self, value: float) -> float:
-        """Where a value stands on the page, from the left."""
+        """Return the horizontal place [pixels] of a value of x."""
         return float(self.places(np.array(value), np.array(0.0))[0])
 
     def y(self, value: float) -> float:
-        """Where a value stands on the page, from the top."""
+        """Return the vertical place [pixels], from the top, of a value of y."""
         return float(self.places(np.array(0.0), np.array(value))[1])
 
     def draw(self, parts: Sequence[str], x_label: str, y_label: str, powers: bool = False) -> str:
-        """The chart: ``parts`` inside the axes, ticks and labels around them; with ``powers``, 10^x stands for x."""
+        """Return the chart as SVG: ``parts`` inside the axes, ticks and labels around them.
+
+        Args:
+            powers: ticks of x show 10^x, for a logarithmic axis.
+        """
         bottom, middle = self.top + self.height, self.left + self.width / 2
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
         axes = [f'{frame} class="frame"/>']
@@ -55,14 +60,18 @@ class ChartAxes:
 
 
 def dots(places: Array) -> str:
-    """Points (n, 2) as one path; those that fall on the same half pixel are drawn once."""
+    """Return points (n, 2) as one SVG path; those on the same half pixel are drawn once."""
     distinct = np.unique(np.round(2 * places).astype(int), axis=0) / 2
     path = "".join(f"M{x:g} {y:g}h0" for x, y in distinct)
     return f'<path d="{path}" class="points" stroke-width="{3 if len(distinct) < 1000 else 2}"/>'
 
 
 def line(places: Array, kind: str) -> str:
-    """A line of a kind (a class of the style sheet) through points (n, 2); NaN interrupts it."""
+    """Return a line through points (n, 2) as SVG; NaN interrupts it.
+
+    Args:
+        kind: its class in the style sheet.
+    """
     known = np.asarray(np.isfinite(places).all(axis=1))
     begins = known & ~np.concatenate([[False], known[:-1]])
     path = "".join(f"{'M' if begins[i] else 'L'}{places[i, 0]:.1f} {places[i, 1]:.1f}" for i in np.flatnonzero(known))
@@ -70,19 +79,19 @@ def line(places: Array, kind: str) -> str:
 
 
 def band(low: Array, high: Array, kind: str) -> str:
-    """The area between two lines (n, 2)."""
+    """Return the area between two lines (n, 2) as SVG, of a class ``kind`` of the style sheet."""
     around = np.concatenate([low, high[::-1]])
     return f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in around)}Z" class="{kind}"/>'
 
 
 def ring(place: Array, text: str) -> str:
-    """A ring round a point (2,) that says ``text`` when pointed at."""
+    """Return a ring round a point (2,) as SVG, which shows ``text`` when pointed at."""
     x, y = place
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" class="ring"><title>{escape(text)}</title></circle>'
 
 
 def ticks(low: float, high: float) -> Array:
-    """Three to seven round values between two limits."""
+    """Return three to seven round values between two limits."""
     rough = (high - low) / 5
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(power * k for k in (1.0, 2.0, 5.0, 10.0) if power * k >= rough)
@@ -90,14 +99,14 @@ def ticks(low: float, high: float) -> Array:
 
 
 def spread(values: Array) -> Range:
-    """The range of values, with a margin."""
+    """Return the range of values, with a margin of 5 % on each side."""
     low, high = float(values.min()), float(values.max())
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
 
 
 def svg(width: int, height: int, parts: Sequence[str], name: str) -> str:
-    """An image whose name is read out to who does not see it."""
+    """Return an SVG image of these parts, with a name for screen readers."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
     head += f' role="img" aria-label="{escape(name)}"'
     return f'{head} font-family="system-ui, sans-serif" font-size="13">{"".join(parts)}</svg>'

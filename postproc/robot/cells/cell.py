@@ -30,6 +30,7 @@ Kind = Literal["linear", "rotary", "fixed"]
 
 
 def _identity() -> Array:
+    """Return the identity pose (4, 4)."""
     return np.eye(4)
 
 
@@ -58,7 +59,7 @@ class Joint:
 
     @property
     def way(self) -> Array:
-        """(3,) its direction in the axes of the frame that a model file states: x of a slide, z of a turn."""
+        """(3,) direction of the joint in the frame that a model file states: x of a slide, z of a turn."""
         return np.array([1.0, 0.0, 0.0] if self.kind == "linear" else [0.0, 0.0, 1.0])
 
 
@@ -124,23 +125,23 @@ class Cell:
     findings: tuple[tuple[str, Diagnostic], ...] = ()
 
     def unit(self, name: str) -> Unit:
-        """The unit of a name, in any case; KeyError where there is none."""
+        """Return the unit of this name, in any case; KeyError where there is none."""
         return self.units[name.lower()]
 
     def below(self, name: str | None) -> tuple[str, ...]:
-        """A unit and those on which it stands, in lower case; nothing of the world."""
+        """Return the names, in lower case, of this unit and all on which it stands; empty for None, the world."""
         return () if name is None else (name.lower(), *self.below(self.unit(name).parent))
 
     def joints(self, units: tuple[str, ...]) -> dict[str, Joint]:
-        """The joints of some units by the letter of their axis."""
+        """Return the joints of these units by the letter of their axis; joints without an axis are left out."""
         return {j.axis: j for name in units for j in self.unit(name).joints if j.axis is not None}
 
 
 def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
-    """(n, 6) positions [m], [rad] of ``extax`` (n, 6) as RAPID states them: mm and degrees, 9E9 for nothing.
+    """Convert ``extax`` (n, 6), in mm and degrees with 9E9 for none, to positions (n, 6) [m], [rad].
 
     Args:
-        units: those of the task: each task has its own axes a to f. Axes of none of them are NaN.
+        units: those of the task, as each task has its own axes a to f; the columns of other axes are NaN.
     """
     stated = np.asarray(extax, dtype=float).reshape(-1, 6)
     found = np.full(stated.shape, np.nan)
@@ -152,7 +153,7 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
 
 
 def moved(joint: Joint, positions: Array) -> Array:
-    """(n, 4, 4) what a joint does at axis positions (n, 6)."""
+    """Return the motion (n, 4, 4) of a joint at axis positions (n, 6) [m], [rad]; identity for a fixed joint."""
     n = len(positions)
     if joint.kind == "fixed" or joint.axis is None:
         return np.tile(np.eye(4), (n, 1, 1))

@@ -56,7 +56,7 @@ class ExternalAxis(FileTable):
 
     @property
     def name(self) -> str:
-        """The unit that it belongs to."""
+        """Name of the mechanical unit that the axis belongs to; ``eax_`` and its letter where none is stated."""
         return self.unit or f"eax_{self.axis}"
 
 
@@ -76,7 +76,7 @@ class _File(FileTable):
 
 
 def read_cell_file(path: Path) -> Cell:
-    """The cell of a TOML file, of a controller's backup (a folder), or of its MOC.cfg.
+    """Read a cell from a TOML file, from a controller's backup (a folder) or from its MOC.cfg.
 
     Raises:
         PostprocError: KIN016, the file cannot be read, or what it says does not fit, at file:line:col.
@@ -91,10 +91,10 @@ def read_cell_file(path: Path) -> Cell:
 
 
 def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source) -> Cell:
-    """The cell of ``[[external_axes]]``; its arm is called `ROBOT`.
+    """Build the cell of the entries ``[[external_axes]]``; its only arm is called `ROBOT`.
 
     Args:
-        source: the file that holds them, for the places of findings.
+        source: the file that holds them, to which errors point.
 
     Raises:
         PostprocError: KIN016, an axis twice, a parent that is none, two chains that carry the robot.
@@ -124,9 +124,9 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
 
 
 def stated_axes(station: Station) -> list[dict[str, Any]]:
-    """The entries of ``[[external_axes]]`` that say what a cell does, in the axes of the base at zero.
+    """Return the entries of ``[[external_axes]]`` of a station, in the axes of the base with all axes at zero.
 
-    An axis that follows another one in its unit has none, nor has a unit whose motion is not known; a unit that
+    Left out: an axis that follows another one of its unit, and units whose motion is not known. A unit that only
     follows another one carries nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
@@ -157,10 +157,10 @@ def stated_axes(station: Station) -> list[dict[str, Any]]:
 
 
 def restated(station: Station) -> Station:
-    """The cell as a model file keeps it: the world is the base with all axes at zero.
+    """Return the station as a model file states it: with the base as the world when all external axes are at zero.
 
     Raises:
-        PostprocError: KIN016, nobody can tell where the arm stands.
+        PostprocError: KIN016, it is not known where the arm stands.
     """
     if not station.placed:
         why = "; ".join(found.message for found in station.findings) or "a unit of it cannot be read"
@@ -173,7 +173,10 @@ def restated(station: Station) -> Station:
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
-    """On which axis each stands, by letters; entries of one unit on the one before."""
+    """Return by letter of each axis that of the axis on which it is mounted, None for the world.
+
+    An entry is on the one before it in its unit, else on its ``parent``; KIN016 where that is not described before.
+    """
     found: dict[str, str | None] = {}
     last: dict[str, str] = {}
     for i, axis in enumerate(axes):
@@ -193,7 +196,7 @@ def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | No
 
 
 def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source: Source) -> ExternalAxis | None:
-    """The axis whose end carries the robot: of those that carry it the one on which no other stands."""
+    """Return the last axis of the chain that carries the robot; None without one, KIN016 where there are two chains."""
     carrying = {a.axis for a in axes if a.carries == ROBOT}
     ends = [i for i, a in enumerate(axes) if a.axis in carrying and a.axis not in {below[c] for c in carrying}]
     if len(ends) > 1:
@@ -204,6 +207,7 @@ def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source:
 
 
 def _joint(axis: ExternalAxis) -> Joint:
+    """Convert an entry to a joint, with limits and speed in m or rad."""
     scale = 1e-3 if axis.kind == "linear" else np.pi / 180.0
     lower, upper = (None, None) if axis.limits is None else (scale * x for x in axis.limits)
     speed = None if axis.speed is None else scale * axis.speed
@@ -212,6 +216,7 @@ def _joint(axis: ExternalAxis) -> Joint:
 
 
 def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:
+    """Return the frame (4, 4) of an entry in the world; KIN016 where its quaternion is not of length 1."""
     if abs(np.linalg.norm(axis.quat) - 1.0) > 1e-2:
         raise _wrong(f"eax_{axis.axis}: `quat` has not the length 1", source, index, "quat")
     turn = Rotation.from_quat(axis.quat, scalar_first=True).as_matrix()
@@ -219,5 +224,6 @@ def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:
 
 
 def _wrong(text: str, source: Source, index: int, key: str) -> PostprocError:
+    """Return the error KIN016 at a key of the entry with this index."""
     span = span_of(source, ("external_axes", index, key)) or span_of(source, ("external_axes", index))
     return PostprocError.of("KIN016", text, source, span, "docs/robot.md describes `[[external_axes]]`")

@@ -33,7 +33,10 @@ CARRIED = ("TRACK", "EXT_LIN")
 
 
 def read_cell(backup: Backup) -> Cell:
-    """Units, arms and tasks of a controller; what is not understood is a finding (KIN014, KIN015), never a guess."""
+    """Build the units, arms and tasks of a controller's configuration.
+
+    What is not understood becomes a finding of the cell (KIN014, KIN015), and is never guessed.
+    """
     motion = backup.motion
     units = {unit.name.lower(): unit for unit in _units(motion)}
     names = {alias.lower(): name for alias, name in _aliases(motion)}
@@ -49,7 +52,7 @@ def read_cell(backup: Backup) -> Cell:
 
 
 def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
-    """What else a unit is called: by the SINGLE or ROBOT that it uses."""
+    """Yield (other name, name) of units: a unit is also referred to by the SINGLE or ROBOT that it uses."""
     for entry in motion.get("MECHANICAL_UNIT", []):
         for key in ("use_single_0", "use_robot", "name"):
             if key in entry:
@@ -57,11 +60,12 @@ def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
 
 
 def _named(alias: str | None, names: dict[str, str]) -> str | None:
+    """Return the name of the unit with this alias; an unknown alias as it is."""
     return None if alias is None else names.get(alias.lower(), alias)
 
 
 def _units(motion: Entries) -> Iterator[Unit]:
-    """Mechanical units; in a fragment without MECHANICAL_UNIT each SINGLE and GEN_KIN chain is one."""
+    """Yield the mechanical units; without MECHANICAL_UNIT in a fragment, each SINGLE and each GEN_KIN chain is one."""
     singles, robots = (by_name(motion, kind) for kind in ("SINGLE", "ROBOT"))
     arms = {e["name"].lower() for e in arm_entries(motion) if "name" in e}
     listed = motion.get("MECHANICAL_UNIT", [])
@@ -85,6 +89,7 @@ def _units(motion: Entries) -> Iterator[Unit]:
 
 
 def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
+    """Return the unit of a SINGLE entry: one joint along x or about z of its frame."""
     type_ = entry.get("use_single_type", "")
     kind, doubt = _mechanics(motion, type_)
     joint = _joint(motion, entry.get("use_joint", name), kind)
@@ -96,7 +101,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
 
 
 def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
-    """How a SINGLE moves, and why that is not known."""
+    """Return how a SINGLE of this type moves, and why that is not known; empty where it is."""
     stated = by_name(motion, "SINGLE_TYPE").get(type_.lower(), {}).get("mechanics", "").upper()
     if stated in CARRIED or (not stated and type_.upper().startswith("IRBT")):
         return "linear", ""
@@ -106,7 +111,7 @@ def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
 
 
 def _row(motion: Entries, name: str) -> Joint:
-    """A joint of a GEN_KIN chain with its Denavit-Hartenberg row, which stands before the motion: both are about z."""
+    """Return a joint of a GEN_KIN chain, with its Denavit-Hartenberg row as ``T_before``, as both turn about z."""
     joint = _joint(motion, name, None)
     row = by_name(motion, "ARM_TYPE").get(_arm_of(motion, name).get("use_arm_type", "").lower(), {})
     attitude, length, home, offset = (
@@ -118,7 +123,11 @@ def _row(motion: Entries, name: str) -> Joint:
 
 
 def _joint(motion: Entries, name: str, kind: Kind | None) -> Joint:
-    """A joint with its axis, limits and speed; what kind it is says its transmission where nothing else does."""
+    """Return a joint with its axis, limits and speed.
+
+    Args:
+        kind: how it moves; None takes it from its TRANSMISSION.
+    """
     joints = by_name(motion, "JOINT")
     entry = joints.get(name.lower(), {})
     logical = _number(entry, "logical_axis")
@@ -140,14 +149,14 @@ def _joint(motion: Entries, name: str, kind: Kind | None) -> Joint:
 
 
 def _arm_of(motion: Entries, joint: str) -> Entry:
-    """The ARM entry of a joint: the one it uses, or in a thinned backup that of its type."""
+    """Return the ARM entry of a joint: the one it names, else one whose type has the joint's name, else empty."""
     used = by_name(motion, "JOINT").get(joint.lower(), {}).get("use_arm", joint).lower()
     arms = by_name(motion, "ARM")
     return arms.get(used) or next((a for a in arms.values() if a.get("use_arm_type", "").lower() == joint.lower()), {})
 
 
 def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
-    """Largest speed of a joint: that of its motor over the transmission [m/s] or [rad/s]."""
+    """Return the largest speed of a joint [m/s] or [rad/s], its motor's over the transmission; None if not stated."""
     system = by_name(motion, "DRIVE_SYSTEM").get(joint.get("use_drive_system", "").lower(), {})
     duty = by_name(motion, "STRESS_DUTY_CYCLE").get(system.get("use_stress_duty_cycle", "").lower(), {})
     motor, ratio = _number(duty, "speed_absolute_max"), _number(drive, "transm_joint")
@@ -155,6 +164,7 @@ def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
 
 
 def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> CellArm:
+    """Build the arm of a ROBOT entry; the base frame of one on a track is converted from the world to its unit."""
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
@@ -166,14 +176,14 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> Ce
 
 
 def _stands_in_world(unit: Unit) -> bool:
-    """Whether the frame of an arm that the unit carries is written in the world, as for tracks."""
+    """Tell whether a unit is a track (one joint along x), on which an arm's frame is written in the world."""
     return len(unit.joints) == 1 and bool(unit.joints[0].direction[0])
 
 
 def _gravity(entry: Entry) -> Array | None:
-    """Gravity in base axes: 9.81 (sin beta, 0, -cos beta), alpha about x alike; None for both, in unknown order.
+    """Return gravity (3,) in base axes [m/s^2] by gravity_beta or gravity_alpha, else by the base frame.
 
-    Where neither is stated the base frame tells it.
+    None where both angles are not zero, as their order is not known.
     """
     alpha, beta = (_exact(_number(entry, f"gravity_{angle}")) for angle in ("alpha", "beta"))
     if alpha and beta:
@@ -184,6 +194,7 @@ def _gravity(entry: Entry) -> Array | None:
 
 
 def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> Iterator[tuple[str, CellTask]]:
+    """Yield each task by its name in lower case; without groups the only motion task has all units and the only arm."""
     groups = by_name(backup.system, "MECHANICAL_UNIT_GROUP")
     entries = by_name(backup.system, "CAB_TASKS")
     for key, entry in entries.items():
@@ -201,6 +212,7 @@ def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> 
 
 
 def _findings(cell: Cell, motion: Entries) -> Iterator[tuple[str, Diagnostic]]:
+    """Yield KIN014 and KIN015 with the name of the unit or arm that each is about."""
     for unit in cell.units.values():
         if unit.unknown:
             help_ = (
@@ -218,6 +230,7 @@ def _findings(cell: Cell, motion: Entries) -> Iterator[tuple[str, Diagnostic]]:
 
 
 def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Entry]]:
+    """Yield arms whose frame is written in the world although a unit carries them, with their ROBOT entry."""
     for entry in arm_entries(motion):
         arm = cell.arms.get(entry.get("name", "").lower())
         unit = cell.units.get((arm.unit or "").lower()) if arm is not None else None
@@ -226,7 +239,7 @@ def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Ent
 
 
 def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
-    """KIN015 where mounting angle and base frame say different things, or the angle is not understood."""
+    """Yield KIN015 where mounting angle and base frame disagree, or the angle is not understood."""
     arm = cell.arms.get(entry.get("name", "").lower())
     if arm is None:
         return
@@ -249,16 +262,18 @@ def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
 
 
 def _doubt(joints: tuple[Joint, ...]) -> str:
+    """Say which joint has no external axis in the backup; empty where each has one or is fixed."""
     lost = next((j.name for j in joints if j.axis is None and j.kind != "fixed"), None)
     return "" if lost is None else f"which external axis moves its joint `{lost}` is not in the backup"
 
 
 def _parent(entry: Entry) -> str | None:
+    """Return the name of the unit that an entry stands on; None for the world."""
     return entry.get("base_frame_coordinated") or None
 
 
 def _frame(entry: Entry) -> Array:
-    """Base frame (4, 4) [m]; numbers that cannot be read are NaN."""
+    """Return the base frame (4, 4) [m] of an entry; numbers that cannot be read are NaN."""
     place = np.array([_number(entry, f"base_frame_pos_{axis}") for axis in "xyz"])
     turn = np.array([_number(entry, f"base_frame_orient_u{i}", float(not i)) for i in range(4)])
     if not np.isfinite(turn).all() or not turn.any():
@@ -267,16 +282,18 @@ def _frame(entry: Entry) -> Array:
 
 
 def _exact(angle: float) -> float:
-    """An angle of six digits as the multiple of a quarter turn that it stands for."""
+    """Round an angle [rad] to a multiple of a quarter turn where it is within 1e-5 of one."""
     near = np.pi / 2 * round(angle / (np.pi / 2)) if np.isfinite(angle) else angle
     return near if abs(angle - near) < 1e-5 else angle
 
 
 def _number(entry: Entry, key: str, default: float = 0.0) -> float:
+    """Return a number of an entry; the default where the key is missing, NaN where it is no number."""
     return default if key not in entry else float(entry[key]) if _is_number(entry[key]) else np.nan
 
 
 def _is_number(text: str | None) -> bool:
+    """Tell whether a text is a finite number."""
     try:
         return text is not None and np.isfinite(float(text))
     except ValueError:

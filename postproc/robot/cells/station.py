@@ -47,13 +47,13 @@ class Station:
 
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
-        """What about the arm, or a unit of its task, is not understood."""
+        """Diagnostics of the cell about this arm or a unit of its task."""
         own = {name.lower() for name in (self.arm, *self.units)}
         return tuple(finding for name, finding in self.cell.findings if name.lower() in own)
 
     @property
     def cell_arm(self) -> CellArm:
-        """The arm as the cell describes it."""
+        """The cell's entry of this arm."""
         return self.cell.arms[self.arm.lower()]
 
     @property
@@ -63,26 +63,26 @@ class Station:
 
     @property
     def placed(self) -> bool:
-        """Whether it is known where the arm stands, once positions of the external axes are."""
+        """Whether the place of the arm's base is known, given positions of the external axes."""
         return bool(np.isfinite(self.base(np.zeros((1, 6)))).all())
 
     @property
     def in_world(self) -> bool:
-        """Whether the arm's base stands where the world does, for good."""
+        """Whether the arm's base is the world frame and no unit carries it."""
         return not self.carried and bool((self.cell_arm.T_unit_base == np.eye(4)).all())
 
     @property
     def work(self) -> str | None:
-        """The unit at whose end work stands, of the task's; None where no unit carries any, or where several do."""
+        """Name of the task's unit at whose end work stands; None where no unit carries any, or where several do."""
         arm = self.cell.below(self.cell_arm.unit)
         own = {name.lower() for name in self.units if name.lower() not in arm and not _idle(self.cell.unit(name))}
         ends = own - {below for name in own for below in self.cell.below(name)[1:]}
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
     def sides(self, unit: str | None) -> dict[str, int]:
-        """By axis, 1 where it moves the arm, -1 where it moves work at the end of a unit.
+        """Return by axis 1 where it moves the arm, -1 where it moves work at the end of ``unit``.
 
-        Axes that move both or none do not stand there.
+        Axes that move both or neither are left out.
         """
         arm, work = (set(self.cell.below(name)) for name in (self.cell_arm.unit, unit))
         found: dict[str, int] = {}
@@ -92,10 +92,10 @@ class Station:
         return found
 
     def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """By axis, T_base_axis (n, 4, 4) right before and right after its motion.
+        """Return by axis the frames T_base_axis (n, 4, 4) right before and right after its motion, at positions (n, 6).
 
-        In the axes that a model file states: a slide goes along x, a turn about z; a controller's own joints may go
-        another way, and are turned the shortest way in the axes of the base with all axes at zero.
+        They are those of a model file: a slide goes along x, a turn about z. A controller's joint that moves another
+        way is turned there by the smallest rotation, in the axes of the base with all axes at zero.
         """
         at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
         for axis, frames in self._joint_frames(positions).items():
@@ -108,7 +108,7 @@ class Station:
         return found
 
     def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """The same in the axes of the joints."""
+        """Return the frames of `axis_frames` in the axes of the controller's joints."""
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:
@@ -119,11 +119,11 @@ class Station:
         return found
 
     def positions(self, extax: Array) -> Array:
-        """(n, 6) axis positions [m], [rad] of ``extax`` (n, 6) [mm], [deg]; NaN for axes that the task has not."""
+        """Convert ``extax`` (n, 6) [mm], [deg] to positions (n, 6) [m], [rad]; NaN for axes that the task has not."""
         return axis_positions(self.cell, self.units, extax)
 
     def world(self, unit: str, positions: Array) -> Array:
-        """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
+        """Return T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a needed position is not known.
 
         Raises:
             KeyError: there is no such unit.
@@ -131,7 +131,7 @@ class Station:
         return self._world_frames(unit, positions)[-1][1]
 
     def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
-        """T_world_frame (n, 4, 4) of the base of a unit, then of each of its joints, before and after it moves."""
+        """Return T_world_frame (n, 4, 4) of a unit's base (twice), then of each joint before and after its motion."""
         unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
         T = np.full((len(positions), 4, 4), np.nan)
         if not unit.unknown:
@@ -149,21 +149,24 @@ class Station:
         return found
 
     def _stated(self, name: str, positions: Array) -> Array:
-        """(n, 6) positions of the axes of a unit; one of another task has its own, NaN where nobody knows them."""
+        """Return the axis positions (n, 6) of a unit: ``positions`` for the task's own, those in `standing` for others.
+
+        NaN where nobody states any.
+        """
         if name.lower() in {own.lower() for own in self.units}:
             return positions
         at = axis_positions(self.cell, (name,), np.array(self.standing.get(name.lower(), (NO_AXIS,) * 6)))
         return np.broadcast_to(at, positions.shape)
 
     def base(self, positions: Array) -> Array:
-        """T_world_base (n, 4, 4); NaN where a position that it needs is not known."""
+        """Return T_world_base (n, 4, 4) at axis positions (n, 6); NaN where a position that it needs is not known."""
         arm = self.cell_arm
         if arm.unit is None:
             return np.tile(arm.T_unit_base, (np.asarray(positions).size // 6, 1, 1))
         return self.world(arm.unit, positions) @ arm.T_unit_base
 
     def frame(self, unit: str | None, positions: Array) -> Array:
-        """T_base_frame (n, 4, 4) of the world (None) or of the end of a unit.
+        """Return T_base_frame (n, 4, 4) of the world (None) or of the end of a unit, at axis positions (n, 6).
 
         Raises:
             KeyError: there is no such unit.
@@ -172,7 +175,7 @@ class Station:
         return T_base_world if unit is None else T_base_world @ self.world(unit, positions)
 
     def gravity(self, positions: Array) -> Array | None:
-        """(n, 3) in base axes [m/s^2]: as stated at zero, turned as the chain turns the base; None if nothing is."""
+        """Return gravity in base axes (n, 3) [m/s^2] at axis positions (n, 6); None where it is not known."""
         stated = self.cell_arm.gravity
         if stated is None:
             return None
@@ -180,13 +183,13 @@ class Station:
         return np.einsum("nji,jk,k->ni", self.base(positions)[:, :3, :3], zero, stated)
 
     def base_motion(self, positions: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-        """How the base moves, in its own axes: acceleration of its origin [m/s^2], angular velocity, and acceleration.
+        """Return the base's motion in its own axes: acceleration of its origin, angular velocity and acceleration.
 
         Args:
-            positions, v, a: (n, 6) of the external axes; what is not known stands still.
+            positions, v, a: (n, 6) of the external axes [m or rad, per s, per s^2]; NaN in v and a counts as zero.
 
         Returns:
-            (n, 3) each, by differences of three instants, which are exact for slides.
+            (n, 3) each [m/s^2], [rad/s], [rad/s^2], by differences over 1 ms, which are exact for slides.
         """
         v, a = np.nan_to_num(v), np.nan_to_num(a)
         before, now, after = (self.base(positions + v * t + a * t**2 / 2) for t in (-INSTANT, 0.0, INSTANT))
@@ -201,10 +204,10 @@ class Station:
 
 
 def station_of(cell: Cell, task: str = "") -> Station | None:
-    """The arm that a task drives, with the task's units; without a task the only arm, None where there are several.
+    """Return the station of the arm that a task drives, with the task's units; None where it is not one arm.
 
     Args:
-        task: its name, in any case.
+        task: its name, in any case; empty or unknown means the only arm of the cell.
     """
     known = cell.tasks.get(task.lower())
     arms = [known.arm] if known is not None and known.arm else [arm.name for arm in cell.arms.values()]
@@ -218,11 +221,11 @@ def station_of(cell: Cell, task: str = "") -> Station | None:
 
 
 def _idle(unit: Unit) -> bool:
-    """Whether a unit carries nothing, or only follows another one, as the second drive of a portal does."""
+    """Tell whether a unit carries nothing or only follows another one, as the second drive of a portal."""
     return unit.idle or all(joint.leader is not None for joint in unit.joints)
 
 
 def _axial(matrix: Array) -> Array:
-    """(n, 3) vector of the skew part of matrices (n, 3, 3)."""
+    """Return the vector (n, 3) of the skew-symmetric part of matrices (n, 3, 3)."""
     skew = 0.5 * (matrix - np.swapaxes(matrix, 1, 2))
     return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
