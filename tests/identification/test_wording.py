@@ -199,7 +199,7 @@ def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
 def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, said):
     found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS))
     assert Diagnosis.misleading.fget(found) is said
-    suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, codes=("state.q[:, 1]",))
+    suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, drafts=("state.q[:, 1]",))
     said_of = SimpleNamespace(
         verdict="unknown",
         lacking=False,
@@ -227,7 +227,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
     line = SelectedEffect(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
-    suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
+    suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, drafts=("1.0",))
     found = SimpleNamespace(
         verdict="unknown",
         lacking=False,

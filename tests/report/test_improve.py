@@ -121,7 +121,7 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
     assert np.std(y - square(x)) < 0.03 * np.ptp(y)
     assert warmth.min() + (square.deriv().roots()[0] - x.min()) * scale == pytest.approx(28.43, abs=0.3)
     assert "mm at tool, along (" in chart
-    wide = replace(first, values=np.stack([first.values] * 2, axis=1))
+    wide = replace(first, form=replace(first.form, factors=(), parts=(first.form, first.form)))
     assert suspect_chart(found.searched, wide, found.floor) == ""
     for where, ours in (
         ("base", "mrad"),

@@ -12,9 +12,7 @@ MODULE PickedEverLower
   CONST robtarget pF:=[[160,-150,60],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
   VAR num nZ:=60;
   PROC main()
-    WHILE TRUE DO
     MoveL pA,v200,fine,tTorch\WObj:=wPlate;
-    ENDWHILE
   ENDPROC
   PROC rUse()
     nZ:=60;
