@@ -36,8 +36,8 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
         moves: from ``read_moves``; the first of a chain contributes its goal only.
 
     Returns:
-        The path, and findings: MOT001 no arc, MOT002 joint limit on the way, MOT003 jump of a joint,
-        MOT004 configuration not reached, MOT005 wrist singularity.
+        The path, and findings: MOT001 three points that give no arc, MOT002 joint limit on the way, MOT003 jump of a
+        joint, MOT004 goal reached in another configuration, MOT005 wrist singularity.
     """
     moves = tuple(moves)
     if not moves:
@@ -82,7 +82,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
 
 
 def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
-    """Samples (n,) bool before which the way of the arm is unknown."""
+    """(n,) bool: the sample is the first of a chain of moves, so the way on which the arm comes to it is not known."""
     starts = np.array([m.first for m in moves], dtype=bool)[move]
     return starts & np.append(True, np.diff(move) != 0)
 
@@ -139,7 +139,11 @@ def _corner_angles(curves: Curves) -> Array:
 
 
 def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array, move: Index) -> list[Diagnostic]:
-    """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
+    """Fill in, in place, joint angles ``q`` (n, 6) that are NaN, each stretch continuous from the sample before it.
+
+    Returns:
+        One finding per stretch that is out of reach; its samples keep the joint angles before it.
+    """
     findings = []
     for a, b in stretches(np.isnan(q[:, 0])):
         run = slice(a, b)
@@ -156,7 +160,11 @@ def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array
 
 
 def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags) -> list[Diagnostic]:
-    """Joint limits, jumps, goals in another configuration and singular wrists; one finding per move and kind."""
+    """Findings about joint limits, jumps, goals in another configuration and singular wrists, one per move and kind.
+
+    Args:
+        in_space: (n,) samples whose joint angles come from inverse kinematics.
+    """
     findings = []
 
     def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
@@ -199,6 +207,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
 
 
 def _limit_message(robot: Robot, q: Array, joint: int) -> str:
+    """Text of MOT002: angle of a joint (0 to 5) in posture q (6,) [rad] and the limits of it, in degrees."""
     low, high = np.degrees(robot.lower[joint]), np.degrees(robot.upper[joint])
     return (
         f"joint {joint + 1} reaches {np.degrees(q[joint]):.1f} deg on the way,"
@@ -207,6 +216,9 @@ def _limit_message(robot: Robot, q: Array, joint: int) -> str:
 
 
 def _missed_message(q: Array, q_goal: Array) -> str:
+    """Text of MOT004: the joint that is farthest from its goal, its angle and the wanted one in degrees; q, q_goal (6,)
+    [rad].
+    """
     j = int(np.argmax(np.abs(q - q_goal)))
     arrives, wanted = np.degrees(q[j]), np.degrees(q_goal[j])
     return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f}, not at {wanted:.0f} deg"
