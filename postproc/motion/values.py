@@ -26,12 +26,15 @@ def stretches(flags: Flags) -> list[tuple[int, int]]:
 
 
 def _no_axes() -> Array:
+    """Default for the external axes of a move: six NaN, not known."""
     return np.full(6, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkFrame:
-    """What the work (or a stationary tool) of moves stands in: the world (no unit), or the end of a mechanical unit."""
+    """The frame that the work (or a stationary tool) stands in: the world (no unit), or the end of a
+    mechanical unit.
+    """
 
     station: Station
     unit: str | None
@@ -101,7 +104,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     """The mounts of moves, in their order.
 
     Args:
-        axes: (m, 6) positions of the external axes; those at the goals where none are given.
+        axes: (m, 6) positions of the external axes; without them those at the goals of the moves.
     """
     T_mount_tcp = constant(np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4))
     stationary = np.array([m.stationary for m in moves], dtype=bool)
@@ -114,7 +117,11 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
 
 
 def frames_at(frames: Sequence[WorkFrame | None], which: Index, axes: Array) -> Array:
-    """T_base_frame (n, 4, 4) of frames by their number (n,) at axis positions (n, 6)."""
+    """T_base_frame (n, 4, 4) of the frames with indices ``which`` (n,) at positions (n, 6) [m], [rad] of the external
+    axes.
+
+    It is the identity for None.
+    """
     T = np.tile(np.eye(4), (len(which), 1, 1))
     for k, frame in enumerate(frames):
         rows = np.flatnonzero(which == k)
