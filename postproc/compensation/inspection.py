@@ -77,9 +77,10 @@ class Inspection:
     nearest: tuple[Nearest, ...] = ()
 
     def decided(self, outcomes: Sequence[StatementOutcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
-        """With what a compensation decides for each statement, and what only the controller could correct (RUN007).
+        """The inspection with the decisions of a compensation for each statement added to the rows.
 
-        Where the others are corrected, a few ways that the arm cannot follow are left with a warning.
+        Findings about what only the controller could correct (KIN018) are added too. If there are outcomes, errors
+        about ways that the arm cannot follow become warnings, since these statements alone stay uncorrected.
         """
         known = {outcome.statement.key: outcome for outcome in outcomes}
         rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
@@ -109,10 +110,10 @@ class _Postures:
 def inspect_program(
     sources: Sequence[Source] | Source, robot: Robot, options: Options = Options(), station: Station | None = None
 ) -> Inspection:
-    """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
+    """Read a program, follow its execution, and find the posture of the arm at every target and between them.
 
     Args:
-        sources: the files of the task; those that are lent get no rows.
+        sources: the files of the task; files that are only read along get no rows.
         options: those that say how the program is read.
         station: where the arm stands, and its external axes.
     """
@@ -138,6 +139,7 @@ def inspect_program(
 
 
 def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
+    """The row with the place where its new target is written, and the reason if the statement stays uncorrected."""
     if outcome is None:
         return row
     left = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")
@@ -145,6 +147,7 @@ def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
 
 
 def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
+    """Joint angles, TCP positions in base axes, singularity and kind of tool at the goals of moves."""
     q = np.array([move.q for move in moves]).reshape(-1, 6)
     if not moves:
         return _Postures(q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool))
@@ -156,6 +159,12 @@ def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
 def _row(
     statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
 ) -> Row:
+    """The row of one statement; posture, tool and position are those of its first execution.
+
+    Args:
+        executions: indices of its executions in ``events``.
+        seen: the postures at those executions that the arm can make.
+    """
     if not executions:
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
     event, known = events[executions[0]], len(seen.q) > 0
@@ -178,6 +187,7 @@ def _row(
 
 
 def _reason(event: MotionEvent, known: bool) -> str | None:
+    """Why the statement stays uncorrected, None if it is corrected; ``known``: the arm can make the motion."""
     if event.reason is not None:
         return event.reason
     if event.statement.interpolation == "absjoint":

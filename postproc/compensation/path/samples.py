@@ -48,11 +48,11 @@ class Samples:
     goal: Index
 
     def mounts_at(self, rows: slice | Index) -> Mounts:
-        """The mounts at some samples."""
+        """The mounts of tool and work at the chosen samples."""
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
     def turned_aside(self) -> Index:
-        """Moves whose tool, its wrist interpolated as joints, turns farther on the way than from end to end."""
+        """Indices of moves with interpolated wrist axes whose tool turns farther on the way than from start to goal."""
         rows = np.flatnonzero(self.curves.wrist[self.move])
         of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
         from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
@@ -62,11 +62,11 @@ class Samples:
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
-    """Sample every move evenly.
+    """Sample every move at even fractions from its start to its goal.
 
     Args:
         moves: chains of moves; the first of a chain has its goal only.
-        dense: (m,) least number of intervals of a move, where more is wanted.
+        dense: (m,) least number of intervals of a line or arc.
     """
     moves = tuple(moves)
     curves = build_curves(robot, moves)
