@@ -77,10 +77,14 @@ class Inspection:
     nearest: tuple[Nearest, ...] = ()
 
     def decided(self, outcomes: Sequence[StatementOutcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
-        """The inspection with the decisions of a compensation for each statement added to the rows.
+        """The inspection with the decisions of a compensation for each statement added to its rows.
 
-        Findings about what only the controller could correct (KIN018) are added too. If there are outcomes, errors
-        about ways that the arm cannot follow become warnings, since these statements alone stay uncorrected.
+        Findings about what concerns the controller (RUN007, KIN018) are added, too. If there are outcomes, errors about
+        ways that the arm cannot follow become warnings, since only those statements stay uncorrected.
+
+        Args:
+            outcomes: of the compensation.
+            findings: of the compensation.
         """
         known = {outcome.statement.key: outcome for outcome in outcomes}
         rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)

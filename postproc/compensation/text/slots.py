@@ -20,16 +20,16 @@ SlotKey = tuple[Literal["numbers", "call"], str, int]
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Motion statements whose targets come from a declaration or a parameter; ``derived`` displace what they get."""
+    """Motion statements whose targets come from one declaration or parameter; those in ``derived`` displace it."""
 
     statements: frozenset[StatementKey]
     derived: frozenset[StatementKey]
 
 
 def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
-    """Users of each declaration and parameter that serves for nothing but targets; what serves for more is missing.
+    """By key, the users of each declaration and parameter that is used for targets only; others are missing.
 
-    What a call hands over to a parameter is used by those who use the parameter.
+    What a call passes to a parameter is used by the statements that use the parameter.
     """
     uses = declaration_uses(program, changes)
     found: dict[str, Users | None] = {}
@@ -61,7 +61,9 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
 
 
 def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
-    """Slots that could hold a corrected target, the one to prefer first; none in files that are only read along."""
+    """Places in the text that could hold a corrected target, the preferred one first; none in files that are only read
+    along.
+    """
     base = origin.base
     spans, handed = base.spans, base.handed
     found: list[SlotKey] = []
@@ -84,8 +86,10 @@ class Incidence:
     """Which requests each slot could serve.
 
     Args:
-        requests: of all executions; of_slot: rows of the requests by slot; of_argument: by statement and role.
-        slots: of each request, those that may be edited, the one to prefer first.
+        requests: of all executions.
+        of_slot: rows of the requests by slot.
+        of_argument: rows of the requests by statement and role.
+        slots: for each request, the slots that may be edited, the preferred one first.
     """
 
     requests: Sequence[TargetRequest]
@@ -100,11 +104,15 @@ def incidence(
     complete: Set[StatementKey],
     written: Set[str],
 ) -> Incidence:
-    """The slots that may be edited: those that serve for nothing but targets of statements all of whose executions are
-    corrected, and that nothing can write while the program runs.
+    """Which requests each slot that may be edited could serve.
+
+    A slot may be edited if it is used only for targets of statements all of whose executions are corrected, and nothing
+    can write it while the program runs.
 
     Args:
-        complete: see ``fully_requested``; written: keys of the data that anything may write.
+        users: by declaration and parameter, from ``target_users``.
+        complete: statements all of whose executions have a request.
+        written: keys of the data that anything may write.
     """
     of_slot: dict[SlotKey, list[int]] = {}
     of_argument: dict[ArgumentKey, list[int]] = {}
@@ -121,6 +129,7 @@ def incidence(
 def _serves(
     slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
 ) -> bool:
+    """Whether a slot may be edited for a request, by the rule of ``incidence``."""
     origin = request.origin
     base = origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):
@@ -134,7 +143,8 @@ def _serves(
 
 
 def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
-    """Executions by row but for those that the arm cannot make: the controller stops there, nothing is lost by them.
+    """Executions, by row, without those that the arm cannot make: the controller stops there, so nothing depends on
+    them.
 
     Args:
         rows: of the events that are moves of the arm.
@@ -147,13 +157,15 @@ def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, Mo
 
 
 def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements of which every execution, by its row among the events, has a request."""
+    """Statements all of whose executions have a request; ``requested``: rows of the events that have one."""
     lacking = {e.statement.key for row, e in runs.items() if row not in requested}
     return frozenset({e.statement.key for e in runs.values()} - lacking)
 
 
 def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to a place that is not known, or to another one for which nothing is requested."""
+    """Statements that also run to an unknown place, or to another place without a request; ``requested``: rows with
+    one.
+    """
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
     return frozenset(
         e.statement.key
