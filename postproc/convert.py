@@ -85,7 +85,7 @@ class Conversion:
 
 
 class _Refused(Exception):
-    """The program is not converted, or nothing in it moves the arm (exit code 0)."""
+    """Ends a conversion: an error forbids it, or nothing in the program moves the arm (exit code 0)."""
 
     def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
         self.findings, self.exit_code = findings, exit_code
@@ -93,7 +93,7 @@ class _Refused(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    """What is converted: the program, its motions, the arm as far as its model holds for it, what the arm does.
+    """What is converted: the program, its motions, and the model of the arm as far as it holds for the program.
 
     Args:
         motion: None where no target is known before the program runs.
@@ -117,7 +117,9 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Text:
-    """What is written: edits by path; drafts, the files without header and function; the function, None without one."""
+    """What is written: edits and drafts (files without header and function) by path; the function, None if there is
+    none.
+    """
 
     env: SandboxedEnvironment
     edits: Mapping[str, list[Edit]]
@@ -127,7 +129,7 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """What the text does: the deviation before and after, what is known of the program, the worlds looked at."""
+    """Result of following the written text: deviation before and after, figures and outcomes, worlds compared."""
 
     before: Deviation
     after: Deviation
@@ -142,7 +144,8 @@ def compensate_program(
 
     Args:
         source: one file, or all files of a task; each of them that is not read only may change.
-        model: the real arm. watch: is told what is done, and which share of the work is.
+        model: the real arm.
+        watch: is called with the name of each step and the share of the work done so far.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
     findings: list[Diagnostic] = []
@@ -177,7 +180,7 @@ def compensate_program(
 
 
 def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagnostic]:
-    """The findings of a step.
+    """The findings of a step, unchanged.
 
     Raises:
         _Refused: an error is among them.
@@ -188,7 +191,7 @@ def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagn
 
 
 def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[Program, list[Diagnostic]]:
-    """The text of a program."""
+    """The parsed program, and findings of the text."""
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         raise _Refused(Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
@@ -200,7 +203,7 @@ def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[
 def _follow(
     program: Program, model: Model, options: Options
 ) -> tuple[tuple[list[MotionEvent], Mapping[str, Diagnostic]], list[Diagnostic]]:
-    """The motions of a program in the order in which it runs, with where external axes stand, and what it measures."""
+    """The motions in order of execution, with positions of the external axes, and findings at measured data by name."""
     station = model.station or Station()
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -216,11 +219,11 @@ def _follow(
 def _move(
     program: Program, events: list[MotionEvent], measured: Mapping[str, Diagnostic], model: Model, options: Options
 ) -> tuple[_Task, list[Diagnostic]]:
-    """What the program makes the arm do.
+    """Moves, samples and timing of the program, and findings.
 
-    Where a function corrects targets on the controller, values that are there only as the last run left them, and
-    those that the arm cannot reach, are not known; nor are targets that the arm cannot run, where they are few ways or
-    part of a program may be corrected: without these the motion is read a second time.
+    If a function may correct targets on the controller, values that only the last run left, and those out of reach,
+    count as unknown. So do targets that the arm cannot run, if they are few or a part of the program may be corrected
+    alone: the motion is then read a second time without them.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)
@@ -241,7 +244,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events without the targets that cannot be run, and what is said instead; none where errors stay errors."""
+    """Events without the targets that the arm cannot run, and warnings for these; no warnings if the errors remain."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:
@@ -252,19 +255,19 @@ def _without_errors(
 
 
 def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
-    """What the arm has to be commanded to along the whole way."""
+    """The commanded poses along the whole way, and MOD005 if the model makes the tool weigh less than nothing."""
     return invert_model(model, motion), doubt_weights(model, motion)
 
 
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
-    """What is written where."""
+    """The plan of what is written where, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
     plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
 def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
-    """The corrected text, and the function for what no numbers correct."""
+    """The corrected text, and the function for statements that changed numbers do not correct."""
     function, findings = _function(task, plan.not_by_numbers(task.program))
     env = environment(task.options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in task.program.sources}
@@ -276,7 +279,10 @@ def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
 
 
 def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheController | None, list[Diagnostic]]:
-    """What corrects statements on the controller, None where nothing does; how many it would reach where it is off."""
+    """The function that corrects those of the statements it can, None if it is off or there are none.
+
+    If it is off, the findings say how many statements it would correct.
+    """
     chosen = frozenset(key for key in keys if task.reach.takes(key))
     if not task.on:
         return None, would_reach(task.program, chosen)
@@ -285,7 +291,10 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
 
 
 def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[_Proof, list[Diagnostic]]:
-    """The deviation of the program as it was and as it is written, from the text itself, and what it does elsewhere."""
+    """Follow the written text, compare its deviation with the original's, and judge every statement.
+
+    The findings include those of accuracy, joint limits, seams and other worlds.
+    """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
     before, after = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
@@ -304,7 +313,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
 
 
 def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
-    """Along the program as it was, and as it is written.
+    """Deviation along the original program, and along the written one.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
@@ -329,7 +338,7 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
 def _conversion(
     task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
 ) -> Conversion:
-    """The result of a program that is proved."""
+    """The result for a program whose written text has been proved: files, document, plan and deviations."""
     model, options, judged = task.model, task.options, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
@@ -344,7 +353,7 @@ def _conversion(
 
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
-    """The conversion of a program none of whose targets is known before it runs."""
+    """The conversion of a program none of whose targets is known before it runs: only a function can correct it."""
     program, events = task.program, task.events
     keys = [s.key for s in program.statements]
     function, more = _function(task, keys)
@@ -363,10 +372,10 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
 
 
 def _outputs(task: _Task, text: _Text, report: Mapping[str, Any]) -> dict[str, bytes]:
-    """The bytes of every file that may change, with a header in each that does, by edits or by the function.
+    """The bytes of every file that may change, with a header in each that is edited.
 
     Raises:
-        _Refused: CMP004, the function does not stand in the text as it should.
+        _Refused: CMP004, the text with the function does not read back as the same program.
     """
     program, env, function = task.program, text.env, text.function
     head = header_values(task.model, task.options, report)

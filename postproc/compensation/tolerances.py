@@ -12,7 +12,9 @@ from postproc.motion.values import Flags, Move
 
 
 def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] along each move: a program without any weld counts throughout."""
+    """(m,) largest deviation [m] along each move: the weld tolerance, or in a program that welds the air tolerance
+    elsewhere.
+    """
     if not _any_weld(moves):
         return np.full(len(moves), options.tolerance_m)
     welding = np.array([move.welding for move in moves])
@@ -28,7 +30,9 @@ def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def in_scope(moves: Sequence[Move], options: Options) -> Flags:
-    """(m,) goals that are corrected: with the scope ``welds`` those at which a weld begins or that it leads to."""
+    """(m,) moves whose goals are corrected; with the scope ``welds`` those of weld statements and of the moves before
+    them.
+    """
     if options.scope == "all" or not _any_weld(moves):
         return np.ones(len(moves), dtype=bool)
     welding = np.array([move.welding for move in moves])
@@ -36,4 +40,5 @@ def in_scope(moves: Sequence[Move], options: Options) -> Flags:
 
 
 def _any_weld(moves: Sequence[Move]) -> bool:
+    """Whether any of the moves belongs to a weld statement."""
     return any(move.event.weld is not None for move in moves)

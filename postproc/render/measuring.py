@@ -55,4 +55,5 @@ def measuring_module(
 
 
 def _axis(value: float) -> str:
+    """Position of an external axis with three decimals, 9E9 if it is not finite."""
     return f"{value:.3f}" if np.isfinite(value) else "9E9"

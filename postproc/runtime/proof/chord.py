@@ -20,7 +20,9 @@ FOLLOWED = np.radians(90.0)
 
 @dataclass(frozen=True)
 class ChordError:
-    """Deviation in the middle of lines of `LINE_M` between two corrected ends, over those drawn from the region [m]."""
+    """Error in the middle of lines of length `LINE_M` between two corrected ends [m]; ``count``: number of
+    lines drawn.
+    """
 
     count: int
     largest_m: float
@@ -28,7 +30,7 @@ class ChordError:
 
     @property
     def per_square_metre(self) -> float:
-        """The largest in parts of the square of the length [m/m2]: the correction bends evenly along a line."""
+        """The largest error over the square of the length [m/m2], as the correction bends evenly along a line."""
         return self.largest_m / LINE_M**2
 
     def __str__(self) -> str:
@@ -40,12 +42,13 @@ class ChordError:
 
 
 def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 6) -> ChordError:
-    """How far the exact correction in the middle of lines is from the mean of those at their ends.
+    """Distance of the exact correction in the middle of lines from the mean of the corrections at their ends.
 
-    The lines have any direction and one orientation; only those count that the arm can follow from end to end.
+    The lines have random directions and constant orientation; only those count that the arm can follow entirely.
 
     Args:
         model: with the effects that are corrected.
+        count: number of lines drawn.
     """
     rigid, q = model.with_effects(), done.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))
