@@ -80,7 +80,7 @@ class Conversion:
 
     @property
     def output(self) -> bytes | None:
-        """The corrected bytes of a single file."""
+        """The corrected bytes of the first file, None if there is none."""
         return next(iter(self.outputs.values()), None)
 
 
@@ -117,9 +117,7 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Text:
-    """What is written: edits and drafts (files without header and function) by path; the function, None if there is
-    none.
-    """
+    """What is written: edits and drafts (without header and function) by path; the function, None if there is none."""
 
     env: SandboxedEnvironment
     edits: Mapping[str, list[Edit]]

@@ -53,15 +53,19 @@ class CorrectionPlan:
     """Everything that will be written, before it is written.
 
     Args:
-        changes: texts to change; places: where the correction of each statement is written.
-        left: statements that stay uncorrected, with the reason; unasked: those of them that the scope leaves out.
-        relaxed: moves whose statement gets one correction for runs that ask for different ones.
-        refused: moves that need added targets for which there is no text, and why.
-        why_whole: why nothing can be added before a move, whatever there is to be written; empty where something can.
-        on_controller: statements among those that are left whose targets a function corrects while the program runs.
+        changes: texts to change.
+        places: kind of place in the text where the correction of each statement is written.
+        left: statements that stay uncorrected, with the reason.
+        unasked: those of them that the scope leaves out.
+        on_controller: those of them whose targets a function corrects while the program runs.
+        relaxed: moves whose statement gets one correction for runs that need different ones.
+        insertions, pieces: statements to add, and how moves are divided by them.
+        transitions: where the correction jumps.
+        refused: moves that need added targets for which there is no text, with the reason.
+        why_whole: returns why nothing can be added before a move, empty if something can.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
-        arrivals: after which motions each may run.
+        arrivals: after which motions each statement may run.
     """
 
     motion: Motion
@@ -226,8 +230,7 @@ class Planner:
         return event.via is not None and not all_numbers(event, self.moves[i - 1].event)
 
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
-        """By move, the shift (6,) [m], [rad] in work axes of targets that the text puts elsewhere than the correction
-        wants.
+        """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.
 
         It is zero for statements that stay uncorrected.
         """

@@ -100,8 +100,7 @@ def owners_of(
     events: Sequence[MotionEvent],
     ran: Sequence[MotionEvent],
 ) -> list[int] | None:
-    """Index of the original event for every event of the written program; added statements belong to the one behind
-    them.
+    """Index of the original event for every event of the written program; that of the next one for added statements.
 
     The n-th execution of a statement is that of its original; an event that only states where the arm resumes from
     belongs to the motion that starts there. None if the written program does not run the same statements as often.
@@ -202,9 +201,7 @@ def _moveless(event: MotionEvent) -> bool:
 
 
 def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
-    """By move, the fractions at which the parts of a divided move begin and end, from 0 to 1; ``u``: (n,) of the
-    samples.
-    """
+    """By move, the fractions at which the parts of a divided move begin and end; ``u``: (n,) of the samples."""
     return {p.move: (0.0, *(float(u[g]) for g in p.goals), 1.0) for p in pieces if p.goals}
 
 

@@ -36,9 +36,7 @@ MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; o
 def read_samples(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Samples | None, list[Diagnostic]]:
-    """Samples of the curves of a program's moves, and findings; None for the samples if an error makes them
-    impossible.
-    """
+    """Samples of the curves of a program's moves (None if an error makes them impossible), and findings."""
     moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
@@ -52,8 +50,7 @@ def read_samples(
 
 
 def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
-    """The moves, where those to joint angles get the nominal angles of the pose that the controller's model assigns to
-    them.
+    """The moves, those to joint angles with the nominal angles of the pose that the controller assigns to them.
 
     If the controller corrects by itself, a line that follows begins at that pose. Without this nothing changes.
     """
@@ -82,7 +79,7 @@ def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]
 def read_motion(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Motion | None, list[Diagnostic]]:
-    """Moves, timing and samples of a program, and findings; None for the motion if an error makes it impossible."""
+    """Moves, timing and samples of a program (None if an error makes them impossible), and findings."""
     samples, findings = read_samples(model, events, options)
     if samples is None:
         return None, findings

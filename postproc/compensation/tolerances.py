@@ -12,8 +12,8 @@ from postproc.motion.values import Flags, Move
 
 
 def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] along each move: the weld tolerance, or in a program that welds the air tolerance
-    elsewhere.
+    """(m,) largest deviation [m] along each move: the air tolerance for moves that do not weld in a program
+    that does.
     """
     if not _any_weld(moves):
         return np.full(len(moves), options.tolerance_m)
@@ -30,9 +30,7 @@ def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def in_scope(moves: Sequence[Move], options: Options) -> Flags:
-    """(m,) moves whose goals are corrected; with the scope ``welds`` those of weld statements and of the moves before
-    them.
-    """
+    """(m,) moves whose goals are corrected; with the scope ``welds`` those of weld moves and of moves before them."""
     if options.scope == "all" or not _any_weld(moves):
         return np.ones(len(moves), dtype=bool)
     welding = np.array([move.welding for move in moves])

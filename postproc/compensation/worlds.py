@@ -39,16 +39,14 @@ NO_CORRECTION = Bound()
 
 @dataclass(frozen=True, slots=True)
 class Worlds:
-    """How many worlds were looked at, and in how many the programs differed."""
+    """Number of worlds in which the programs were compared, and of those in which they differed."""
 
     count: int
     differing: int
 
 
 def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
-    """Whether something that the text does not state (inputs, unknown data, expressions) decides on what a program
-    does.
-    """
+    """Whether something that the text does not state (inputs, unknown data) decides on what a program does."""
     return any(
         event.conditional
         or event.assumed
@@ -89,8 +87,7 @@ def check_worlds(
     bounds: Mapping[StatementKey, Bound],
     entry: str | None = None,
 ) -> tuple[Worlds, list[Diagnostic]]:
-    """Follow the original and the written program in every world: one choice of all inputs and data the text leaves
-    open.
+    """Follow the original and the written program in every world: one choice of all that the text leaves open.
 
     Args:
         added: how many statements were added before each statement of the original.
@@ -208,8 +205,7 @@ def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMoti
 
 
 def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion) -> float:
-    """Distance [mm] of the new circle point from the original's arc, on which it may stand anywhere; 0 without circle
-    points.
+    """Distance [mm] of the new circle point from the original's arc, anywhere on it; 0 without circle points.
 
     If the start of the arc is not known, it is the distance of the two circle points.
     """
@@ -249,9 +245,7 @@ def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion)
 
 
 def _in_base(motion: WorldMotion) -> Array | None:
-    """The goal of a motion in base axes, (3,) [m]; None if it is no robtarget, or the robot does not hold the tool
-    alone.
-    """
+    """The goal of a motion in base axes, (3,) [m]; None if it is no robtarget or the tool is stationary."""
     if not isinstance(motion.target, RobTarget) or motion.wobj is None or motion.tool is None:
         return None
     if not motion.tool.robhold or motion.wobj.robhold:

@@ -8,10 +8,7 @@ from postproc.rapid.data.events import MotionEvent
 
 
 def place(event: MotionEvent, role: str = "to") -> tuple[Source, Span]:
-    """Source text and span of the argument with that role ("to", "speed", "tool", ..) in an event's motion statement.
-
-    If the statement has no such argument, the span is that of the whole statement.
-    """
+    """Source and span of an event's argument of that role ("to", "speed", "tool", ..), or of the whole statement."""
     argument = event.statement.argument(role)
     return event.statement.source, argument.span if argument else event.statement.span
 

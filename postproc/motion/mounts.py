@@ -29,12 +29,13 @@ _SINGULAR = 1e-3  # of the largest singular value: directions that the arm has a
 
 @dataclass(frozen=True, slots=True)
 class Mounts:
-    """Mounts at n places.
+    """How tool and work are held at n places, on the flange or in a frame.
 
     Args:
-        T_mount_tcp: (n, 4, 4), fixed: T_flange_tcp, or T_frame_tcp of a stationary tool; stationary: (n,) which it is.
+        T_mount_tcp: (n, 4, 4) constant pose T_flange_tcp, or T_frame_tcp of a stationary tool.
+        stationary: (n,) whether the tool is stationary.
         T_base_frame: (n, 4, 4) the frame of work or stationary tool; None where it is the base.
-        frame: (n,) which frame it is, by a number; None where it is the base.
+        frame: (n,) number of that frame; None where it is the base.
     """
 
     T_mount_tcp: Array
@@ -100,11 +101,10 @@ class Mounts:
         return self._chosen(self._in_frame(T_base_tcp), other_way)
 
     def joints_by_shift(self, robot: Robot, q: Array, T_work_tcp: Array) -> Array:
-        """Inverse Jacobian (n, 6, 6): change of joint angles [rad] by a small shift of the TCP on the work, in work
-        axes.
+        """Change of joint angles [rad] per small shift of the TCP on the work, (n, 6, 6): the inverse Jacobian.
 
-        It is a pseudo-inverse: directions with a singular value below 0.1 % of the largest are left out, as the arm
-        cannot move that way. To shift a stationary tool on the work, the work moves the opposite way.
+        It is a pseudo-inverse in work axes: directions with a singular value below 0.1 % of the largest are left out,
+        as the arm cannot move that way. To shift a stationary tool on the work, the work moves the opposite way.
         """
         J = jacobian(robot, q, self.flange_tcp(T_work_tcp))
         inverse = np.asarray(np.linalg.pinv(J, rcond=_SINGULAR), dtype=float)
@@ -114,18 +114,14 @@ class Mounts:
         return self._chosen(held, inverse @ -_turning(forward(robot, q)))
 
     def _chosen(self, held: Array, stationary: Array) -> Array:
-        """The matrix (n, 4, 4) or (n, 6, 6) of ``stationary`` in rows whose tool is stationary, of ``held``
-        elsewhere.
-        """
+        """Matrices (n, 4, 4) or (n, 6, 6) of ``stationary`` where the tool is stationary, else of ``held``."""
         if not self.stationary.any():
             return held
         return np.where(self.stationary[:, None, None], stationary, held)
 
 
 def _turning(T: Array) -> Array:
-    """(n, 6, 6) block-diagonal matrices, the rotation of each pose (n, 4, 4) twice: they turn shift and rotation
-    vectors.
-    """
+    """(n, 6, 6) block-diagonal, the rotation of each pose (n, 4, 4) twice: it turns shift and rotation vector."""
     found = np.zeros((len(T), 6, 6))
     found[:, :3, :3] = found[:, 3:, 3:] = T[:, :3, :3]
     return found

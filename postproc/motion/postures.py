@@ -38,7 +38,7 @@ class Nearest:
 
 
 def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
-    """The smallest distances along a path: to a joint limit and, with a spherical wrist, to a singularity."""
+    """The places of a path nearest to a joint limit and, with a spherical wrist, to a wrist and an arm singularity."""
     known = np.flatnonzero(np.isfinite(path.q).all(axis=1))
     if not len(known):
         return ()

@@ -23,7 +23,9 @@ class Ramp:
     """A transition from no correction to the whole jump.
 
     Args:
-        jump: (6,) translation [m] and rotation vector [rad]; duration: [s]; curve: ruckig's, from 0 to 1.
+        jump: (6,) translation [m] and rotation vector [rad].
+        duration: of the transition [s].
+        curve: Ruckig trajectory from 0 to 1, whose own duration is scaled to that.
     """
 
     jump: Array
@@ -31,7 +33,7 @@ class Ramp:
     curve: Any
 
     def at(self, time: Array) -> Array:
-        """Correction (k, 6) at times (k,) after the beginning [s], zero before it and the whole jump after the end."""
+        """Correction (k, 6) at times (k,) since the transition began [s]: zero before, the whole jump after its end."""
         if self.duration <= 0.0:
             return np.where(time[:, None] < 0.0, 0.0, self.jump)
         inside = np.clip(time / self.duration, 0.0, 1.0) * self.curve.duration

@@ -68,8 +68,7 @@ class _Term:
 
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of an effect with the shape of the remaining error; no text if no single pose
-    determines it.
+    """Key and Python text of an effect with the shape of the remaining error; no text if no pose determines it.
 
     Args:
         name: of the file, from which the key is made.

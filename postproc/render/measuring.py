@@ -24,7 +24,7 @@ def measuring_module(
     payload_kg: Array | None = None,
     extax: Array | None = None,
 ) -> bytes:
-    """The program as text.
+    """Text of a RAPID program that visits poses to be measured and waits at each.
 
     Args:
         q: (n, 6) joint angles of the poses [rad].

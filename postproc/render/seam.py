@@ -29,8 +29,7 @@ EMPTY = "[0,0,0,0,0,0,0,0,0]"  # arcdata
 
 @dataclass(frozen=True)
 class SeamOptions:
-    """What the module states besides its points; data as ``name:=value``, or a name alone that is declared
-    elsewhere.
+    """What the module states besides its points; data as ``name:=value``, or a name alone if declared elsewhere.
 
     Args:
         tool, wobj, seam, weld: RAPID data; None takes a default that is stated in the module.

@@ -155,9 +155,7 @@ def _by_quaternion(table: _SeamTable) -> Array:
 
 
 def _by_tangent(table: _SeamTable) -> Array:
-    """Rotations (n, 3, 3) from tangent and normal columns; SEA003 for each without length or with nearly
-    parallel ones.
-    """
+    """Rotations (n, 3, 3) from tangent and normal columns; SEA003 for each without length or nearly parallel."""
     t, n = table.numbers(TANGENT), table.numbers(NORMAL)
     lengths = np.linalg.norm(t, axis=1), np.linalg.norm(n, axis=1)
     for name, length in zip(("tx", "nx"), lengths, strict=True):

@@ -85,8 +85,7 @@ WRIST = np.sin(np.radians(2.0))
 
 
 def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, tuple[str, ...]]:
-    """The model with the effects that depend only on what a controller knows at a target, and the keys of
-    the others.
+    """The model with the effects that depend only on what a controller knows at a target, and keys of the others.
 
     An effect is left out if it reads a channel which nobody states (direction of approach, speeds, time, temperature),
     and so is the error of the measured tool, as other tools count as calibrated. Effects of the measurement are in

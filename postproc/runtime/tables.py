@@ -160,9 +160,7 @@ class _Asked:
         return lambda x: self.pushes(_alone(x, source, still))[0][:, joint] - less
 
     def load(self) -> RunTimeTables | None:
-        """The effect's loads as point masses on bodies and torques by single angles; None if these do not reproduce
-        them.
-        """
+        """The effect's loads as point masses on bodies and torques by angle; None if these do not reproduce them."""
         q, still = self.states.q[:PROBES], self.states.q[:1]
         torque, wrenches = self.pushes(q)
         first = self.pushes(still)[0][0]
@@ -228,8 +226,7 @@ def _alone(x: Array, column: int, rest: Array) -> Array:
 
 
 def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array] | None:
-    """Mass [kg] and first moment (3,) [kg m] whose weight on a body is the wrench in all poses; None if
-    there are none.
+    """Mass [kg] and first moment (3,) [kg m] whose weight on a body is the wrench in all poses, else None.
 
     Args:
         T: (n, 4, 4) poses of the body.
@@ -292,7 +289,9 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
     low, high = np.degrees(done.lower), np.degrees(done.upper)
 
     def every(laws: Laws, begin: Array, end: Array, units: tuple[float, float], fine: float) -> list[Curve]:
-        """Of functions whose argument and value are in other units."""
+        """Curves of functions whose argument and value are tabulated in other units; begin, end: (6,) range
+        by source.
+        """
         found = []
         for key, some in laws.items():
             law: Law = partial(_total, some, units)
@@ -308,7 +307,11 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
 
 
 def _total(laws: Sequence[Law], units: tuple[float, float], x: Array) -> Array:
-    """Sum of functions at x (n,), whose argument and value are one ``units`` in the functions' own units."""
+    """Sum of functions at x (n,), in other units than theirs.
+
+    Args:
+        units: of x and of the result, in the units of the functions.
+    """
     return np.asarray(sum(law(x * units[0]) for law in laws) / units[1])
 
 

@@ -25,8 +25,7 @@ CLOSE = 0.0005  # [m] between samples of a move on which it leaves that
 
 
 def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Array:
-    """(m,) least number of sample intervals of every move, more where a user's own effect jumps or bends sharply on the
-    way.
+    """(m,) least number of sample intervals per move, more where a user's own effect jumps or bends sharply.
 
     Only effects that read nothing but the commanded joint angles are examined.
 
@@ -51,8 +50,7 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Ar
 
 
 def _parts(effect: Effect, state: State) -> list[Array]:
-    """Displacements (n, 6) [m] of an effect, one array for each of joints, tool, instrument and bodies that it
-    displaces.
+    """Displacements (n, 6) [m] by an effect, one array for each of joints, tool, instrument and bodies.
 
     Rotations are counted as displacements at the reach of the arm.
     """

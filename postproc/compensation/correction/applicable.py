@@ -27,8 +27,7 @@ SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; far
 
 
 def applicable_model(model: Model, events: Sequence[MotionEvent], options: Options) -> tuple[Model, list[Diagnostic]]:
-    """The part of a model that holds for a program, with the calibration error of the measured tool carried
-    over to it.
+    """The part of a model that holds for a program, with the calibration error of the measured tool carried over.
 
     Effects that move the instrument's frame are left out, and those that read channels which nobody states. The
     measured TCP is the model's nominal tool moved by ``tool_frame``: a program whose TCP is within ``SAME_TOOL`` of it
@@ -103,9 +102,7 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
 
 
 def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
-    """KIN018: the joint compliances come from the controller's configuration, and which of its entries were
-    not read.
-    """
+    """KIN018: the joint compliances come from the controller's configuration, with the entries that were not read."""
     if UNREAD not in model.robot.sources:
         return
     text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]

@@ -26,9 +26,7 @@ WORSE = 1.25
 
 
 def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
-    """Arcs to leave uncorrected, with the reason: they begin where an uncorrected statement ends, at an
-    unknown place.
-    """
+    """Arcs to leave uncorrected, with the reason: they begin at the unknown goal of an uncorrected statement."""
     return {
         move.event.statement.key: BEHIND
         for move in motion.moves
@@ -68,9 +66,7 @@ def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:
 
 
 def circle_point(samples: Samples, written: Exact, i: int, u: float) -> Array:
-    """Point (3,) [m] at fraction u of the circle through the written ends of arc i and the corrected middle between
-    them.
-    """
+    """Point (3,) [m] at fraction u of the circle through the written ends of arc i and its corrected middle."""
     start, goal = ends_of(samples, written, i)
     middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
     center, radial, tangent, angle, _, _ = circle_through(start[None], middle[None], goal[None])

@@ -70,9 +70,7 @@ class Transition:
 
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
-    """(m,) bool: tool, payload or wrench change at start or goal of the move, or one of the moves there is
-    a MoveAbsJ.
-    """
+    """(m,) bool: tool, payload or wrench change at start or goal of the move, or a MoveAbsJ is among its ends."""
     changing = [False] * len(moves)
     for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
@@ -108,8 +106,7 @@ def invert_model(model: Model, motion: Motion) -> Exact:
 
 
 def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
-    """Copy, in place, the goal of the move that a program resumes from to each move that only restates where the arm
-    is.
+    """Copy, in place, the goal from which a program resumes to each move that only restates it.
 
     Args:
         T_flange: (m, 4, 4); q_goal: (m, 6); both are changed.
@@ -190,9 +187,7 @@ def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
 
 
 def _shifted(T: Array, twist: Array) -> Array:
-    """Poses (n, 4, 4) displaced by translations and rotation vectors (n, 6) [m], [rad] in their reference
-    frame's axes.
-    """
+    """Poses (n, 4, 4) displaced by translations and rotation vectors (n, 6) [m], [rad] in the reference axes."""
     result = T.copy()
     result[:, :3, 3] += twist[:, :3]
     result[:, :3, :3] = Rotation.from_rotvec(twist[:, 3:]).as_matrix() @ T[:, :3, :3]

@@ -38,11 +38,12 @@ class Pieces:
 
 @dataclass(frozen=True, slots=True)
 class Division:
-    """What decides how moves are divided.
+    """The data by which moves are divided.
 
     Args:
         samples: of the programmed curves.
-        tolerance: (m,) [m], of every move; weight: (n,) how much a deviation counts.
+        tolerance: (m,) largest deviation of every move [m].
+        weight: (n,) factor on a deviation at each sample.
     """
 
     samples: Samples
@@ -51,18 +52,17 @@ class Division:
 
     @staticmethod
     def of(samples: Samples, tolerance: Array, settled: Flags) -> Division:
-        """A division whose weights are 1 where ``settled`` (n,), that is, the load of inertia is constant, and 0.1
-        elsewhere.
+        """A division with weight 1 at samples where the load of inertia is constant, 0.1 elsewhere.
 
         Args:
             tolerance: (m,) of the moves [m].
+            settled: (n,) where the load of inertia is constant.
         """
         return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT))
 
 
 def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[int], bool]) -> list[Pieces]:
-    """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the
-    tolerance.
+    """Divide the moves whose commanded curve leaves the line or circle through its targets beyond tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
@@ -96,9 +96,7 @@ def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pi
 
 
 def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
-    """Division of line i into the fewest lines within tolerance; if not divisible, no added target and not
-    ``reached``.
-    """
+    """Division of line i into the fewest lines within tolerance; none and not ``reached`` if not divisible."""
     if not divisible:
         return Pieces(i, (), (), False)
     samples, limit = division.samples, SHARE * float(division.tolerance[i])

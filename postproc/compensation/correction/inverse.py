@@ -48,11 +48,11 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
 
     Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected
     arm (none, if only joints deflect), then q = theta - dq(loads at theta). Both contract by about 1e-3 a sweep. The
-    fixed point is that of Eqs. 24-25 with the accumulated correction p_f <- p_f + (p - p_c).
+    fixed point is that of Eqs. 24-25 of the source paper with the accumulated correction p_f <- p_f + (p - p_c).
 
     Args:
-        state: n states as they happen along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal
-            joint angles of the desired poses, or near them: they choose branch and turns.
+        state: n states along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal joint angles of
+            the desired poses, or near them: they choose branch and turns.
         T_base_tcp: (n, 4, 4) desired.
 
     Raises:
@@ -159,7 +159,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
 
 
 def _start(model: Model, state: State, desired: Array) -> Array:
-    """Nominal joint angles of the desired poses, in the branch and turn of ``state.q``."""
+    """Nominal joint angles (n, 6) of the desired poses (n, 4, 4), in the branch and turn of ``state.q``."""
     robot, q = model.robot, np.array(state.q, dtype=float)
     error = pose_error(forward(robot, q) @ state.T_flange_tcp, desired)
     away = np.abs(error).max(axis=1, initial=0.0) > NEAR
@@ -170,9 +170,7 @@ def _start(model: Model, state: State, desired: Array) -> Array:
 
 
 def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
-    """The closed-form solution (n, 6) nearest to joint angles q (n, 6), whole turns included; q itself if there is
-    none.
-    """
+    """Closed-form solution (n, 6) nearest to joint angles q (n, 6), whole turns included; q itself if there is none."""
     solutions = inverse(model.robot, T_base_flange)
     solutions = solutions + whole_turns(solutions, near=q[:, None])
     far = np.abs(solutions - q[:, None]).max(axis=-1)

@@ -19,8 +19,8 @@ _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the sma
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
-    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); a zero direction
-    removes nothing.
+    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); for a zero direction
+    all of them.
     """
     return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
 
@@ -85,8 +85,7 @@ def _greedy(
 def _fewest(
     deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
 ) -> tuple[list[int], bool]:
-    """The fewest vertices, placed so that their largest deviation is as small as possible; false if it exceeds the
-    tolerance.
+    """The fewest vertices with the smallest largest deviation; false if the tolerance is not kept.
 
     Args:
         deviation: of a path without vertices between two samples.
@@ -127,9 +126,7 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
 
 
 def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
-    """Distances (k,) [m] of points (k, 3) from the circle through a, via and b (3,); from the line a-b if they lie on
-    one.
-    """
+    """Distances (k,) [m] of points (k, 3) from the circle through a, via and b (3,), or from their line."""
     ab, av = b - a, via - a
     normal = _cross(av, ab)
     size = float(normal @ normal)

@@ -92,8 +92,8 @@ class Motion:
         return state.with_(gravity=gravity - acceleration, **turns)
 
     def distinct(self, rows: slice) -> tuple[Index, Index]:
-        """Rows (d,) of a block whose states differ, and for each row of the block the position of its equal among
-        these.
+        """Rows (d,) of a block with different states, and for each row of the block the position of its
+        equal in them.
 
         Where a move continues with the tool and load of the one before, its start equals that move's goal and is left
         out.
@@ -118,9 +118,7 @@ class Motion:
         return every[own], np.cumsum(own) - 1
 
     def steady(self) -> Flags:
-        """(n,) whether the TCP keeps its speed or stands at each sample, so that the load of inertia does
-        not change.
-        """
+        """(n,) whether the TCP keeps its speed or stands at each sample, so the load of inertia does not change."""
         return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
@@ -150,8 +148,7 @@ def feels_sides(model: Model) -> bool:
 
 
 def approach_side(samples: Samples) -> Array:
-    """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the chain
-    began.
+    """Sign of each joint's last travel before a sample, (n, 6); 0 until the joint moves in its chain.
 
     Where a chain resumes from an earlier target, the travel to that target counts.
     """

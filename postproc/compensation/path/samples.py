@@ -32,8 +32,10 @@ class Samples:
     """n samples of m moves.
 
     Args:
-        move, u: (n,) move index and fraction; T_work_tcp: (n, 4, 4) programmed; q: (n, 6) nominal joint angles [rad].
-        axes: (n, 6) external axes [m], [rad]; mounts: at every sample.
+        move, u: (n,) move index and fraction along it.
+        T_work_tcp: (n, 4, 4) programmed poses.
+        q: (n, 6) nominal joint angles [rad].
+        axes: (n, 6) external axes [m], [rad].
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
     """
 

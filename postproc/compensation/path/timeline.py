@@ -56,8 +56,7 @@ class Timeline:
         return np.stack([np.interp(place, self.place, column) for column in values.T], axis=1)
 
     def steady(self, options: Options, place: Array) -> Flags:
-        """(n,) whether the TCP keeps its speed, or stands, at places (move index + fraction); all true
-        without inertia.
+        """(n,) whether the TCP keeps its speed, or stands, at places (move index + fraction); true without inertia.
 
         Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
         """

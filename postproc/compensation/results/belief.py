@@ -34,8 +34,7 @@ def doubt_weights(model: Model, motion: Motion) -> list[Diagnostic]:
 
 
 def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
-    """CMP015 at the target with the largest correction: a warning above 10 mm, an error beyond what the
-    options allow.
+    """CMP015 at the target with the largest correction: a warning above 10 mm, an error beyond the options' limit.
 
     It names the effect of the model that contributes most.
     """

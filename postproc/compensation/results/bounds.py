@@ -78,8 +78,7 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
 
 
 def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:
-    """Goals (k, 3) [mm] of the runs of a statement, and the range of its corrections over the range of the goals
-    [mm/mm].
+    """Goals (k, 3) [mm] of a statement's runs, and the range of its corrections over that of the goals [mm/mm].
 
     Args:
         rows: indices of the moves of its runs.

@@ -56,16 +56,12 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
 
 
 def _counted(space: Flags, steady: Flags) -> Flags:
-    """(n,) samples whose deviation is reported: those at steady speed, or all in ``space`` if the speed is never
-    steady.
-    """
+    """(n,) samples whose deviation is reported: those at steady speed, or all in ``space`` if there are none."""
     return space & steady if (space & steady).any() else space
 
 
 def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:
-    """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original
-    deviation.
-    """
+    """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original."""
     burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
     found = []
     for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):

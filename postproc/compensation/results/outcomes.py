@@ -55,8 +55,7 @@ def judge_statements(
     after: Deviation,
     on_controller: Set[StatementKey] = frozenset(),
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """One outcome per motion statement of files that may change, in text order, and findings where it is not within
-    tolerance.
+    """One outcome per motion statement of files that may change, in text order, and findings where it is off.
 
     Args:
         events: all of the program.
@@ -183,9 +182,7 @@ def _outcome(
 def unknown_outcomes(
     program: Program, events: Sequence[MotionEvent], on_controller: Set[StatementKey]
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """Outcomes and findings, as of ``judge_statements``, for a program none of whose targets is known
-    before it runs.
-    """
+    """Outcomes and findings, like ``judge_statements``, for a program without any target known before it runs."""
     runs = executions_of(events)
     outcomes, findings = [], []
     for statement in (s for s in program.statements if not s.source.read_only):
@@ -210,9 +207,7 @@ def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
-    """Number of corrected statements that also have runs which could not be followed, so no figure includes their
-    error.
-    """
+    """Number of corrected statements that also have runs which could not be followed, so are in no figure."""
     moves = plan.motion.moves
     followed = {move.row for move in moves}
     astray = {e.statement.key for row, e in enumerate(events) if e.has_unresolved_runs or row not in followed}
@@ -228,9 +223,7 @@ def _begins_anywhere(move: Move) -> bool:
 def unmeasured(
     outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan
 ) -> tuple[int, int]:
-    """Number of lines and arcs whose deviation is in no figure, as their start or end is not known, and of
-    all of them.
-    """
+    """Number of lines and arcs whose deviation is in no figure, as an end is unknown, and number of all of them."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
     mine = itertools.compress(plan.motion.moves, own_moves(plan))
     own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
@@ -251,9 +244,7 @@ def correction_sizes(plan: CorrectionPlan) -> Array:
 
 
 def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """CMP018, a warning, for each routine with corrected statements that also run displaced by the result
-    of a search.
-    """
+    """CMP018, a warning, for each routine with corrected statements that also run displaced by a search result."""
     searched = {e.statement.key for e in events if e.searched}
     corrected = (o for o in outcomes if o.status == "compensated" and o.statement.key in searched)
     findings = []

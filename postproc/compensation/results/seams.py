@@ -64,8 +64,7 @@ def find_seams(
 
 
 def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
-    """CMP020 at weld statements that stay uncorrected in a seam whose other statements are corrected, which makes a
-    step.
+    """CMP020 at weld statements that stay uncorrected in a seam that is otherwise corrected, which makes a step.
 
     It is an error, or a warning if such seams are allowed.
     """

@@ -52,9 +52,7 @@ def for_the_next(plan: CorrectionPlan) -> Flags:
 
 
 def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
-    """The largest jump of the correction for each statement: CMP008 (warning) while the arc burns, else
-    CMP007 (info).
-    """
+    """The largest jump of the correction per statement: CMP008 (warning) while the arc burns, else CMP007 (info)."""
     largest: dict[StatementKey, Transition] = {}
     own = own_moves(plan)
     for t in plan.transitions:

@@ -146,8 +146,7 @@ class TargetAdder:
         return on_arc(self.arc_function, known, added, self.requester.values(asked), allowed) or UNLIKE
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """Added statements with numbers as targets, for moves between ends stated as numbers, or the reason why there
-        are none.
+        """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
 
         The positions are half-way between the extremes that the runs require.
         """
@@ -268,5 +267,5 @@ def _is_number(origin: Origin) -> bool:
 
 
 def _in_one_posture(a: TargetValue, b: TargetValue) -> bool:
-    """Whether one statement can lead to both targets: in one configuration, external axes at one place."""
+    """Whether one statement can lead to both targets: compatible configurations and equal external axes."""
     return compliant(a.robconf, b.robconf) and bool(np.abs(np.subtract(a.extax, b.extax)).max() <= STILL)

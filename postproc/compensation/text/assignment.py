@@ -147,7 +147,7 @@ class Assigner:
         return Assignment(self.slots, offsets, self.slot_of, left, frozenset(relaxed), rest)
 
     def _fill_slots(self) -> None:
-        """Give each slot the centre of what the arguments ask for that it can serve together."""
+        """Give each slot the centre of what its arguments require, for those arguments that one value can serve."""
         of_slot: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
         others = set(self.read_only)
         for key, rows in self.arguments.items():
@@ -214,9 +214,7 @@ class Assigner:
         return 2 if len({self.slot_of[row] for row in rows}) > 1 else 1
 
     def _one_value(self, rows: Sequence[int]) -> bool:
-        """Whether one value of the slot is within the tolerance of all requests in ``rows``, and all have one
-        configuration.
-        """
+        """Whether one value of the slot is within the tolerance of all requests in ``rows``, with one configuration."""
         if len(rows) < 2:
             return True
         if len({self.requests[row].value.robconf for row in rows}) > 1:
@@ -237,7 +235,7 @@ class Assigner:
         return midrange(self.turn[plain if len(plain) else chosen])
 
     def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what the requests in ``rows`` require, with their most frequent
+        """The value of a slot in the centre of what the requests in ``rows`` require, in their commonest
         configuration.
         """
         if len(rows) == 1 and not self.derived[rows[0]]:
@@ -258,8 +256,7 @@ class Assigner:
         return np.array(moved).reshape(-1, 3)
 
     def _configured(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the runs of an argument get the configurations they require from their slots or from the present
-        text.
+        """Whether the runs of an argument get the configurations they require from slots or the present text.
 
         If the text has no place for another configuration, one that a controller accepts for it suffices.
         """
@@ -281,7 +278,7 @@ class Assigner:
         """Why no offset can be put around an argument, whatever it adds; empty if one can.
 
         Args:
-            configured: result of `_configured` if it is known.
+            configured: whether its runs get their configurations without the offset; None: as `_configured` says.
         """
         if key[0] in self.unresolved or any(self.requests[row].event.has_unresolved_runs for row in rows):
             return ELSEWHERE
@@ -291,8 +288,7 @@ class Assigner:
         return OWN_OFFS if configured and self.expression(key).form is None else ""
 
     def _law(self, key: ArgumentKey, rows: Sequence[int], rest: Array, leaves: float) -> OffsetLaw | None:
-        """The offset whose remaining error is within the tolerances of all runs, with as few numbers as possible, or
-        None.
+        """The offset within the tolerances of all runs, with as few numbers as possible, or None.
 
         If there is none, one affine in numbers of the program that leaves at most half of what a single value would
         leave.

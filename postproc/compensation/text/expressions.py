@@ -75,9 +75,7 @@ def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
 
 
 def amounts_of(tree: Expression) -> tuple[Expression, ...]:
-    """The three displacements of ``Offs``, or of ``RelTool`` without rotations, along x, y, z; empty for other
-    expressions.
-    """
+    """The three displacements of ``Offs``, or ``RelTool`` without rotations, along x, y, z; empty for all else."""
     if isinstance(tree, Call) and tree.name in DISPLACING and not tree.options and len(tree.arguments) == 1 + AMOUNTS:
         return tree.arguments[1:]
     return ()

@@ -38,10 +38,10 @@ _OPENS = re.compile(
 
 
 def added_instruction(instruction: str) -> str | None:
-    """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
+    """Name of the instruction that may be added before one, on its curve; None where nothing may be added.
 
-    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")]
-    ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
+    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")] ['ArcL',
+    'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
     """
     arc = _ARC.match(instruction)
     if arc:
@@ -53,7 +53,7 @@ def added_instruction(instruction: str) -> str | None:
 
 
 def why_indivisible(event: MotionEvent) -> str | None:
-    """Why no target may be added before a statement, or None."""
+    """Why no target may be added before a statement, by its file, instruction and options; None if one may."""
     statement = event.statement
     name = added_instruction(statement.instruction)
     if statement.source.read_only:

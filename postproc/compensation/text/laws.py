@@ -28,13 +28,13 @@ Regressors = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class OffsetLaw:
-    """An offset [mm]: a constant and, by the text of a number, what each unit of it adds."""
+    """Formula for an offset [mm]: a constant plus the sum of numbers, named by their text, times coefficients."""
 
     constant: Vec3 = (0.0, 0.0, 0.0)
     coefficients: tuple[tuple[str, Vec3], ...] = ()
 
     def at(self, regressors: Regressors) -> Vec3:
-        """The offset [mm] where the regressors have these values."""
+        """The offset [mm] for these values of the named numbers."""
         x, y, z = self.constant
         for name, (dx, dy, dz) in self.coefficients:
             value = regressors[name]
@@ -44,19 +44,16 @@ class OffsetLaw:
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """Error that a formula for an offset may leave [mm]: below ``fine`` no other is tried, ``most`` is the limit per
-    run.
-    """
+    """Error that a formula for an offset may leave [mm]: up to ``fine`` none other is tried; ``most`` per run."""
 
     fine: float
     most: Sequence[float]
 
 
 def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
-    """The first formula that leaves at most ``fine``, else the one that leaves least; None if all exceed a
-    run's limit.
+    """The first formula that leaves at most ``fine``, else the one that leaves least within the limits of all runs.
 
-    A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
+    None if there is none. A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
 
     Args:
         laws: formulas, the simplest first, each with the error (n, 3) that it leaves in each run [mm].
@@ -111,8 +108,7 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
 
 
 def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
-    """Sort key in whose order regressors are tried to be left out: coordinates first, those with the smallest range
-    first.
+    """Sort key for leaving out regressors: coordinates come first, and of these those with the smallest range.
 
     Coordinates are taught and measured; one with a small range would mean much in another run.
     """

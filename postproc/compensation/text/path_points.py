@@ -147,8 +147,7 @@ def on_arc(
     last: Sequence[TargetValue],
     allowed: Allowed,
 ) -> tuple[list[Insertion], Change] | None:
-    """Added statements for all runs of an arc, and the change of the circle point of its last part; None if there are
-    none.
+    """Added statements for all runs of an arc, and the change of its last circle point; None if there are none.
 
     Args:
         added: what each run would add as numbers.
@@ -183,7 +182,7 @@ def _on_path(
     shares: Sequence[float],
     allowed: Allowed,
 ) -> TargetValue | None:
-    """The k-th added target of all runs as a call of a function, None if no displacement suits all runs.
+    """One added target of all runs as a call of a function, None if no displacement suits all runs.
 
     Args:
         functions: names for a constant displacement, and for one proportional to the square of the length.
@@ -202,8 +201,7 @@ def _on_path(
 
 
 def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
-    """Displacement of a point in all runs (None if none suits), and the line length [mm] for which it
-    holds, 0 for any.
+    """Displacement of a point in all runs (None if none suits), and the line length [mm] it holds for, 0 for any.
 
     Args:
         offsets: (n, 3) that the runs require [mm].

@@ -47,9 +47,7 @@ class Requester:
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
     def goals(self, chosen: Iterable[int]) -> list[TargetRequest]:
-        """Requests for the targets of the chosen moves, except joint targets and targets where the arm
-        already stands.
-        """
+        """Requests for the targets of the chosen moves, except joint targets and where the arm already stands."""
         asked: list[Asked] = []
         for i in chosen:
             move = self.moves[i]
@@ -96,9 +94,7 @@ class Requester:
         ]
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
-        """Targets as the program writes them, in their work objects, for tuples of move, T_work_tcp (4, 4) and
-        confdata.
-        """
+        """Targets as the program writes them, in their work objects, from move, T_work_tcp (4, 4) and confdata."""
         events = [self.moves[i].event for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []

@@ -61,9 +61,7 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
 
 
 def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
-    """Places in the text that could hold a corrected target, the preferred one first; none in files that are only read
-    along.
-    """
+    """Places in the text that could hold a corrected target, the preferred one first; none in read-only files."""
     base = origin.base
     spans, handed = base.spans, base.handed
     found: list[SlotKey] = []
@@ -143,8 +141,7 @@ def _serves(
 
 
 def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
-    """Executions, by row, without those that the arm cannot make: the controller stops there, so nothing depends on
-    them.
+    """Executions, by row, without those that the arm cannot make, as the controller stops at these.
 
     Args:
         rows: of the events that are moves of the arm.
@@ -163,9 +160,7 @@ def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> fro
 
 
 def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to an unknown place, or to another place without a request; ``requested``: rows with
-    one.
-    """
+    """Statements that also run to an unknown place, or to another one without a request; ``requested``: rows."""
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
     return frozenset(
         e.statement.key

@@ -24,9 +24,7 @@ UNCHANGED_RAD = 1e-7
 
 
 def compliant(a: Conf, b: Conf) -> bool:
-    """Whether a controller accepts one configuration for the other: cf1, cf4 and cf6 differ by at most 1, cfx not at
-    all.
-    """
+    """Whether a controller accepts one configuration for the other: cf1, cf4, cf6 differ by 1 at most, cfx is equal."""
     return a[3] == b[3] and all(abs(x - y) <= 1 for x, y in zip(a[:3], b[:3], strict=True))
 
 
@@ -53,7 +51,7 @@ class PathPoint:
 
     @property
     def on_arc(self) -> bool:
-        """Whether it is on an arc."""
+        """Whether the point is on an arc, not on a line."""
         return len(self.ends) > 2
 
 
@@ -109,7 +107,7 @@ class TargetRequest:
 
     @property
     def shift(self) -> Vec3:
-        """From the programmed to the corrected position [mm], object axes."""
+        """Vector from the programmed to the corrected position [mm], object axes."""
         return subtract(self.value.pose.trans, self.target.trans)
 
 
@@ -158,7 +156,14 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class StatementOutcome:
-    """What happened to one motion statement, why, and where it is written; shift and residual at its goal [mm]."""
+    """What happened to one motion statement.
+
+    Args:
+        status: what happened; reason: why.
+        shift_mm: size of the correction at its goal.
+        residual_mm: error that remains at its goal.
+        edited: kind of place in the text where its correction is written.
+    """
 
     statement: MotionStatement
     status: Status

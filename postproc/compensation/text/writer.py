@@ -155,9 +155,7 @@ class Writer:
         return moved
 
     def changes(self, parts: Sequence[Assigned]) -> tuple[tuple[Change, ...], dict[StatementKey, Place]]:
-        """The texts to change, each slot once, and the kind of place where the correction of each statement
-        is written.
-        """
+        """The texts to change, each slot once, and the kind of place where each statement's correction is written."""
         changes: list[Change] = []
         places: dict[StatementKey, Place] = {}
         done: set[SlotKey] = set()

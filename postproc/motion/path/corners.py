@@ -29,10 +29,11 @@ _IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
 
 @dataclass(frozen=True, slots=True)
 class Corners:
-    """Fractions of each move that belong to a corner (m,): at its start (``after``) and at its goal (``before``).
+    """Fractions (m,) of each move that belong to the corners at its start (``after``) and at its goal (``before``).
 
     Args:
-        before, after: of the position (and of joint corners); before_turn, after_turn: of the orientation.
+        before, after: of the position, and of joint moves.
+        before_turn, after_turn: of the orientation.
         stop: (m,) the arm rests at the goal.
     """
 
@@ -79,9 +80,7 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
 
 
 def _share(zone_angle: Array, angle: Array) -> Array:
-    """Fraction (k,) of a pure reorientation by ``angle`` [rad] that a zone of ``zone_angle`` [rad] takes, at most one
-    half.
-    """
+    """Fraction (k,), at most 1/2, that a zone of ``zone_angle`` [rad] takes of a reorientation by ``angle`` [rad]."""
     return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
 
 

@@ -25,17 +25,18 @@ class Curves:
     """Curves of m moves; row i leads from the goal of move i - 1 to the goal of move i.
 
     Args:
-        joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) why an arc is none, into ``ARC_FAULTS``.
-        start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m]; turn: (m, 3) rotation vector
-            from start to goal in the start's axes [rad], of arcs as seen from the path.
-        center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
-            p = center + cos(u angle) radial + sin(u angle) tangent.
-        wrist: (m,) lines and arcs on which axes 4 to 6 are interpolated as joints (see ``wrist``).
-        q_start, q_change: (m, 6) [rad]; q_bend: (m, 6) of wrists on arcs.
-        mounts: of each move, whose work frame the curve is laid in, where they are at its goal.
+        joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) index into ``ARC_FAULTS`` of why an arc
+            cannot be run, 0 for none.
+        start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m].
+        turn: (m, 3) rotation vector from start to goal in the start's axes [rad]; for arcs relative to the path.
+        center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs: p = center + cos(u angle) radial + sin(u angle)
+            tangent.
+        wrist: (m,) lines and arcs on which axes 4 to 6 are interpolated as joints (``wrist.py``).
+        q_start, q_change: (m, 6) [rad]; q_bend: (m, 6) coefficient of u (1 - u) for wrists on arcs.
+        mounts: of each move, at its goal; the curve is laid in the work frame.
         length: (m,) TCP path length [m]; zero for the first move of a chain.
-        axes_start, axes_change: (m, 6) of the external axes, which go evenly with u [m], [rad].
-        frames: in which work or tools stand, by the number that ``mounts`` have.
+        axes_start, axes_change: (m, 6) of the external axes, which are linear in u [m], [rad].
+        frames: in which work or tools stand, in the order of the numbers in ``mounts``.
     """
 
     joint: Flags

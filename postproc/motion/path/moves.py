@@ -146,8 +146,8 @@ def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
 def _beyond_limits(
     events: Sequence[MotionEvent], known: Sequence[int], station: Station, places: Sequence[_Place]
 ) -> list[tuple[int, Diagnostic]]:
-    """Row of the event and KIN003 for each target that sends an external axis beyond its limits by 0.1 mm or degree or
-    more.
+    """Row of the event and KIN003 where a target sends an external axis more than 0.1 mm or degree beyond
+    its limits.
 
     Args:
         known: (k,) rows of the events that ``places`` (k,) belong to.

@@ -63,11 +63,11 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
 
 
 def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> str:
-    """Letters of the axes of units that are not active.
+    """Letters of the external axes that do not move whatever targets say, as their units are not active.
 
     Args:
-        units: those that ``ActUnit`` and ``DeactUnit`` have switched, and how; None where nobody knows: targets count.
-            What is active at the start counts where the program has not said otherwise.
+        units: units switched by ``ActUnit`` (True) and ``DeactUnit`` (False); others are as at the start. None if
+            unknown: then all axes follow the targets.
     """
     switched = dict(units or ())
     own = [(name, station.cell.unit(name)) for name in station.units]

@@ -88,10 +88,10 @@ def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
 
 
 def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> tuple[Index, Array, Index]:
-    """Moves and fractions of all samples, and the sample of each goal: (n,), (n,), (m,).
+    """Move (n,) and fraction (n,) of all samples, and the sample (m,) at the goal of each move.
 
-    Every move has up to three stretches (corner, free, corner), each evenly divided; sample density follows length,
-    reorientation, curvature and joint travel, whichever asks for most.
+    Every move has up to three stretches (corner, free, corner), each evenly divided; the sample density is the highest
+    that length, reorientation, curvature or joint travel needs.
     """
     m = len(moves)
     turn = np.linalg.norm(curves.turn, axis=1)

@@ -105,7 +105,7 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
 
 
 class GridPath(AbstractGeometricPath):  # type: ignore[misc]
-    """A path that is known at the grid points alone: its coordinates and their derivatives, (g, c) each."""
+    """A path known only at the grid points: its coordinates and their first two derivatives, (g, c) each."""
 
     waypoints = None
 
@@ -127,7 +127,7 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
 
 
 class SpeedBounds(LinearConstraint):  # type: ignore[misc]
-    """Bounds (g,) of the squared path speed."""
+    """Constraint of the squared path speed between bounds (g,); dof: number of coordinates of the path."""
 
     def __init__(self, low: Array, high: Array, dof: int) -> None:
         super().__init__()

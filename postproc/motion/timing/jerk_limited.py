@@ -30,10 +30,12 @@ _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """The knots of a path and the time law along it; start: (r + 1,) time [s] at which each run begins, and the last
-    ends.
+    """The time law along the runs (stretches from standstill to standstill) of a path.
 
-    A run is a stretch of the path from standstill to standstill.
+    Args:
+        runs: the knots of the path.
+        law: the time law.
+        start: (r + 1,) time [s] at which each run begins, and the last one ends.
     """
 
     runs: Knots
@@ -41,7 +43,7 @@ class Profile:
     start: Array
 
     def at(self, t: Array) -> tuple[Index, Array]:
-        """Run (k,) in which each time t (k,) [s] from the start of the program lies, and the time since that run began
+        """Run (k,) at each time t (k,) [s] from the start of the program, and the time since that run began
         (k,) [s].
 
         Times before the start or after the end belong to the first or the last run.
@@ -89,8 +91,7 @@ def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) 
 
 
 def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
-    """The part (k, 6) [rad/s^2] of the joint accelerations that changes the speed along the path:
-    ``JointMotion.a_slope``.
+    """Part (k, 6) [rad/s^2] of the joint accelerations that changes the path speed: ``JointMotion.a_slope``.
 
     Args:
         run, t: (k,) run, and time since it began [s].
@@ -221,8 +222,7 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
 
 
 def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array) -> Array:
-    """Write into ``excess`` (k - 1,) the factor by which intervals at some grid points are passed too fast, 1 at a
-    limit.
+    """Write into ``excess`` (k - 1,) the ratio to the limits (1 at a limit) in intervals at some grid points.
 
     Args:
         stated: ``programmed_speed`` and ``programmed_ease`` of the intervals, (k - 1,) each.

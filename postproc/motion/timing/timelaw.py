@@ -27,9 +27,9 @@ class TimeLaw:
 
     Args:
         run: (g,) run of every grid point; first, last: (r,) grid points where each run begins and ends.
-        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s];
-            area: (g,) integral of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
-        window: (r,) W [s].
+        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s]; area: (g,)
+            integral of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
+        window: (r,) averaging time [s].
     """
 
     run: Index
@@ -79,8 +79,7 @@ def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
 
 
 def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Law before averaging: integral of distance [m s], distance [m], speed and acceleration along the
-    path, (n,) each.
+    """Integral of distance [m s], distance [m], speed and acceleration along the path before averaging, (n,) each.
 
     Before and after its run the arm is at rest.
 

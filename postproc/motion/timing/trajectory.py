@@ -31,13 +31,13 @@ def retime(
     gravity: Array = GRAVITY,
     station: Station | None = None,
 ) -> Trajectory:
-    """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
+    """Time, speed and acceleration of the samples under joint limits and programmed speeds, at rest at every stop.
 
     toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
     the averaged motion would pass a limit the speed is lowered and solved again.
 
     Args:
-        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one.
+        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one; None: 0.1 s.
         gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
         station: whose external axes keep their limits, too.
 
@@ -85,8 +85,7 @@ def retime(
 
 
 def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:
-    """Velocities (k, 3) [m/s] in the base of points that are fixed in the frame of the work or of the
-    stationary tool.
+    """Velocities (k, 3) [m/s] in the base of points fixed in the frame of the work or of the stationary tool.
 
     Args:
         part: the k samples.

@@ -46,9 +46,7 @@ class FromTheArm:
             pending += more
 
     def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
-        """Whether a piece of text inside a routine names data, a parameter or a function that may hold such
-        a position.
-        """
+        """Whether a piece of text in a routine names data, a parameter or a function that may hold such a position."""
         own = self.program.routine(routine, module)
         return bool(own and self._keys(own, source, span) & self.keys)
 
@@ -83,9 +81,7 @@ class FromTheArm:
             yield from self._of_statement(routine, statement)
 
     def _of_statement(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
-        """The pairs (from, to) of one statement: a search, an assignment, a RETURN, a call, or functions in its
-        expressions.
-        """
+        """The pairs (from, to) of one statement: search, assignment, RETURN, call, or functions in expressions."""
         source = routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
@@ -111,8 +107,7 @@ class FromTheArm:
             yield from self._of_functions(routine, source, span)
 
     def _of_call(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
-        """The pairs (from, to) of a procedure call: arguments to parameters, and back from those passed by
-        reference.
+        """The pairs (from, to) of a procedure call: arguments to parameters, and back if passed by reference.
 
         ``GetDataVal`` and ``SetDataVal`` pass values from and to all data whose name they may compose.
         """

@@ -97,8 +97,7 @@ class OnTheController:
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
-    """CMP001, an error, at files that were compensated before: by their header, or by functions that they
-    hold or call.
+    """CMP001, an error, at files that were compensated before: by their header, or functions they hold or call.
 
     A file without its header in which only numbers were changed is not recognised.
     """
@@ -155,8 +154,7 @@ def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
 
 
 def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:
-    """The conditions that the module is made for: a tool of the statements that use it, forces and channels of the
-    options.
+    """The conditions that the module is made for: tool of the statements, forces and channels of the options.
 
     Without a tool in the program it is the model's, with half the arm's payload.
     """
@@ -260,9 +258,7 @@ def _loaded(source: Source, statement: Statement) -> str:
 
 
 def _lent_loads(program: Program) -> Iterator[Diagnostic]:
-    """RUN010, a warning, at the first `GripLoad` in a file that is only read along: the function does not get that
-    load.
-    """
+    """RUN010, a warning, at the first `GripLoad` in a read-only file, as the function does not get that load."""
     for routine in program.all_routines():
         if not routine.source.read_only:
             continue

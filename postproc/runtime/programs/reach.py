@@ -48,9 +48,7 @@ class Reach:
         return not isinstance(self._asked(key), str)
 
     def edits(self, key: StatementKey) -> tuple[Edit, ...]:
-        """The edits that send the targets of a statement through the function; none if it cannot correct
-        the statement.
-        """
+        """The edits that send the targets of a statement through the function; none if it cannot correct it."""
         found = self._asked(key)
         return () if isinstance(found, str) else found
 
@@ -165,8 +163,7 @@ def without_shared_values(program: Program, events: Sequence[MotionEvent], reach
 def without_unreachable(
     events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reach: Reach, everything: bool
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events in which the targets of statements with errors count as not known, and RUN009 with their
-    number, if any.
+    """Events in which targets of statements with errors count as not known, and RUN009 with their number, if any.
 
     Args:
         findings: of the motion.

@@ -27,9 +27,7 @@ WELDING = ("start", "weld", "end")
 
 
 class LeftAlone(Exception):
-    """A statement's targets are not sent through the function; the argument is the reason, completing "left as it is:
-    ...".
-    """
+    """A statement's targets are not sent through the function; the argument completes "left as it is: ..."."""
 
 
 def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:

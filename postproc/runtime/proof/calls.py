@@ -74,9 +74,7 @@ class FunctionCall:
 
 @dataclass(frozen=True)
 class Answer:
-    """Result of one call: the target and its pose T_base_tcp (4, 4) [m], `ppReason`, and the number of
-    statements run.
-    """
+    """Result of one call: target, its pose T_base_tcp (4, 4) [m], `ppReason`, and the number of statements run."""
 
     target: RobTarget
     pose: Array
@@ -142,9 +140,7 @@ def _load(load: LoadData) -> Data:
 
 
 class _Arm:
-    """The nominal arm for CalcJointT and CalcRobT; solutions are those nearest to the joint angles ``near``
-    (6,) [rad].
-    """
+    """The nominal arm for CalcJointT and CalcRobT; solutions are the nearest to joint angles ``near`` (6,) [rad]."""
 
     def __init__(self, model: Model) -> None:
         self.model = rigid(model)

@@ -79,9 +79,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
 
 def _chosen(model: Model, done: Conditions, count: int) -> Array:
-    """Joint angles (count, 6) [rad]: half fill the region evenly, half have the largest corrections of 12 times as
-    many.
-    """
+    """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections of 12 times as many."""
     q = done.spread(AMONG * count)
     half = count - count // 2
     desired = forward(model.robot, q) @ done.T_flange_tcp

@@ -20,9 +20,7 @@ FOLLOWED = np.radians(90.0)
 
 @dataclass(frozen=True)
 class ChordError:
-    """Error in the middle of lines of length `LINE_M` between two corrected ends [m]; ``count``: number of
-    lines drawn.
-    """
+    """Error in the middle of lines of length `LINE_M` between two corrected ends [m]; count: number of lines."""
 
     count: int
     largest_m: float
