@@ -12,8 +12,9 @@ from postproc.motion.values import Flags, Move
 
 
 def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] along each move: the air tolerance for moves that do not weld in a program
-    that does.
+    """(m,) largest deviation [m] allowed along each move.
+
+    It is the air tolerance for moves that do not weld in a program that welds, the weld tolerance for all others.
     """
     if not _any_weld(moves):
         return np.full(len(moves), options.tolerance_m)

@@ -37,7 +37,7 @@ class _Term:
         name: of the parameter with its size.
         said: its sentence in the documentation.
         law: Python expression of the pattern.
-        place: part of the arm or instrument; axes: Python slice of its six components.
+        place: part of the arm or instrument; axes: index or slice of its components, as Python text.
         unit: of the parameter.
         wide: the expression fills several components.
         size: typical size in that unit.

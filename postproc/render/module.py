@@ -107,7 +107,7 @@ def _only(axis: int, values: Vec3) -> Vec3:
 
 
 def _plain(text: str) -> bool:
-    """Whether a number is written in decimals."""
+    """Whether a text is a decimal number, with or without exponent, as opposed to ``0x1F``."""
     try:
         float(text.replace(" ", ""))
     except ValueError:

@@ -27,12 +27,12 @@ def _shortened(text: str) -> str:
 
 
 def number_like(original: str, value: float, least_decimals: int) -> str:
-    """The new value in the format of the number it replaces; the same text where nothing changes at that precision.
+    """Text of a new value in the format of the number it replaces; the original if both agree at that precision.
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
 
-    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
-    ('600.412', '600.00', '9E+09')
+    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3) ('600.412',
+    '600.00', '9E+09')
     """
     try:
         before = float(original)

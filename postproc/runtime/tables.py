@@ -289,8 +289,12 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
     low, high = np.degrees(done.lower), np.degrees(done.upper)
 
     def every(laws: Laws, begin: Array, end: Array, units: tuple[float, float], fine: float) -> list[Curve]:
-        """Curves of functions whose argument and value are tabulated in other units; begin, end: (6,) range
-        by source.
+        """Curves of functions whose argument and value are tabulated in other units.
+
+        Args:
+            begin, end: (6,) range of the argument, by its joint.
+            units: of argument and value, in the units of the functions.
+            fine: tolerance.
         """
         found = []
         for key, some in laws.items():

@@ -127,8 +127,7 @@ def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array
 
 
 def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
-    """Vectors (n, 3) [m] from the nearest point of each move's line or arc to p, and the fraction (n,) of
-    that point.
+    """Vectors (n, 3) [m] from the nearest point of each move's line or arc to p, and that point's fraction (n,).
 
     Args:
         move: (n,) indices of moves.

@@ -92,8 +92,7 @@ class Motion:
         return state.with_(gravity=gravity - acceleration, **turns)
 
     def distinct(self, rows: slice) -> tuple[Index, Index]:
-        """Rows (d,) of a block with different states, and for each row of the block the position of its
-        equal in them.
+        """Rows (d,) of a block with different states, and for each row of the block its equal's position in them.
 
         Where a move continues with the tool and load of the one before, its start equals that move's goal and is left
         out.

@@ -75,7 +75,10 @@ class Assignment:
 
 
 class Assigner:
-    """Assigns the requests of one kind (goals or circle points) to places in the text.
+    """Assigns the requests of one kind (goals or circle points) to slots and offsets.
+
+    A slot is a place in the text that holds the numbers of a target; an offset is put around the expression of an
+    argument.
 
     Args:
         unresolved: statements that also run to places that are not known.
@@ -108,7 +111,9 @@ class Assigner:
         }
 
     def assign(self) -> Assignment:
-        """Fill the slots, then put offsets around the arguments that these do not serve."""
+        """Assign values to slots (places that hold a target's numbers), then offsets to the arguments not served by
+        these.
+        """
         self._fill_slots()
         rest = self.shift - self._moved_by_slots(range(len(self.requests)))
         off = np.linalg.norm(rest, axis=1)
@@ -147,7 +152,10 @@ class Assigner:
         return Assignment(self.slots, offsets, self.slot_of, left, frozenset(relaxed), rest)
 
     def _fill_slots(self) -> None:
-        """Give each slot the centre of what its arguments require, for those arguments that one value can serve."""
+        """Give each slot (a place that holds a target's numbers) the centre of what its arguments require.
+
+        Arguments that one value cannot serve together with the others do not count.
+        """
         of_slot: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
         others = set(self.read_only)
         for key, rows in self.arguments.items():
@@ -223,20 +231,23 @@ class Assigner:
         return bool((np.linalg.norm(demand - _centre(demand, within), axis=1) <= within).all())
 
     def _demand(self, rows: Sequence[int]) -> Array:
-        """(k, 3) shift [mm] of the slot that each request needs, if the slot turns as `_common_turn` says."""
+        """(k, 3) shift [mm] that each request needs of the target in its slot, if that turns by `_common_turn`."""
         chosen = np.array(rows)
         demand: Array = self.shift[chosen] - np.cross(self._common_turn(rows), self.lever[chosen])
         return demand
 
     def _common_turn(self, rows: Sequence[int]) -> Array:
-        """(3,) rotation of a slot [rad], half-way between those required where its target is not displaced."""
+        """(3,) rotation vector [rad] for the target in a slot, half-way between those that the requests require.
+
+        Requests whose argument displaces that target count only if there are no others.
+        """
         chosen = np.array(rows)
         plain = chosen[~self.derived[chosen]]
         return midrange(self.turn[plain if len(plain) else chosen])
 
     def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what the requests in ``rows`` require, in their commonest
-        configuration.
+        """The value of a slot in the centre of what the requests in ``rows`` require, with their most
+        common confdata.
         """
         if len(rows) == 1 and not self.derived[rows[0]]:
             row = rows[0]
@@ -313,9 +324,10 @@ class Assigner:
         return nearest_law(laws[1:], Allowed(0.0, most.tolist()))
 
     def _middle(self, rows: Sequence[int]) -> tuple[dict[SlotKey, SlotValue], float]:
-        """Values for the slots of an argument that serve nothing else, and the error [mm] that they leave.
+        """Values for the slots (places that hold a target's numbers) of an argument, and the error [mm] that they
+        leave.
 
-        No values if in some run more than half of the correction would remain.
+        No values if a slot also serves others, or if in some run more than half of the correction would remain.
         """
         shares = grouped((self.slot_of[row], row) for row in rows)
         found: dict[SlotKey, SlotValue] = {}

@@ -170,7 +170,12 @@ def _spelled(statement: MotionStatement, role: str) -> str:
 
 
 def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
-    """The statement to add for a target on the way to the event's target."""
+    """The statement to add before an event's statement for a target on the way to it.
+
+    Args:
+        to, via: the added target, and its circle point on an arc.
+        zone: text of the zone argument.
+    """
     name = added_instruction(event.statement.instruction)
     assert name is not None
     if event.statement.argument("\\on") is not None:  # the older form of ArcLStart

@@ -61,7 +61,7 @@ class PathRun:
 
     @property
     def points(self) -> Array:
-        """(2 or 3, 3) the positions of the targets [mm]."""
+        """(2, 3) start and goal, or (3, 3) with the circle point between them [mm]."""
         return np.array([target.trans for target in self.targets])
 
 

@@ -102,7 +102,7 @@ def incidence(
     complete: Set[StatementKey],
     written: Set[str],
 ) -> Incidence:
-    """Which requests each slot that may be edited could serve.
+    """Which requests each slot (place in the text that holds a target's numbers) that may be edited could serve.
 
     A slot may be edited if it is used only for targets of statements all of whose executions are corrected, and nothing
     can write it while the program runs.
@@ -127,7 +127,10 @@ def incidence(
 def _serves(
     slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
 ) -> bool:
-    """Whether a slot may be edited for a request, by the rule of ``incidence``."""
+    """Whether a slot (place in the text that holds a target's numbers) may be edited for a request.
+
+    It may if all its users are in ``complete`` and its data is not in ``written``.
+    """
     origin = request.origin
     base = origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):

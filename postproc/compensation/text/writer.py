@@ -98,7 +98,9 @@ class Writer:
         return Assigned(requests, links, assigner.assign())
 
     def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
-        """Slots that also serve statements which derive their target from the slot in an unknown way."""
+        """Slots (places that hold a target's numbers) from which some statement derives its target in an
+        unknown way.
+        """
         if not any(known.derived for known in self.users.values()):
             return set()
         follows: dict[StatementKey, set[str]] = {}
@@ -179,7 +181,9 @@ class Writer:
         return tuple(changes), places
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
-        """The change that writes a value into a slot: new numbers, or an offset in the argument of a call."""
+        """The change that writes a value into a slot: new numbers of a target, or an offset in the argument
+        of a call.
+        """
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:

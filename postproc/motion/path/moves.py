@@ -146,8 +146,7 @@ def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
 def _beyond_limits(
     events: Sequence[MotionEvent], known: Sequence[int], station: Station, places: Sequence[_Place]
 ) -> list[tuple[int, Diagnostic]]:
-    """Row of the event and KIN003 where a target sends an external axis more than 0.1 mm or degree beyond
-    its limits.
+    """Row of the event and KIN003 where a target has an external axis more than 0.1 mm or degree beyond a limit.
 
     Args:
         known: (k,) rows of the events that ``places`` (k,) belong to.

@@ -41,7 +41,7 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
 
 
 def _parts(grid: Grid) -> Iterator[slice]:
-    """Slices of the grid that hold whole runs, at least ``_MOST`` grid points each but for the last."""
+    """Slices of the grid that hold whole runs (from standstill to standstill), 2000 points or more but for the last."""
     begin = 0
     for end in (*(np.flatnonzero(np.diff(grid.run)) + 1).tolist(), len(grid.s)):
         if end - begin >= _MOST or end == len(grid.s):
@@ -50,10 +50,9 @@ def _parts(grid: Grid) -> Iterator[slice]:
 
 
 def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
-    """Fastest path speeds (g,) [m/s] of one part of the grid by one call of toppra, and the point where it finds no way
-    on.
+    """Fastest path speeds (g,) [m/s] of one part of the grid, and the index of the point where there is no way on.
 
-    If rounding stops it, it is repeated with slightly smaller limits of the acceleration (down to 97 %).
+    It is one call of toppra, repeated with smaller acceleration limits (down to 97 %) if rounding stops it.
     """
     from postproc.motion.timing.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
 

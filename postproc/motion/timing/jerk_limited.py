@@ -43,10 +43,10 @@ class Profile:
     start: Array
 
     def at(self, t: Array) -> tuple[Index, Array]:
-        """Run (k,) at each time t (k,) [s] from the start of the program, and the time since that run began
-        (k,) [s].
+        """Run (k,) at each time t (k,) [s] from the start of the program, and the time since it began (k,) [s].
 
-        Times before the start or after the end belong to the first or the last run.
+        A run is a stretch from standstill to standstill. Times before the start or after the end belong to the first or
+        last.
         """
         run = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, max(self.runs.count - 1, 0))
         return run, t - self.start[run]
@@ -77,7 +77,8 @@ class JointMotion:
 
 
 def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
-    """Motion of the joints at times ``t`` (k,) [s] since the start of the runs ``run`` (k,).
+    """Motion of the joints at times ``t`` (k,) [s] since the start of the runs ``run`` (k,), from standstill to
+    standstill.
 
     The joints follow the curve over the path parameter: qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q''
     sd sdd (bend) + q' sddd (slope).
@@ -94,7 +95,7 @@ def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
     """Part (k, 6) [rad/s^2] of the joint accelerations that changes the path speed: ``JointMotion.a_slope``.
 
     Args:
-        run, t: (k,) run, and time since it began [s].
+        run, t: (k,) run (stretch from standstill to standstill), and time since it began [s].
     """
     s, _, sdd, _ = evaluate(law, run, t)
     result = np.zeros((len(t), runs.curve.c.shape[2]))
@@ -105,9 +106,9 @@ def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
 
 
 def _place(runs: Knots, run: Index, s: Array) -> Array:
-    """Path parameter (k,) of distances s (k,) [m] from the start of runs (k,), kept just inside each run.
+    """Path parameter (k,) of distances s (k,) [m] from the start of runs (k,) from standstill to standstill.
 
-    At the end of a run the curve already belongs to the gap behind it.
+    It is kept just inside each run, as at the end of a run the curve already belongs to the gap behind it.
     """
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
     low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
@@ -222,7 +223,7 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
 
 
 def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array) -> Array:
-    """Write into ``excess`` (k - 1,) the ratio to the limits (1 at a limit) in intervals at some grid points.
+    """Write into ``excess`` (k - 1,) the factor by which some intervals are passed too fast, 1 at a limit.
 
     Args:
         stated: ``programmed_speed`` and ``programmed_ease`` of the intervals, (k - 1,) each.

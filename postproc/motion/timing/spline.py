@@ -76,7 +76,7 @@ class Knots:
 
     @property
     def inside(self) -> Flags:
-        """(k - 1,) True for intervals inside a run."""
+        """(k - 1,) True for intervals inside a run from standstill to standstill, False for the gaps between runs."""
         return np.diff(self.run) == 0
 
     @property
@@ -180,8 +180,7 @@ def rotation_angle(R: Array) -> Array:
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
-    """Cubic splines through values q (k, c) at s (k,), twice differentiable inside each run, independent
-    between runs.
+    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run, independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
     slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.

@@ -49,7 +49,7 @@ class TimeLaw:
 
 
 def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
-    """The time law through grid points with prescribed path speeds.
+    """The time law of runs from standstill to standstill, through grid points with prescribed path speeds.
 
     Args:
         run: (g,) run of each grid point, ascending; s: (g,) path parameter [m]; speed: (g,) [m/s], zero at run ends.
@@ -69,10 +69,11 @@ def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
 
 
 def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
-    """(g,) sum of the pieces (g,) of all earlier grid points of the run.
+    """(g,) sum of ``piece`` (g,) over all earlier grid points of the run (stretch from standstill to standstill).
 
     Args:
-        first: (r,) first grid point of each run; run: (g,) run of each grid point.
+        first: (r,) first grid point of each run.
+        run: (g,) run of each grid point.
     """
     total = np.concatenate([[0.0], np.cumsum(piece)[:-1]])
     return total - total[first][run]
@@ -81,7 +82,7 @@ def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
 def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
     """Integral of distance [m s], distance [m], speed and acceleration along the path before averaging, (n,) each.
 
-    Before and after its run the arm is at rest.
+    Before and after its run (from standstill to standstill) the arm is at rest.
 
     Args:
         run, t: (n,) run, and time since it began [s].
@@ -103,7 +104,11 @@ def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Arr
 
 
 def evaluate(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Distance [m], speed, acceleration and jerk along the path at times ``t`` (n,) from the start of each run [s]."""
+    """Distance [m], speed, acceleration and jerk along the path, (n,) each.
+
+    Args:
+        run, t: (n,) run (stretch from standstill to standstill), and time since it began [s].
+    """
     W = law.window[run]
     area1, s1, v1, a1 = _sharp(law, run, t)
     area0, s0, v0, a0 = _sharp(law, run, t - W)
@@ -111,9 +116,9 @@ def evaluate(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, A
 
 
 def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
-    """Times (n,) [s] since the start of ``run`` (n,) at which it has covered the distances ``s`` (n,) [m].
+    """Times (n,) [s] since the start of ``run`` (n,) at which the arm has covered the distances ``s`` (n,) [m].
 
-    Found by Newton steps, with bisection where these leave the bracket.
+    Found by Newton steps, with bisection where these leave the bracket. A run goes from standstill to standstill.
     """
     low, high = np.zeros(len(s)), law.duration[run]
     whole = law.s[law.last][run]

@@ -156,7 +156,7 @@ def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
 def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:
     """The conditions that the module is made for: tool of the statements, forces and channels of the options.
 
-    Without a tool in the program it is the model's, with half the arm's payload.
+    Without a tool in the program it is the model's; without a tool load it is half of the arm's payload.
     """
     robot = model.robot
     tool = next((e.tool for e in events if e.statement.key in keys and e.tool.name != "tool0" and e.tool.robhold), None)

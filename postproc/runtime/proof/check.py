@@ -66,10 +66,11 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
     Args:
         model: the arm with the effects that are corrected (`CorrectedModel`).
-        every: loads and regions, with how many targets.
+        every: conditions (load, region) to check, each with the number of targets.
 
     Raises:
-        PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010.
+        PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
+            deflection does not settle.
     """
     if MARKER.encode() not in source.data:
         text, help_ = f"`{source.path}` is no module that corrects targets", "name one of `postproc runtime write`"
