@@ -34,17 +34,19 @@ STATIONARY = "stationary tool: the robot carries the work object"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One motion statement.
+    """What a program does at one motion statement.
 
     Args:
-        statement: as it stands in the text; runs: how often it is executed, as far as known.
-        tool, wobj: their names; payload_mass: tool and grip load [kg].
+        statement: as it is in the text.
+        runs: how often it is executed, as far as known.
+        tool, wobj: their names.
+        payload_mass: tool and grip load [kg].
         position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
-        confdata: of that posture, None for arms whose wrist is not spherical, too.
         notes: a stationary tool, near a joint limit, near a singularity.
-        reason: why the statement would be left as it is, None where it would be corrected.
-        edited: where its new target would be written, None where that is not known.
-        external_axes: what its target says of each axis that it names, mm or degrees by letter.
+        reason: why the statement would stay as it is, None where it would be corrected.
+        edited: kind of place where its new target would be written, None where that is not known.
+        confdata: of that posture; None where not known, and for arms whose wrist is not spherical.
+        external_axes: positions that its target states, mm or degrees by letter.
     """
 
     statement: MotionStatement
@@ -67,7 +69,8 @@ class Inspection:
 
     Args:
         rows: one for each motion statement.
-        start: the first posture that is known, and what leads there; None where none is.
+        diagnostics: all findings.
+        start: the row of the first motion whose posture is known; None if there is none.
         nearest: to joint limits and singularities, over the whole way.
     """
 
@@ -98,8 +101,10 @@ class _Postures:
     """The arm at the goals of n moves.
 
     Args:
-        q: (n, 6) [rad]; position: (n, 3) of the TCP in base axes [m].
-        singular: (n, 2) of `singular_postures`; stationary: (n,) whether the tool stands still.
+        q: (n, 6) joint angles [rad].
+        position: (n, 3) of the TCP in base axes [m].
+        singular: (n, 2) arm and wrist, from `singular_postures`.
+        stationary: (n,) whether the tool is stationary.
     """
 
     q: Array

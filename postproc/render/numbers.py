@@ -31,8 +31,8 @@ def number_like(original: str, value: float, least_decimals: int) -> str:
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
 
-    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3) ('600.412',
-    '600.00', '9E+09')
+    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
+    ('600.412', '600.00', '9E+09')
     """
     try:
         before = float(original)

@@ -49,7 +49,7 @@ class SeamPoints:
     speed_mm_s: Array | None = None
 
     def finding(self, code: str, index: int, message: str, help_: str = "", severity: Severity = "error") -> Diagnostic:
-        """A diagnostic about the point of that index, placed at its row."""
+        """A diagnostic about the point of that index (from 0), placed at its row."""
         row = self.source.row(self.rows[index][0])
         return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
 

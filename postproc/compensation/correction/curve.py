@@ -82,7 +82,10 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 
 
 def invert_model(model: Model, motion: Motion) -> Exact:
-    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
+    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal.
+
+    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles.
+    """
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():

@@ -111,7 +111,7 @@ def _whole(model: Model) -> Model:
 
 
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:
-    """Commanded joints (n, 6) and residuals (n,) [m] of one batch."""
+    """Commanded joints (n, 6) [rad] and residuals (n,) [m] for one batch of desired poses (n, 4, 4)."""
     q, residual = _sweeps(model, state, desired, PATIENCE)
     slow = np.flatnonzero(residual > TOLERANCE_M)
     if len(slow):

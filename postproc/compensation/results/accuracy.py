@@ -40,9 +40,7 @@ def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
 
 
 def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
-    """Expected accuracy at the targets (None if the model was not fitted), and CMP010 where they leave the measured
-    range.
-    """
+    """Expected accuracy at the targets (None if the model was not fitted), and CMP010 outside the measured range."""
     at_goals = motion.at(_targets(motion))
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"

@@ -111,8 +111,8 @@ class Assigner:
         }
 
     def assign(self) -> Assignment:
-        """Assign values to slots (places that hold a target's numbers), then offsets to the arguments not served by
-        these.
+        """Assign values to slots (places that hold a target's numbers), then offsets to arguments not
+        served by them.
         """
         self._fill_slots()
         rest = self.shift - self._moved_by_slots(range(len(self.requests)))
@@ -179,7 +179,8 @@ class Assigner:
                 self.slots[slot] = self._common(rows)
 
     def _served_together(self, arguments: Mapping[ArgumentKey, Sequence[int]]) -> set[ArgumentKey]:
-        """Arguments that one value of their slot serves: all of them if possible.
+        """Arguments that one value of their slot (place that holds a target's numbers) serves: all of them
+        if possible.
 
         Otherwise those with the greatest need come first, then those nearest to the median of what those with the
         greatest need and the smallest tolerance require; arguments that displace the slot's target by amounts change
@@ -210,9 +211,10 @@ class Assigner:
         return set(kept)
 
     def _need(self, key: ArgumentKey) -> int:
-        """How much an argument needs its slot: 3 if it cannot have an offset, 2 if it has several slots, else 1.
+        """How much an argument needs its slot (place that holds a target's numbers), from 0 to 3.
 
-        It is 0 if the argument displaces the slot's target by amounts, which can be changed instead.
+        It is 3 if no offset can be put around it, 2 if it has several slots, 0 if it displaces the slot's target by
+        amounts, which can be changed instead, else 1.
         """
         rows = self.arguments[key]
         if self._no_offset(key, rows, configured=True):
@@ -222,7 +224,7 @@ class Assigner:
         return 2 if len({self.slot_of[row] for row in rows}) > 1 else 1
 
     def _one_value(self, rows: Sequence[int]) -> bool:
-        """Whether one value of the slot is within the tolerance of all requests in ``rows``, with one configuration."""
+        """Whether one value of a slot is within tolerance of all requests ``rows``, and they have one configuration."""
         if len(rows) < 2:
             return True
         if len({self.requests[row].value.robconf for row in rows}) > 1:
@@ -246,8 +248,10 @@ class Assigner:
         return midrange(self.turn[plain if len(plain) else chosen])
 
     def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what the requests in ``rows`` require, with their most
-        common confdata.
+        """The value of a slot in the centre of what requests require, with their most common configuration.
+
+        Args:
+            rows: indices of the requests.
         """
         if len(rows) == 1 and not self.derived[rows[0]]:
             row = rows[0]
@@ -257,7 +261,9 @@ class Assigner:
         return SlotValue(shift, self._common_turn(rows), max(set(confs), key=confs.count))
 
     def _moved_by_slots(self, rows: Iterable[int]) -> Array:
-        """(k, 3) how far [mm] the targets of requests move with the values of their slots."""
+        """(k, 3) how far [mm] the targets of requests move with the values of their slots (places with
+        their numbers).
+        """
         moved = []
         for row in rows:
             slot = self.slot_of[row]
@@ -324,8 +330,7 @@ class Assigner:
         return nearest_law(laws[1:], Allowed(0.0, most.tolist()))
 
     def _middle(self, rows: Sequence[int]) -> tuple[dict[SlotKey, SlotValue], float]:
-        """Values for the slots (places that hold a target's numbers) of an argument, and the error [mm] that they
-        leave.
+        """Values for the slots of an argument (places that hold a target's numbers), and the error [mm] they leave.
 
         No values if a slot also serves others, or if in some run more than half of the correction would remain.
         """
@@ -361,7 +366,7 @@ class Assigner:
         return np.asarray((tool if to_object else tool.inv()).apply(offsets))
 
     def _unlike(self, rows: Sequence[int]) -> str:
-        """Why runs with different corrections cannot be served, as text."""
+        """Text that says why runs with different corrections cannot be served, by whether they have one target."""
         requests = [self.requests[row] for row in rows]
         one = len({(r.target, r.origin.base.spans) for r in requests}) == 1
         return WAYS if one and any(r.event.way for r in requests) else DIFFERENT

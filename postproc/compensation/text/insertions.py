@@ -40,8 +40,8 @@ _OPENS = re.compile(
 def added_instruction(instruction: str) -> str | None:
     """Name of the instruction that may be added before one, on its curve; None where nothing may be added.
 
-    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")] ['ArcL',
-    'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
+    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")]
+    ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
     """
     arc = _ARC.match(instruction)
     if arc:

@@ -98,9 +98,7 @@ class Writer:
         return Assigned(requests, links, assigner.assign())
 
     def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
-        """Slots (places that hold a target's numbers) from which some statement derives its target in an
-        unknown way.
-        """
+        """Slots (places with a target's numbers) from which some statement derives its target in an unknown way."""
         if not any(known.derived for known in self.users.values()):
             return set()
         follows: dict[StatementKey, set[str]] = {}
@@ -181,9 +179,7 @@ class Writer:
         return tuple(changes), places
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
-        """The change that writes a value into a slot: new numbers of a target, or an offset in the argument
-        of a call.
-        """
+        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument."""
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
@@ -237,7 +233,7 @@ class Writer:
 
 
 def _moved(target: RobTarget, value: SlotValue) -> RobTarget:
-    """A target shifted and turned by a slot's value, with the configuration of that."""
+    """A target shifted and turned by a value for its slot (place with its numbers), with that value's configuration."""
     x, y, z = value.shift.tolist()
     w, a, b, c = Rotation.from_rotvec(value.turn).as_quat(scalar_first=True).tolist()
     return replace(

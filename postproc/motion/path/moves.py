@@ -170,9 +170,7 @@ def _beyond_limits(
 
 
 def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
-    """The finding as a warning, with the reason why its statement stays as it is; a finding that is no error is
-    unchanged.
-    """
+    """The finding, if it is an error, as a warning with the reason why its statement stays as it is."""
     if finding.severity != "error":
         return finding
     return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")

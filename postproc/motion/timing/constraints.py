@@ -135,9 +135,7 @@ class SpeedBounds(LinearConstraint):  # type: ignore[misc]
         self.bounds = np.column_stack([low, high])
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-        """What toppra asks of a constraint: bounds (g, 2) of the squared path speed in the last place, None for all
-        else.
-        """
+        """What toppra asks of a constraint: bounds (g, 2) of the squared path speed last, None for all else."""
         return None, None, None, None, None, None, self.bounds
 
 

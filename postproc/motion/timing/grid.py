@@ -66,7 +66,10 @@ def programmed_ease(runs: Runs) -> Array:
 
 
 def smooth_speed(runs: Runs) -> Array:
-    """Path speeds (k - 1,) [m/s] at which the curve itself uses half of a joint's jerk limit: |q'''| s_dot^3."""
+    """Path speeds (k - 1,) [m/s] at which the curvature of the path alone uses half of a joint's jerk limit.
+
+    The jerk is |q'''| s_dot^3, constant in each interval between knots.
+    """
     jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
     return np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
 

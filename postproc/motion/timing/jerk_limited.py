@@ -77,11 +77,11 @@ class JointMotion:
 
 
 def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
-    """Motion of the joints at times ``t`` (k,) [s] since the start of the runs ``run`` (k,), from standstill to
+    """Motion of the joints at times ``t`` (k,) [s] since the start of ``run`` (k,), each from standstill to
     standstill.
 
-    The joints follow the curve over the path parameter: qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q''
-    sd sdd (bend) + q' sddd (slope).
+    The joints follow the curve over the path parameter:
+    qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
@@ -260,7 +260,8 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
 def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
     """MOT010, an error at the move at path parameter s: at no speed does the arm keep its limits there.
 
-    It names the joint or axis that uses most of its limit of torque (by its weight), or of acceleration without such.
+    It names the joint or axis that uses most of its torque limit (by its weight), or without torque limits, of its
+    acceleration limit.
     """
     (move,) = runs.moves_at(np.array([s]))
     place = np.array([min(s, np.nextafter(runs.s[-1], 0.0))])
