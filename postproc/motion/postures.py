@@ -63,8 +63,7 @@ def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
 
 
 def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Warnings in words about postures (n, 6) [rad]: the closest joint limit below 5 deg, a singular wrist, a singular
-    arm.
+    """Warnings in words about postures (n, 6) [rad]: closest joint limit below 5 deg, singular wrist, singular arm.
 
     Args:
         singular: (n, 2), arm and wrist, from `singular_postures`.

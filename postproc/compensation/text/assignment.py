@@ -111,9 +111,7 @@ class Assigner:
         }
 
     def assign(self) -> Assignment:
-        """Assign values to slots (places that hold a target's numbers), then offsets to arguments not
-        served by them.
-        """
+        """Assign values to slots (places that hold a target's numbers), then offsets to the other arguments."""
         self._fill_slots()
         rest = self.shift - self._moved_by_slots(range(len(self.requests)))
         off = np.linalg.norm(rest, axis=1)
@@ -179,8 +177,7 @@ class Assigner:
                 self.slots[slot] = self._common(rows)
 
     def _served_together(self, arguments: Mapping[ArgumentKey, Sequence[int]]) -> set[ArgumentKey]:
-        """Arguments that one value of their slot (place that holds a target's numbers) serves: all of them
-        if possible.
+        """Arguments that one value of their slot (place with a target's numbers) serves: all if possible.
 
         Otherwise those with the greatest need come first, then those nearest to the median of what those with the
         greatest need and the smallest tolerance require; arguments that displace the slot's target by amounts change
@@ -261,9 +258,7 @@ class Assigner:
         return SlotValue(shift, self._common_turn(rows), max(set(confs), key=confs.count))
 
     def _moved_by_slots(self, rows: Iterable[int]) -> Array:
-        """(k, 3) how far [mm] the targets of requests move with the values of their slots (places with
-        their numbers).
-        """
+        """(k, 3) how far [mm] the targets of requests move by the values of slots (places with their numbers)."""
         moved = []
         for row in rows:
             slot = self.slot_of[row]

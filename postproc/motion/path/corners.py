@@ -80,7 +80,7 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
 
 
 def _share(zone_angle: Array, angle: Array) -> Array:
-    """Fraction (k,), at most 1/2, that a zone of ``zone_angle`` [rad] takes of a reorientation by ``angle`` [rad]."""
+    """Fraction (k,), 1/2 at most, that a zone of ``zone_angle`` [rad] takes of a reorientation by ``angle`` [rad]."""
     return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
 
 
@@ -187,9 +187,7 @@ def _blend_wrists(
 
 
 def _blended_joints(curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array) -> Array:
-    """Joint angles (n, 6) of move a at u_a cross-faded into its successor b at u_b; on lines and arcs only axes 4 to 6
-    count.
-    """
+    """Joint angles (n, 6) of move a at u_a cross-faded into its successor b at u_b; on lines only axes 4 to 6 count."""
     return joints_at(curves, a, u_a) + joints_at(curves, b, u_b) - curves.q_start[b]
 
 

@@ -183,9 +183,7 @@ def axes_of(radial: Array, tangent: Array) -> Array:
 
 
 def _carried_back(axis: Array, angle: Array, R: Array) -> Array:
-    """Orientations (k, 3, 3) turned by -angle about the axis of the circle, from their place on the arc back to its
-    start.
-    """
+    """Orientations (k, 3, 3) turned by -angle about the axis of the circle, from a place on the arc to its start."""
     return Rotation.from_rotvec(-angle[:, None] * axis).as_matrix() @ R
 
 

@@ -74,8 +74,7 @@ class NominalArm:
         return JointTarget((a, b, c, d, e, f), extax)
 
     def _to_frame(self, extax: Ax6, situation: Situation) -> Array:
-        """T_frame_base (4, 4): the base in the frame that the work stands in, the world or the end of a mechanical
-        unit.
+        """T_frame_base (4, 4): the base in the frame that the work stands in, the world or a mechanical unit's end.
 
         Args:
             extax: [mm], [deg] of the external axes, 9E9 where none is stated.

@@ -94,8 +94,7 @@ def resting_place(events: Iterable[MotionEvent]) -> Ax6:
 
 
 def say_resting(events: Iterable[MotionEvent], station: Station) -> list[Diagnostic]:
-    """MOT013 (info) for each unit that another task moves and that carries work here: the position it is assumed to
-    have.
+    """MOT013 (info) for each unit that another task moves and that carries work here: its assumed position.
 
     The finding is placed at the first motion on that unit.
     """

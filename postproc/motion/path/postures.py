@@ -114,8 +114,10 @@ def _follow(
 
 
 def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
-    """Joint angles (j, 6) of the first j <= k poses (k, 4, 4) that the arm can follow from joint angles ``before``
-    (6,).
+    """Joint angles (j, 6) of the first j <= k poses (k, 4, 4) that the arm can follow from joint angles (6,).
+
+    Args:
+        before: (6,) joint angles in which it starts [rad].
     """
 
     def fails(count: int) -> bool:

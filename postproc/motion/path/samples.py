@@ -216,8 +216,10 @@ def _limit_message(robot: Robot, q: Array, joint: int) -> str:
 
 
 def _missed_message(q: Array, q_goal: Array) -> str:
-    """Text of MOT004: the joint that is farthest from its goal, its angle and the wanted one in degrees; q, q_goal (6,)
-    [rad].
+    """Text of MOT004: the joint farthest from its goal, its angle and the wanted one in degrees.
+
+    Args:
+        q, q_goal: (6,) joint angles reached and wanted [rad].
     """
     j = int(np.argmax(np.abs(q - q_goal)))
     arrives, wanted = np.degrees(q[j]), np.degrees(q_goal[j])

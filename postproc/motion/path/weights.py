@@ -73,8 +73,7 @@ def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:
 
 
 def in_metres(event: MotionEvent) -> str:
-    """Text naming the TCP or work object of a motion that is less than 10 mm from its origin, so perhaps written in
-    metres.
+    """Text naming the TCP or work object of a motion that is less than 10 mm from its origin, perhaps in metres.
 
     It is empty if there is none.
     """

@@ -82,8 +82,8 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return K
 
     def _end(self, i: int, sign: float, ends: tuple[float, float]) -> float:
-        """Slowest (sign 1) or fastest (-1) squared speed at grid point i that leads to one between ``ends`` at the
-        next.
+        """Slowest (sign 1) or fastest (-1) squared speed at grid point i from which one in ``ends`` (2,) is reached at
+        i + 1.
 
         NaN if none of the linear programs has a solution.
         """
@@ -96,8 +96,10 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return found
 
     def _forward_step(self, i: int, x: float, K_next: Array) -> Array:
-        """Result (u, x) of the linear program for the fastest way from squared speed x at grid point i into ``K_next``
-        (2,).
+        """Acceleration and next squared speed for the fastest way from squared speed x at grid point i.
+
+        Args:
+            K_next: (2,) range of the squared speed at the next grid point.
         """
         self.objective[:2] = self.double_steps[i], -1.0
         found: Array = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, x, x, *K_next)
@@ -154,9 +156,7 @@ class JointLimits(LinearConstraint):  # type: ignore[misc]
         self.terms, self.limit = terms, np.tile(limit, 2)
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-        """What toppra asks of a constraint: coefficients and limits for both signs, interpolated to hold between grid
-        points.
-        """
+        """What toppra asks of a constraint: coefficients and limits of both signs, to hold between grid points, too."""
         one = np.eye(self.terms[0].shape[1])
         F = np.vstack([one, -one])
         return canlinear_colloc_to_interpolate(*self.terms, F, self.limit, None, None, gridpoints, identical=True)

@@ -77,8 +77,7 @@ class JointMotion:
 
 
 def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
-    """Motion of the joints at times ``t`` (k,) [s] since the start of ``run`` (k,), each from standstill to
-    standstill.
+    """Motion of the joints at times ``t`` (k,) [s] since the start of ``run`` (k,), from standstill to standstill.
 
     The joints follow the curve over the path parameter:
     qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
