@@ -217,6 +217,7 @@ class Planner:
         """
 
         def divisible(i: int) -> bool:
+            """Whether move i may be divided."""
             return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
 
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)

@@ -45,6 +45,7 @@ def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
     q = path.q[known]
 
     def at(row: int) -> MotionStatement:
+        """The motion statement at a row of the known samples."""
         return path.moves[path.move[known[row]]].event.statement
 
     margin = np.minimum(q - robot.lower, robot.upper - q)

@@ -42,8 +42,7 @@ class Ramp:
 
 
 def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: float) -> Ramp:
-    """The jerk-limited transition over a jump (6,) of the correction, which takes 0.2 s, or less if there
-    is less time.
+    """The jerk-limited transition over a jump (6,) of the correction; it takes 0.2 s, or less if there is less time.
 
     The joints turn by w = J^-1 jump in proportion to one progress g from 0 to 1, so joint j asks for |w_j| g' <=
     speed_j, |w_j| g'' <= acceleration_j, |w_j| g''' <= jerk_j, each 10 % of the joint's limit. It takes longer than 0.2

@@ -163,6 +163,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     template = load_template(env, "statement.j2")
 
     def target(value: TargetValue, statement: MotionStatement) -> str:
+        """RAPID text of an added target: numbers, or the call of a function."""
         if value.point is None:
             return fill(load_template(env, "target.j2"), {"target": value})
         sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))

@@ -83,6 +83,7 @@ def seam_module(
     template = load_template(environment(templates), "seam_module.j2")
 
     def text(conf: Sequence[Sequence[int]]) -> bytes:
+        """The module's text with these configurations (n, 4) of approach, points and departure."""
         targets = [
             TargetValue(pose, (c[0], c[1], c[2], c[3]), (NO_AXIS,) * 6) for pose, c in zip(placed, conf, strict=True)
         ]

@@ -94,6 +94,7 @@ def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, t
     ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
     def told(effect: Effect) -> bool:
+        """Whether an effect reads only what a controller knows at a target, and is not the error of the tool."""
         known = all(name in TOLD or name in channels for name in effect.reads)
         return known and effect.role is not Role.TOOL_FRAME
 

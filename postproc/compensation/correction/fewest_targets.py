@@ -96,7 +96,7 @@ def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pi
 
 
 def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
-    """Division of line i into the fewest lines within tolerance; none and not ``reached`` if not divisible."""
+    """Division of line i into the fewest lines within tolerance; no added target, not ``reached``, if indivisible."""
     if not divisible:
         return Pieces(i, (), (), False)
     samples, limit = division.samples, SHARE * float(division.tolerance[i])

@@ -118,6 +118,7 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
     last = len(u) - 1
 
     def deviation(a: int, b: int) -> float:
+        """Largest weighted chord deviation [m] between samples a and b."""
         return chord_gaps(u, across, weight, a, b)
 
     return _fewest(deviation, allowed, last, tolerance)
@@ -161,6 +162,9 @@ def place_arcs(
     last = len(commanded) - 1
 
     def deviation(a: int, b: int) -> float:
+        """Largest weighted distance [m] of the points between a and b from the circle through a, b and the
+        middle one.
+        """
         if b - a < 2:
             return 0.0
         gaps = circle_gaps(commanded[a : b + 1], commanded[a], commanded[(a + b) // 2], commanded[b])

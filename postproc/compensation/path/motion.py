@@ -49,7 +49,7 @@ class Motion:
         return self.samples.moves
 
     def at(self, rows: slice | Index) -> State:
-        """The arm's state (joint angles, speeds, loads, channels) at the chosen samples."""
+        """The arm's state (joint angles, speeds, loads, channels) at samples, chosen by a slice or indices."""
         samples, timeline, place = self.samples, self.timeline, self.place[rows]
         index, of = np.unique(samples.move[rows], return_inverse=True)
         moves = [samples.moves[i] for i in index.tolist()]

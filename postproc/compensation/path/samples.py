@@ -50,7 +50,7 @@ class Samples:
     goal: Index
 
     def mounts_at(self, rows: slice | Index) -> Mounts:
-        """The mounts of tool and work at the chosen samples."""
+        """The mounts of tool and work at samples, chosen by a slice or indices."""
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
     def turned_aside(self) -> Index:

@@ -231,7 +231,7 @@ def unmeasured(
 
 
 def _measured(plan: CorrectionPlan) -> set[StatementKey]:
-    """Statements with at least one run whose start is known."""
+    """Statements with at least one execution whose start is known, so that the way to its goal is measured."""
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
 
 

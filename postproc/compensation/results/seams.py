@@ -90,6 +90,7 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
     known = False  # whether the arc burns
 
     def report(statement: MotionStatement, text: str) -> None:
+        """Add CMP021 at a statement that may change, once."""
         help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
         if not statement.source.read_only:
             found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))

@@ -171,7 +171,7 @@ def on_arc(
 
 
 def _share(runs: Sequence[PathRun], k: int) -> float:
-    """Median fraction of the way, over all runs, at the k-th added goal, rounded as it is written."""
+    """Median fraction of the way, over all runs of a line, at the k-th added goal, rounded to 5 decimals."""
     return round(float(np.median([run.shares[k] for run in runs])), SHARE_DECIMALS)
 
 

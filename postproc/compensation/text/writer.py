@@ -148,6 +148,7 @@ class Writer:
         """A function of a target's origin and value that returns the target with what is written into its slot."""
 
         def moved(origin: Origin, target: RobTarget) -> RobTarget:
+            """The target with the value of the first slot of its origin that has one, else unchanged."""
             values = (part.assignment.slots.get(slot) for part in parts for slot in slots_of(origin))
             value = next((value for value in values if value is not None), None)
             return target if value is None else _moved(target, value)

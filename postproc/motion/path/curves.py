@@ -84,7 +84,7 @@ ARC_FAULTS = (
 
 
 def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
-    """The curve of every move, from the goal of the move before it to its own goal.
+    """The curve of every move, a line, arc or joint motion from the goal of the move before it to its own goal.
 
     The first move of a chain has no curve, but its goal alone.
     """
@@ -162,6 +162,7 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
     tangent = np.cross(normal / np.sqrt(safe), radial)
 
     def seen(p: Array) -> Array:
+        """Angle (k,) [rad] in [0, 2 pi) of points (k, 3) on the circles, from the start in the direction of travel."""
         d = p - center
         return np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
 

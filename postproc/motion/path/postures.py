@@ -121,6 +121,7 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
     """
 
     def fails(count: int) -> bool:
+        """Whether the arm cannot follow the first ``count`` poses."""
         try:
             track(robot, T_base_flange[:count], before)
         except PostprocError:

@@ -168,6 +168,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
     findings = []
 
     def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
+        """Add one finding for each move that has samples among ``rows``, at the first of them."""
         matter = Matter.UNFOLLOWABLE if severity == "error" else None
         for i in np.unique(path.move[rows], return_index=True)[1]:
             found = at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help)

@@ -53,8 +53,7 @@ def arm_joints(robot: Robot, mounts: Mounts, T_work_tcp: Array, q: Array) -> Arr
 
 
 def wrist_bend(robot: Robot, T_base_flange: Array, ends: tuple[Array, Array], share: float) -> Array:
-    """(6,) coefficients [rad] of u (1 - u), zero for axes 1 to 3, that let the wrist pass through a given
-    orientation.
+    """(6,) coefficients [rad] of u (1 - u), zero for axes 1 to 3, that let the wrist pass a given orientation.
 
     They are all zero if the arm cannot reach the pose.
 

@@ -82,8 +82,7 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return K
 
     def _end(self, i: int, sign: float, ends: tuple[float, float]) -> float:
-        """Slowest (sign 1) or fastest (-1) squared speed at grid point i from which one in ``ends`` (2,) is reached at
-        i + 1.
+        """Slowest (sign 1) or fastest (-1) squared speed at grid point i that leads into ``ends`` (2,) at the next.
 
         NaN if none of the linear programs has a solution.
         """

@@ -133,6 +133,7 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     grid = lay_grid(runs, np.minimum(stated[0], smooth_speed(runs)), stated[1], window)
 
     def solve(part: Grid) -> tuple[Array, int | None]:
+        """Fastest speeds (g,) [m/s] on a part of the grid, and the point where there is no way on."""
         return fastest(robot, runs, part, gravity)
 
     speed, blocked = solve(grid)

@@ -46,12 +46,18 @@ class FromTheArm:
             pending += more
 
     def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
-        """Whether a piece of text in a routine names data, a parameter or a function that may hold such a position."""
+        """Whether text in a routine names data, a parameter or a function that may hold a position of the arm.
+
+        That is a position where the arm has stood, or one found by a search, possibly passed on by assignments and
+        calls.
+        """
         own = self.program.routine(routine, module)
         return bool(own and self._keys(own, source, span) & self.keys)
 
     def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
-        """Keys of all that a piece of text in a routine names and that may hold a position."""
+        """Keys of the data, parameters and functions that a piece of text in a routine names and that may hold a
+        position.
+        """
         found = (self._key(routine, name) for name, _ in names_at(source, span))
         return {key for key in found if key is not None}
 
@@ -72,7 +78,7 @@ class FromTheArm:
         return ARM if name in FROM_THE_ARM else None
 
     def _flows(self, routine: Routine) -> Iterator[Flow]:
-        """Pairs of keys (from, to) for every place in a routine where a value may pass from one to the other."""
+        """Pairs of keys (from, to) of data, parameters or functions between which a routine may pass a value."""
         source = routine.source
         for declaration in routine.declarations:
             if declaration.init is not None:
@@ -81,7 +87,10 @@ class FromTheArm:
             yield from self._of_statement(routine, statement)
 
     def _of_statement(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
-        """The pairs (from, to) of one statement: search, assignment, RETURN, call, or functions in expressions."""
+        """Pairs of keys (from, to) of data between which one statement may pass a value.
+
+        It may be a search, an assignment, a RETURN, a call, or have functions in its expressions.
+        """
         source = routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
@@ -107,9 +116,10 @@ class FromTheArm:
             yield from self._of_functions(routine, source, span)
 
     def _of_call(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
-        """The pairs (from, to) of a procedure call: arguments to parameters, and back if passed by reference.
+        """Pairs of keys (from, to) between which a procedure call may pass a value.
 
-        ``GetDataVal`` and ``SetDataVal`` pass values from and to all data whose name they may compose.
+        These are arguments and parameters, and back if passed by reference. ``GetDataVal`` and ``SetDataVal`` pass
+        values from and to all data whose name they may compose.
         """
         source, word = routine.source, statement.word
         pieces = read_arguments(source.data, statement.span[0] + len(word), statement.span[1])
@@ -127,7 +137,7 @@ class FromTheArm:
             yield from self._of_functions(routine, source, span)
 
     def _of_functions(self, routine: Routine, source: Source, span: Span) -> Iterator[Flow]:
-        """The pairs (from, to) of calls of the program's functions in an expression.
+        """Pairs of keys (from, to) between which calls of the program's functions in an expression may pass a value.
 
         Everything named in the expression counts as an argument of each, and may be changed by parameters passed by
         reference.

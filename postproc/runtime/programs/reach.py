@@ -31,7 +31,7 @@ _WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
 
 @dataclass(frozen=True)
 class Reach:
-    """Decides which statements of a program the function can correct.
+    """Decides which statements of a program the run-time function can correct on the controller.
 
     Args:
         events: all of the program.
@@ -44,16 +44,18 @@ class Reach:
     _known: dict[StatementKey, tuple[Edit, ...] | str] = field(default_factory=dict)
 
     def takes(self, key: StatementKey) -> bool:
-        """Whether the function can correct a statement."""
+        """Whether the run-time function can correct the targets of a statement on the controller."""
         return not isinstance(self._asked(key), str)
 
     def edits(self, key: StatementKey) -> tuple[Edit, ...]:
-        """The edits that send the targets of a statement through the function; none if it cannot correct it."""
+        """The edits that send the targets of a statement through the run-time function; none if it cannot
+        correct it.
+        """
         found = self._asked(key)
         return () if isinstance(found, str) else found
 
     def why_not(self, key: StatementKey) -> str:
-        """Why the function cannot correct a statement; empty if it can."""
+        """Why the run-time function cannot correct a statement; empty if it can."""
         found = self._asked(key)
         return found if isinstance(found, str) else ""
 
@@ -112,7 +114,7 @@ class Reach:
 
     @cached_property
     def _wrong(self) -> frozenset[StatementKey]:
-        """Statements whose own text is wrong, so that their target is invalid at run time, too."""
+        """Statements whose text is wrong (an impossible target or a wrong type), so that they fail at run time, too."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _WRONG for u in e.unknowns))
 
     @cached_property
@@ -122,7 +124,9 @@ class Reach:
 
     @cached_property
     def _moved(self) -> bool:
-        """Whether the program sets a displacement from a search or from where the arm stands."""
+        """Whether the program sets a displacement from a search or from where the arm stands (PDispOn, or
+        PDispSet so).
+        """
         for routine in self.program.all_routines():
             for statement in statements_of(routine):
                 if statement.kind != "call" or self.program.routine(statement.word, routine.module) is not None:
