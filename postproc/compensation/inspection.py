@@ -113,6 +113,7 @@ class _Postures:
     stationary: NDArray[np.bool_]
 
     def __getitem__(self, rows: list[int]) -> _Postures:
+        """The postures of the chosen rows."""
         return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
 
 

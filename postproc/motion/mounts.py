@@ -44,6 +44,7 @@ class Mounts:
     frame: NDArray[np.int64] | None = None
 
     def __getitem__(self, rows: Any) -> Mounts:
+        """The mounts of the chosen rows (indices, a slice or a mask)."""
         placed = (x if x is None else x[rows] for x in (self.T_base_frame, self.frame))
         return Mounts(self.T_mount_tcp[rows], self.stationary[rows], *placed)
 

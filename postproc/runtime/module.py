@@ -79,7 +79,7 @@ def runtime_module(
 
 
 def _frames(model: Model) -> Array:
-    """(7, 3, 3) rotations from body axes to axes whose z is the axis of the joint that carries the body."""
+    """(7, 3, 3) for each body, as columns, axes of which z is the axis of the joint that carries it."""
     upright = [np.eye(3)]
     for axis in model.robot.axis:
         upright.append(Rotation.align_vectors(axis[None], np.array([[0.0, 0.0, 1.0]]))[0].as_matrix())

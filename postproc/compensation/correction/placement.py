@@ -162,9 +162,7 @@ def place_arcs(
     last = len(commanded) - 1
 
     def deviation(a: int, b: int) -> float:
-        """Largest weighted distance [m] of the points between a and b from the circle through a, b and the
-        middle one.
-        """
+        """Largest weighted distance [m] of points a to b from the circle through a, b and the middle one."""
         if b - a < 2:
             return 0.0
         gaps = circle_gaps(commanded[a : b + 1], commanded[a], commanded[(a + b) // 2], commanded[b])

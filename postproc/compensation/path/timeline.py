@@ -36,7 +36,7 @@ class Timeline:
             natural period (zero while the torch turns in place).
         restless: (k,) whether the load of inertia changes.
         axes_v, axes_a: (k, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
-        legs: rows of every leg (a part from stop to stop), and its profile.
+        legs: rows of every leg (part of the program between two stops), and its profile.
     """
 
     place: Array

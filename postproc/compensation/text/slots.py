@@ -35,9 +35,7 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
     found: dict[str, Users | None] = {}
 
     def users(key: str, depth: int) -> Users | None:
-        """Users of a declaration or parameter, through calls up to the depth MAX_CALLS; None if not only
-        for targets.
-        """
+        """Users of a declaration or parameter, through calls up to depth MAX_CALLS; None if not only for targets."""
         if key not in found:
             found[key] = None  # of a routine that calls itself
             found[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None

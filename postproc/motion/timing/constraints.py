@@ -95,7 +95,7 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return found
 
     def _forward_step(self, i: int, x: float, K_next: Array) -> Array:
-        """Acceleration and next squared speed for the fastest way from squared speed x at grid point i.
+        """Optimum (u, x) at grid point i: the path acceleration u that leads fastest on from the squared speed x.
 
         Args:
             K_next: (2,) range of the squared speed at the next grid point.
@@ -124,6 +124,9 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
         return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
+        """The coordinates (order 0) or their derivative of that order (g, c) at all grid points, whatever the
+        positions.
+        """
         return self.values[order]
 
 

@@ -55,9 +55,7 @@ class FromTheArm:
         return bool(own and self._keys(own, source, span) & self.keys)
 
     def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
-        """Keys of the data, parameters and functions that a piece of text in a routine names and that may hold a
-        position.
-        """
+        """Keys of data, parameters and functions named in a piece of text of a routine that may hold a position."""
         found = (self._key(routine, name) for name, _ in names_at(source, span))
         return {key for key in found if key is not None}
 

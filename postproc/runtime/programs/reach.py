@@ -48,9 +48,7 @@ class Reach:
         return not isinstance(self._asked(key), str)
 
     def edits(self, key: StatementKey) -> tuple[Edit, ...]:
-        """The edits that send the targets of a statement through the run-time function; none if it cannot
-        correct it.
-        """
+        """The edits that send a statement's targets through the run-time function; none if it cannot correct it."""
         found = self._asked(key)
         return () if isinstance(found, str) else found
 
@@ -124,9 +122,7 @@ class Reach:
 
     @cached_property
     def _moved(self) -> bool:
-        """Whether the program sets a displacement from a search or from where the arm stands (PDispOn, or
-        PDispSet so).
-        """
+        """Whether the program sets a displacement from a search or from where the arm stands (PDispOn, PDispSet)."""
         for routine in self.program.all_routines():
             for statement in statements_of(routine):
                 if statement.kind != "call" or self.program.routine(statement.word, routine.module) is not None:

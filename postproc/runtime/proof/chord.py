@@ -32,6 +32,7 @@ class ChordError:
         return self.largest_m / LINE_M**2
 
     def __str__(self) -> str:
+        """The result in one line of text, with lengths in mm."""
         return (
             f"in the middle of {self.count} lines of {1e3 * LINE_M:g} mm between corrected ends: largest error "
             f"{1e3 * self.largest_m:.3f} mm, rms {1e3 * self.rms_m:.3f} mm; of 1 m, as it grows with the square of "
