@@ -219,7 +219,10 @@ def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
 
 
 def _goes_on(before: MotionEvent, event: MotionEvent) -> bool:
-    """Whether two consecutive motions have the same load, tool and weld state, and a monitored configuration."""
+    """Whether a program can be cut between two consecutive motions, since the second starts as the first ends.
+
+    Tool, load and weld state are the same, the configuration is monitored and the goal of the first is known.
+    """
     same = before.tool == event.tool and before.gripload == event.gripload and before.weld == event.weld
     own = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
     known = before.target is not None and before.reason is None

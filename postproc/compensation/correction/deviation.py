@@ -105,7 +105,9 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
-    """T_work_tcp (n, 4, 4) of the real arm that is commanded to ``T_work_tcp`` (n, 4, 4)."""
+    """T_work_tcp (n, 4, 4) that the real arm reaches if it is commanded to the poses passed, under the loads of
+    ``state``.
+    """
     seen = mounts.seen(reached(model, state), T_work_tcp)
     if not mounts.stationary.any():
         return seen

@@ -79,7 +79,12 @@ class Motion:
         return self._carried(state, self.station, rows, place)
 
     def _carried(self, state: State, station: Station, rows: slice | Index, place: Array) -> State:
-        """The state with gravity and motion of a base that external axes move or tilt; ``place``: see the class."""
+        """The state with gravity and motion of a base that external axes move or tilt.
+
+        Args:
+            rows: the samples of the state.
+            place: (n,) their place on the programmed path, as move index + fraction.
+        """
         axes, timeline = self.samples.axes[rows], self.timeline
         gravity = station.gravity(axes) if station.carried else None
         if gravity is None:

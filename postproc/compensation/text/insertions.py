@@ -131,7 +131,10 @@ def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> fr
 
 
 def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
-    """A key that is equal for two runs of a statement on one line in the object frame."""
+    """A key that is equal for two runs of a statement on one line in the object frame, by start, goal and frames.
+
+    It is unique to the run if these are not known, and empty if no motion comes before.
+    """
     event, before = events[row], row - 1
     while before >= 0 and events[before].statement.interpolation == "none" and events[before].reason is None:
         before -= 1

@@ -134,7 +134,12 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
 
 
 def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
-    """Mounts at the goals of k events, of what is in force and the place of the work at each (k,)."""
+    """How tool and work are held at the goals of k events.
+
+    Args:
+        loads: what is in force at each event.
+        places: frame of the work and external axes at each event.
+    """
     found = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
     frames = list(dict.fromkeys(frame for frame, _ in places))
     if not any(frames):

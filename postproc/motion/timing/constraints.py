@@ -124,9 +124,7 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
         return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
-        """The coordinates (order 0) or their derivative of that order (g, c) at all grid points, whatever the
-        positions.
-        """
+        """The coordinates (order 0), or their derivative of that order, (g, c) at all grid points."""
         return self.values[order]
 
 
