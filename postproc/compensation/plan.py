@@ -86,7 +86,7 @@ class CorrectionPlan:
     arrivals: Arrivals
 
     def not_by_numbers(self, program: Program) -> list[StatementKey]:
-        """Motion statements that changed numbers do not correct, without those that the scope leaves out."""
+        """Keys of motion statements not corrected by changed numbers, without those that the scope leaves out."""
         corrected = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
         return [s.key for s in program.statements if s.key not in corrected and s.key not in self.unasked]
 

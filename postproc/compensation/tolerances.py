@@ -23,7 +23,7 @@ def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] at each goal: that of the stricter of the two moves that meet there."""
+    """(m,) largest deviation [m] allowed at each goal, the smaller one of the two moves that meet there."""
     path = path_tolerances(moves, options)
     first = np.array([move.first for move in moves])
     behind = np.append(np.where(first[1:], np.inf, path[1:]), np.inf)

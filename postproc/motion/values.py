@@ -38,7 +38,7 @@ class WorkFrame:
     unit: str | None
 
     def at(self, axes: Array) -> Array:
-        """T_base_frame (n, 4, 4) at axis positions (n, 6) [m], [rad]."""
+        """T_base_frame (n, 4, 4) of this frame at positions (n, 6) [m], [rad] of the external axes."""
         return self.station.frame(self.unit, axes)
 
 
@@ -95,7 +95,7 @@ class Move:
 
 
 def goal_axes(moves: Sequence[Move]) -> Array:
-    """(m, 6) external axes at the goals of moves."""
+    """(m, 6) positions [m], [rad] of the external axes at the goals of m moves, NaN where not known."""
     return np.array([m.axes for m in moves]).reshape(-1, 6)
 
 

@@ -241,7 +241,7 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
 
 
 def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
-    """Indentation of the line at a byte offset (blanks before it only), and how that line ends."""
+    """Indentation of the line at a byte offset (blanks before it only), and its line end, CR LF or LF."""
     start = data.rfind(b"\n", 0, offset) + 1
     before = data[start:offset]
     indent = before[: len(before) - len(before.lstrip())]
@@ -272,7 +272,7 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
 
 
 def indent_after(data: bytes, offset: int) -> str:
-    """Indentation of the first line with text on it after the line of a byte offset."""
+    """Indentation of the first line with text after the line at a byte offset; two blanks if there is none near."""
     for line in data[offset : offset + 4096].split(b"\n")[1:]:
         if line.strip():
             return line[: len(line) - len(line.lstrip())].decode("latin-1")

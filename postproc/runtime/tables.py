@@ -201,7 +201,7 @@ class _Asked:
         return np.broadcast_to(joint, (n, 6)), body.reshape(n, -1), np.broadcast_to(tool, (n, 6))
 
     def pushes(self, q: Array) -> tuple[Array, dict[int, Array]]:
-        """The effect's torques (n, 6) on joints, and wrenches (n, 6) by body, at joint angles (n, 6) [rad]."""
+        """The effect's torques (n, 6) on joints, and wrenches (n, 6) on bodies by index, at angles (n, 6) [rad]."""
         share = load_of(self.effect, self._at(q))
         return np.zeros((len(q), 6)) if share.joint is None else share.joint, dict(share.body)
 
@@ -284,7 +284,11 @@ class CurveTables:
 
 
 def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
-    """Curves of all functions over the region, with as few values as their tolerance allows."""
+    """Curves of all functions over the region, with as few values as their tolerance allows.
+
+    Args:
+        done: has the region of joint angles.
+    """
     degree = np.pi / 180.0
     low, high = np.degrees(done.lower), np.degrees(done.upper)
 

@@ -59,14 +59,23 @@ def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[i
 
 
 def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:
-    """Start and goal (3,) [m] of move i in its own work frame, with the targets as they are written."""
+    """Start and goal (3,) [m] of move i in its own work frame, with the targets as they are written.
+
+    Args:
+        written: the correction with the targets that the text can have, from ``place_targets``.
+    """
     ends = np.array([samples.start[i], samples.goal[i]])
     T = samples.mounts_at(ends).work(written.T_base_flange[[i - 1, i]])
     return T[0, :3, 3], T[1, :3, 3]
 
 
 def circle_point(samples: Samples, written: Exact, i: int, u: float) -> Array:
-    """Point (3,) [m] at fraction u of the circle through the written ends of arc i and its corrected middle."""
+    """Point (3,) [m] at fraction u of the circle through the written ends of arc i and its corrected middle.
+
+    Args:
+        written: the correction with the targets that the text can have, from ``place_targets``.
+        u: fraction of the arc, 0 at its start and 1 at its goal.
+    """
     start, goal = ends_of(samples, written, i)
     middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
     center, radial, tangent, angle, _, _ = circle_through(start[None], middle[None], goal[None])

@@ -70,7 +70,10 @@ class Transition:
 
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
-    """(m,) bool: tool, payload or wrench change at start or goal of the move, or a MoveAbsJ is among its ends."""
+    """(m,) bool: the load on the arm changes at the start or goal of the move, or the move there is a MoveAbsJ.
+
+    The load changes with tool, payload, and with the arc if the process force acts only while it burns.
+    """
     changing = [False] * len(moves)
     for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or a.stationary != b.stationary

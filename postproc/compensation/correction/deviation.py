@@ -46,11 +46,11 @@ class Deviation:
         return np.asarray(np.linalg.norm(self.away, axis=1))
 
     def largest(self, rows: Flags) -> float:
-        """Largest distance [m] over the chosen samples, 0 where there are none."""
+        """Largest distance [m] over samples chosen by a mask (n,), 0 where there are none."""
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
     def largest_of_moves(self, rows: Flags) -> Array:
-        """(m,) largest distance [m] along each programmed move over the chosen samples."""
+        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,)."""
         worst = np.zeros(len(self.goal_distance))
         np.maximum.at(worst, self.owner[rows], self.distance[rows])
         return worst
@@ -105,9 +105,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
-    """T_work_tcp (n, 4, 4) that the real arm reaches if it is commanded to the poses passed, under the loads of
-    ``state``.
-    """
+    """T_work_tcp (n, 4, 4) that the real arm reaches if commanded to the poses passed, under the loads of ``state``."""
     seen = mounts.seen(reached(model, state), T_work_tcp)
     if not mounts.stationary.any():
         return seen

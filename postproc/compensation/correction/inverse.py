@@ -81,7 +81,10 @@ def reached(model: Model, state: State) -> Array:
 
 
 def told_pose(model: Model, state: State) -> Array:
-    """T_base_tcp (n, 4, 4) of the TCP at joint angles ``state.q`` by the controller's own model of the arm."""
+    """T_base_tcp (n, 4, 4) where the controller assumes the TCP at joint angles ``state.q``.
+
+    It is the nominal pose, or that of the controller's own model if it corrects by itself.
+    """
     if model.controller is None:
         return forward(model.robot, state.q) @ state.T_flange_tcp
     return predict(model.controller, known_state(model.already, state))

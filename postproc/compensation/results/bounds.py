@@ -41,7 +41,10 @@ class Bound:
     slope: float = 0.0
 
     def at(self, place: Vec3) -> float:
-        """The largest correction [mm] at a goal ``place`` [mm] in object axes."""
+        """The largest correction [mm] at a goal ``place`` [mm] in object axes.
+
+        It grows by ``slope`` with the distance from the nearest goal of the statement's runs.
+        """
         if not self.slope:
             return self.mm
         return self.mm + self.slope * float(np.linalg.norm(self.goals - place, axis=1).min())

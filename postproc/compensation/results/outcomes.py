@@ -207,7 +207,10 @@ def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
-    """Number of corrected statements that also have runs which could not be followed, so are in no figure."""
+    """Number of corrected statements of which not all runs could be followed or measured.
+
+    Their deviation in such a run is in no figure: targets, start or load are not known there.
+    """
     moves = plan.motion.moves
     followed = {move.row for move in moves}
     astray = {e.statement.key for row, e in enumerate(events) if e.has_unresolved_runs or row not in followed}

@@ -44,7 +44,11 @@ class Seam:
 def find_seams(
     outcomes: Sequence[StatementOutcome], plan: CorrectionPlan, before: Deviation, after: Deviation
 ) -> list[Seam]:
-    """The seams of a program, in the order of the text, with their deviations before and after the correction."""
+    """The seams of a program in the order of the text, with their deviations before and after the correction.
+
+    Args:
+        outcomes: of all motion statements, in the order of the text.
+    """
     moves, samples = plan.motion.moves, plan.motion.samples
     rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.resumes_from is None)
     passing = in_transition(plan, after)

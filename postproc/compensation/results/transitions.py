@@ -96,5 +96,5 @@ def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) ->
 
 
 def finding(code: str, severity: Severity, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
-    """A diagnostic placed at a whole motion statement."""
+    """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
     return Diagnostic(code, severity, text, statement.source, statement.span, help_)

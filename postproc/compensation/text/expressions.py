@@ -32,7 +32,7 @@ class TargetExpression:
 
 
 def target_expression(source: Source, span: Span, program: Program) -> TargetExpression:
-    """How an offset can be put into the target expression at ``span``."""
+    """How an offset can be put into the target expression at ``span``, also if the program hides ``Offs``."""
     text = source.data[slice(*span)].decode("latin-1")
     module, routine = program.place(source, span[0])
     own = {name for name in DISPLACING if program.hides(name, module, routine)}

@@ -66,7 +66,7 @@ class PathRun:
 
 
 def free_name(program: Program, name: str) -> str:
-    """A name for a function that no identifier of the program equals: the given one, or with a number behind it."""
+    """A function name that no identifier of the program equals: ``name``, or ``name2``, ``name3``, .."""
     taken = set[str]().union(*(identifiers(source.data) for source in program.sources))
     return next(n for n in (name, *(f"{name}{k}" for k in range(2, 1000))) if n.lower() not in taken)
 

@@ -53,7 +53,7 @@ class Assigned:
 
     @property
     def served(self) -> Set[StatementKey]:
-        """Statements whose correction is written."""
+        """Keys of the statements whose correction is written."""
         return {request.event.statement.key for request in self.requests} - self.left.keys()
 
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
@@ -86,7 +86,10 @@ class Writer:
         self._expressions: dict[ArgumentKey, TargetExpression] = {}
 
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
-        """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points."""
+        """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points.
+
+        Circle points then keep the values that were decided for goals, and their slots.
+        """
         moves = self.motion.moves
         rows = {moves[r.move].row for r in requests}
         complete: Set[StatementKey] = fully_requested(self.runs, rows) if goals is None else goals.served

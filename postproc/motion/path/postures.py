@@ -68,7 +68,10 @@ def goal_joints(
 
 
 def any_configuration(event: MotionEvent) -> bool:
-    """Whether ConfL or ConfJ is off: the arm then keeps the configuration in which it comes."""
+    """Whether the configuration of a target is not monitored: ConfJ is off for a joint move, ConfL for others.
+
+    The arm then keeps the configuration in which it comes.
+    """
     name = "conf_j" if event.statement.interpolation == "joint" else "conf_l"
     return event.options.get(name) is False
 

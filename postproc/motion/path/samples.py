@@ -82,7 +82,11 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
 
 
 def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
-    """(n,) bool: the sample is the first of a chain of moves, so the way on which the arm comes to it is not known."""
+    """(n,) bool: the sample is the first of a chain of moves, so the way on which the arm comes to it is not known.
+
+    Args:
+        move: (n,) index of each sample's move.
+    """
     starts = np.array([m.first for m in moves], dtype=bool)[move]
     return starts & np.append(True, np.diff(move) != 0)
 

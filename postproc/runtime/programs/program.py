@@ -65,7 +65,12 @@ class OnTheController:
     findings: tuple[Diagnostic, ...]
 
     def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int], options: Options) -> Applied:
-        """Events with the targets that the function returns for the chosen ones (indices)."""
+        """Events with the targets that the function returns for chosen ones, and how many it corrects.
+
+        Args:
+            events: all of a program.
+            chosen: indices of those that go through the function.
+        """
         source = Source(f"{self.name}.sys", self.module.text)
         return apply_module(source, model, events, chosen, options.free_axes)
 

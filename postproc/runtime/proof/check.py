@@ -50,7 +50,7 @@ class Check:
 
 
 def said(found: Check, done: Conditions) -> str:
-    """The results of a check in one line of text."""
+    """One line of text with number of targets, largest and rms error, largest correction and targets returned."""
     returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
     return (
         f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
