@@ -80,12 +80,12 @@ class Conversion:
 
     @property
     def output(self) -> bytes | None:
-        """The corrected bytes of the first file; None where nothing is written."""
+        """The corrected bytes of the first file, None if there is none."""
         return next(iter(self.outputs.values()), None)
 
 
 class _Refused(Exception):
-    """Stops a conversion with findings: exit code 0 where nothing moves the arm, 1 or 2 where it is refused."""
+    """Ends a conversion: an error forbids it, or nothing in the program moves the arm (exit code 0)."""
 
     def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
         self.findings, self.exit_code = findings, exit_code
@@ -93,7 +93,7 @@ class _Refused(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    """What is converted: the program, its motions, the arm as far as its model holds for it, what the arm does.
+    """What is converted: the program, its motions, and the model of the arm as far as it holds for the program.
 
     Args:
         motion: None where no target is known before the program runs.
@@ -111,13 +111,13 @@ class _Task:
 
     @property
     def on(self) -> bool:
-        """Whether statements may be corrected on the controller (``run_time``)."""
+        """Whether anything may be corrected on the controller."""
         return self.options.run_time != "off"
 
 
 @dataclass(frozen=True)
 class _Text:
-    """What is written: edits by path; drafts, the files without header and function; the function, None without one."""
+    """What is written: edits and drafts (without header and function) by path; the function, None if there is none."""
 
     env: SandboxedEnvironment
     edits: Mapping[str, list[Edit]]
@@ -127,7 +127,7 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """What the proof of the written text found: deviation before and after, the judged program, the worlds examined."""
+    """Result of following the written text: deviation before and after, figures and outcomes, worlds compared."""
 
     before: Deviation
     after: Deviation
@@ -142,7 +142,8 @@ def compensate_program(
 
     Args:
         source: one file, or all files of a task; each of them that is not read only may change.
-        model: the real arm. watch: called with each step and the share of the work that is done.
+        model: the real arm.
+        watch: is called with the name of each step and the share of the work done so far.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
     findings: list[Diagnostic] = []
@@ -177,10 +178,10 @@ def compensate_program(
 
 
 def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagnostic]:
-    """Return the findings of a step, if no error is among them.
+    """The findings of a step, unchanged.
 
     Raises:
-        _Refused: an error is among them; it carries the exit code.
+        _Refused: an error is among them.
     """
     if has_errors(findings):
         raise _Refused(*findings, exit_code=exit_code)
@@ -188,7 +189,7 @@ def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagn
 
 
 def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[Program, list[Diagnostic]]:
-    """Parse the program, and return it with its findings."""
+    """The parsed program, and findings of the text."""
     if options.already and options.run_time != "off":
         text = "the function for run time does not know what the controller corrects by itself (`--already`)"
         raise _Refused(Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
@@ -200,11 +201,7 @@ def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[
 def _follow(
     program: Program, model: Model, options: Options
 ) -> tuple[tuple[list[MotionEvent], Mapping[str, Diagnostic]], list[Diagnostic]]:
-    """Execute the program; returns its motion events in order with positions of external axes, and data it measures.
-
-    Raises:
-        _Refused: nothing moves the arm (exit code 0), or an error.
-    """
+    """The motions in order of execution, with positions of the external axes, and findings at measured data by name."""
     station = model.station or Station()
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -220,10 +217,11 @@ def _follow(
 def _move(
     program: Program, events: list[MotionEvent], measured: Mapping[str, Diagnostic], model: Model, options: Options
 ) -> tuple[_Task, list[Diagnostic]]:
-    """Plan the motion of the program, with the model as far as it holds for these events.
+    """Moves, samples and timing of the program, and findings.
 
-    With correction on the controller, targets out of reach and values left by an earlier run are taken as unknown. The
-    motion is planned again without the targets that the arm cannot run, if the rest may be corrected.
+    If a function may correct targets on the controller, values that only the last run left, and those out of reach,
+    count as unknown. So do targets that the arm cannot run, if they are few or a part of the program may be corrected
+    alone: the motion is then read a second time without them.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)
@@ -244,7 +242,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Return events without targets that cannot be run, and findings in place of their errors; none if they stay."""
+    """Events without the targets that the arm cannot run, and warnings for these; no warnings if the errors remain."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:
@@ -255,19 +253,19 @@ def _without_errors(
 
 
 def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
-    """Compute the commands along the whole path with which the real arm follows it."""
+    """The commanded poses along the whole way, and MOD005 if the model makes the tool weigh less than nothing."""
     return invert_model(model, motion), doubt_weights(model, motion)
 
 
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
-    """Plan which numbers of the program are changed, and where targets are added."""
+    """The plan of what is written where, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
     plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
 def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
-    """Return the corrected text, with the function for statements that no numbers correct."""
+    """The corrected text, and the function for statements that changed numbers do not correct."""
     function, findings = _function(task, plan.not_by_numbers(task.program))
     env = environment(task.options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in task.program.sources}
@@ -279,9 +277,9 @@ def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
 
 
 def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheController | None, list[Diagnostic]]:
-    """Return the function that corrects these statements on the controller, None if it corrects none, and findings.
+    """The function that corrects those of the statements it can, None if it is off or there are none.
 
-    Where correction on the controller is off, the findings say how many statements it would reach.
+    If it is off, the findings say how many statements it would correct.
     """
     chosen = frozenset(key for key in keys if task.reach.takes(key))
     if not task.on:
@@ -291,7 +289,10 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
 
 
 def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[_Proof, list[Diagnostic]]:
-    """Prove the corrected text: read it back, compute the deviation before and after, and judge every statement."""
+    """Follow the written text, compare its deviation with the original's, and judge every statement.
+
+    The findings include those of accuracy, joint limits, seams and other worlds.
+    """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
     before, after = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
@@ -310,7 +311,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
 
 
 def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
-    """Compute the deviation along the original program, and along the corrected text when it is executed again.
+    """Deviation along the original program, and along the written one.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
@@ -335,7 +336,7 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
 def _conversion(
     task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
 ) -> Conversion:
-    """Assemble the result of a proved program, with its report and outputs."""
+    """The result for a program whose written text has been proved: files, document, plan and deviations."""
     model, options, judged = task.model, task.options, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
@@ -350,7 +351,7 @@ def _conversion(
 
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
-    """Convert a program of which no target is known before it runs: by the function on the controller alone."""
+    """The conversion of a program none of whose targets is known before it runs: only a function can correct it."""
     program, events = task.program, task.events
     keys = [s.key for s in program.statements]
     function, more = _function(task, keys)
@@ -369,7 +370,7 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
 
 
 def _outputs(task: _Task, text: _Text, report: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return the bytes of every file that may change, with a header in each that does, by edits or by the function.
+    """The bytes of every file that may change, with a header in each that is edited.
 
     Raises:
         _Refused: CMP004, the text with the function does not read back as the same program.

@@ -34,17 +34,19 @@ STATIONARY = "stationary tool: the robot carries the work object"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One motion statement.
+    """What a program does at one motion statement.
 
     Args:
-        statement: as it stands in the text; runs: how often it is executed, as far as known.
-        tool, wobj: their names; payload_mass: tool and grip load [kg].
+        statement: as it is in the text.
+        runs: how often it is executed, as far as known.
+        tool, wobj: their names.
+        payload_mass: tool and grip load [kg].
         position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
-        confdata: of that posture, None for arms whose wrist is not spherical, too.
         notes: a stationary tool, near a joint limit, near a singularity.
-        reason: why the statement would be left as it is, None where it would be corrected.
-        edited: where its new target would be written, None where that is not known.
-        external_axes: what its target says of each axis that it names, mm or degrees by letter.
+        reason: why the statement would stay as it is, None where it would be corrected.
+        edited: kind of place where its new target would be written, None where that is not known.
+        confdata: of that posture; None where not known, and for arms whose wrist is not spherical.
+        external_axes: positions that its target states, mm or degrees by letter.
     """
 
     statement: MotionStatement
@@ -67,7 +69,8 @@ class Inspection:
 
     Args:
         rows: one for each motion statement.
-        start: the first posture that is known, and what leads there; None where none is.
+        diagnostics: all findings.
+        start: the row of the first motion whose posture is known; None if there is none.
         nearest: to joint limits and singularities, over the whole way.
     """
 
@@ -77,9 +80,14 @@ class Inspection:
     nearest: tuple[Nearest, ...] = ()
 
     def decided(self, outcomes: Sequence[StatementOutcome], findings: Sequence[Diagnostic] = ()) -> Inspection:
-        """With what a compensation decides for each statement, and what only the controller could correct (RUN007).
+        """The inspection with the decisions of a compensation for each statement added to its rows.
 
-        Where the others are corrected, a few ways that the arm cannot follow are left with a warning.
+        Findings about what concerns the controller (RUN007, KIN018) are added, too. If there are outcomes, errors about
+        ways that the arm cannot follow become warnings, since only those statements stay uncorrected.
+
+        Args:
+            outcomes: of the compensation.
+            findings: of the compensation.
         """
         known = {outcome.statement.key: outcome for outcome in outcomes}
         rows = tuple(_decided(row, known.get(row.statement.key)) for row in self.rows)
@@ -93,8 +101,10 @@ class _Postures:
     """The arm at the goals of n moves.
 
     Args:
-        q: (n, 6) [rad]; position: (n, 3) of the TCP in base axes [m].
-        singular: (n, 2) of `singular_postures`; stationary: (n,) whether the tool stands still.
+        q: (n, 6) joint angles [rad].
+        position: (n, 3) of the TCP in base axes [m].
+        singular: (n, 2) arm and wrist, from `singular_postures`.
+        stationary: (n,) whether the tool is stationary.
     """
 
     q: Array
@@ -103,16 +113,17 @@ class _Postures:
     stationary: NDArray[np.bool_]
 
     def __getitem__(self, rows: list[int]) -> _Postures:
+        """The postures of the chosen rows."""
         return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
 
 
 def inspect_program(
     sources: Sequence[Source] | Source, robot: Robot, options: Options = Options(), station: Station | None = None
 ) -> Inspection:
-    """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
+    """Read a program, follow its execution, and find the posture of the arm at every target and between them.
 
     Args:
-        sources: the files of the task; those that are lent get no rows.
+        sources: the files of the task; files that are only read along get no rows.
         options: those that say how the program is read.
         station: where the arm stands, and its external axes.
     """
@@ -138,6 +149,7 @@ def inspect_program(
 
 
 def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
+    """The row with the place where its new target is written, and the reason if the statement stays uncorrected."""
     if outcome is None:
         return row
     left = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")
@@ -145,6 +157,7 @@ def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
 
 
 def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
+    """Joint angles, TCP positions in base axes, singularity and kind of tool at the goals of moves."""
     q = np.array([move.q for move in moves]).reshape(-1, 6)
     if not moves:
         return _Postures(q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool))
@@ -156,6 +169,12 @@ def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
 def _row(
     statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
 ) -> Row:
+    """The row of one statement; posture, tool and position are those of its first execution.
+
+    Args:
+        executions: indices of its executions in ``events``.
+        seen: the postures at those executions that the arm can make.
+    """
     if not executions:
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
     event, known = events[executions[0]], len(seen.q) > 0
@@ -178,6 +197,7 @@ def _row(
 
 
 def _reason(event: MotionEvent, known: bool) -> str | None:
+    """Why the statement stays uncorrected, None if it is corrected; ``known``: the arm can make the motion."""
     if event.reason is not None:
         return event.reason
     if event.statement.interpolation == "absjoint":

@@ -40,7 +40,8 @@ class OnController:
     """What a function beside the program corrects while it runs.
 
     Args:
-        takes: whether it can correct a statement. everything: it corrects all that it can, not only what is left.
+        takes: whether the function can correct a statement.
+        everything: it corrects all statements that it can, not only those that numbers cannot correct.
     """
 
     takes: Callable[[StatementKey], bool] = lambda _: False
@@ -52,15 +53,19 @@ class CorrectionPlan:
     """Everything that will be written, before it is written.
 
     Args:
-        changes: texts to change; places: where the correction of each statement is written.
-        left: statements that stay uncorrected, with the reason; unasked: those of them that the scope leaves out.
-        relaxed: moves whose statement gets one correction for runs that ask for different ones.
-        refused: moves that need added targets for which there is no text, and why.
-        why_whole: why nothing can be added before a move, whatever there is to be written; empty where something can.
-        on_controller: statements among those that are left whose targets a function corrects while the program runs.
+        changes: texts to change.
+        places: kind of place in the text where the correction of each statement is written.
+        left: statements that stay uncorrected, with the reason.
+        unasked: those of them that the scope leaves out.
+        on_controller: those of them whose targets a function corrects while the program runs.
+        relaxed: moves whose statement gets one correction for runs that need different ones.
+        insertions, pieces: statements to add, and how moves are divided by them.
+        transitions: where the correction jumps.
+        refused: moves that need added targets for which there is no text, with the reason.
+        why_whole: returns why nothing can be added before a move, empty if something can.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
-        arrivals: after which motions each may run.
+        arrivals: after which motions each statement may run.
     """
 
     motion: Motion
@@ -81,13 +86,16 @@ class CorrectionPlan:
     arrivals: Arrivals
 
     def not_by_numbers(self, program: Program) -> list[StatementKey]:
-        """Motion statements of the text that no numbers correct, but for those that nobody asked for."""
+        """Keys of motion statements not corrected by changed numbers, without those that the scope leaves out."""
         corrected = {move.event.statement.key for move in self.motion.moves} - self.left.keys()
         return [s.key for s in program.statements if s.key not in corrected and s.key not in self.unasked]
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
-    """Statements that lead to where a search begins: with one end of its line corrected it would find another place."""
+    """Statements before a search instruction, with the reason why they stay uncorrected.
+
+    With one end of its line corrected, the search would find another place.
+    """
     return {
         before.statement.key: SEARCHED
         for before, event in pairwise(events)
@@ -99,7 +107,9 @@ class Planner:
     """Decides what to change so that the real arm follows the programmed curves.
 
     Args:
-        exact: the inverse of the model along the motion (see ``invert_model``); events: all of the program.
+        exact: the inverse of the model along the motion, from ``invert_model``.
+        events: all of the program.
+        on_controller: which statements a function corrects while the program runs.
     """
 
     def __init__(
@@ -127,8 +137,10 @@ class Planner:
         self.unasked: Mapping[StatementKey, str] = {}
 
     def plan(self) -> CorrectionPlan:
-        """Find what is written where; statements that must stay as they are, and arcs that must stay whole, only grow
-        in number, so this ends.
+        """Find what is written where.
+
+        It repeats until no more statements have to stay uncorrected and no more arcs undivided; both sets only grow, so
+        it ends.
         """
         left, whole = self._left_by_choice(), dict[int, str]()
         while True:
@@ -179,7 +191,10 @@ class Planner:
         )
 
     def _left_by_choice(self) -> dict[StatementKey, str]:
-        """Statements that stay as they are whatever their correction is, with the reason."""
+        """Statements that stay uncorrected whatever their correction is, with the reason.
+
+        They are out of scope, lead to a search, are arcs with an unknown start, or are corrected by the function.
+        """
         scope = in_scope(self.moves, self.motion.options)
         within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
         self.unasked = {key: OUT_OF_SCOPE for key in self.keys if key not in within}
@@ -189,28 +204,41 @@ class Planner:
         return left
 
     def _chosen(self, left: Mapping[StatementKey, str]) -> list[int]:
-        """Moves of the statements that are not left."""
+        """Indices of the moves whose statements are not in ``left``."""
         return [i for i, key in enumerate(self.keys) if key not in left]
 
     def _divided(self, curve: Array, left: Mapping[StatementKey, str], whole: Mapping[int, str]) -> list[Pieces]:
-        """How moves are divided, the runs of a statement alike."""
+        """How moves are divided; all runs of a statement are divided at the same fractions.
+
+        Args:
+            curve: (n, 4, 4) commanded poses.
+            left: statements that stay uncorrected; nothing is added before them.
+            whole: moves that must not be divided, with the reason.
+        """
 
         def divisible(i: int) -> bool:
+            """Whether move i may be divided."""
             return i not in whole and self.keys[i] not in left and not self.divisible.why_not(i)
 
         return divided_alike(self.samples, divide_moves(self.division, curve, divisible), divisible)
 
     def _follows_arc(self, i: int) -> bool:
-        """Whether the points to add to an arc follow its three points, which are not all numbers."""
+        """Whether added points of arc i are written as expressions of its start, circle point and goal.
+
+        That is so if these three are not all stated as numbers in the text.
+        """
         event = self.moves[i].event
         return event.via is not None and not all_numbers(event, self.moves[i - 1].event)
 
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
-        """Moves whose targets are not where the correction wants them, with the shift (6,) that they get, work axes."""
+        """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.
+
+        It is zero for statements that stay uncorrected.
+        """
         stays = {key for key in left if not self._taken(key)}
         placed = self.writer.placed(goals, self.exact)
         return placed | {i: np.zeros(6) for i, key in enumerate(self.keys) if key in stays}
 
     def _taken(self, key: StatementKey) -> bool:
-        """Whether the function corrects a statement that is left."""
+        """Whether the function on the controller corrects a statement, and the scope includes it."""
         return key not in self.unasked and self.on_controller.takes(key)

@@ -38,7 +38,17 @@ def run_again(
     *,
     station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
-    """Events of the written program, and the original event of each (see ``owners_of``)."""
+    """Follow the execution of the written program.
+
+    Args:
+        drafts: new content of the changed files, by path.
+        insertions: the statements that were added.
+        events: of the original program.
+
+    Returns:
+        Its events, and for each the index of the original event that it belongs to; None in place of the indices if the
+        written program does not run the same statements as often.
+    """
     written = read_again(program, drafts)
     planned = _planned(program, insertions)
     pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
@@ -56,7 +66,10 @@ def run_again(
 
 
 def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[StatementKey, bool]]:
-    """For every motion statement of the written text the original one that it belongs to, and whether it is that."""
+    """For every motion statement of the written text, in order, its original statement, and whether it is that one.
+
+    An added statement has False and the original statement in front of which it stands.
+    """
     added = Counter(i.statement.key for i in insertions)
     return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
 
@@ -64,10 +77,10 @@ def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[St
 def _that_lead_on(
     ran: Sequence[MotionEvent], original: Mapping[StatementKey, tuple[StatementKey, bool]]
 ) -> list[MotionEvent]:
-    """Events without those of added statements behind which the one that they belong to does not run.
+    """Events without those of added statements whose original statement does not run after them.
 
-    Of a program that is too long to be followed only runs to new places are events: a line may lead from another place
-    to a goal that is none.
+    Of a program too long to be followed entirely, only runs to new places are events; an added statement may then
+    appear without the motion to whose goal it leads.
     """
     kept, behind = [False] * len(ran), None
     for j in range(len(ran) - 1, -1, -1):
@@ -87,15 +100,15 @@ def owners_of(
     events: Sequence[MotionEvent],
     ran: Sequence[MotionEvent],
 ) -> list[int] | None:
-    """Original event of every event of the written program; added statements belong to the one behind them.
+    """Index of the original event for every event of the written program; that of the next one for added statements.
 
-    The n-th execution of a statement is that of its original; an event that only says where the arm resumes from
-    belongs to the motion that goes on from there. None where the written program does not run the same statements as
-    often.
+    The n-th execution of a statement is that of its original; an event that only states where the arm resumes from
+    belongs to the motion that starts there. None if the written program does not run the same statements as often.
 
     Args:
-        original: by statement of the written text that of the original, and whether it is that: statements are told
-            apart by their order in the text, before each original stand as many added ones as were planned.
+        original: for each statement of the written text its original, and whether it is that one or an added one.
+        events: of the original program.
+        ran: of the written program.
     """
     standing: dict[StatementKey, list[int]] = {}
     for i, event in enumerate(events):
@@ -127,10 +140,10 @@ def owners_of(
 def drive(
     model: Model, plan: CorrectionPlan, ran: Sequence[MotionEvent], owners: Sequence[int] | None
 ) -> Iterator[Driven]:
-    """What the written program drives, part by part: working memory does not grow with the program.
+    """Samples and states of the written program, part by part, so that memory does not grow with the program.
 
     Args:
-        ran, owners: see ``run_again``.
+        ran, owners: events and original events, from ``run_again``.
 
     Raises:
         PostprocError: the arm cannot run it, or it does not run what was planned.
@@ -183,16 +196,17 @@ def drive(
 
 
 def _moveless(event: MotionEvent) -> bool:
+    """Whether an event is not understood or does not move the arm."""
     return event.reason is not None or event.statement.interpolation == "none"
 
 
 def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
-    """Fractions along divided moves at which their parts begin and end."""
+    """By move, the fractions at which the parts of a divided move begin and end; ``u``: (n,) of the samples."""
     return {p.move: (0.0, *(float(u[g]) for g in p.goals), 1.0) for p in pieces if p.goals}
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
-    """Parts [a, b) of about ``MOST`` events; nothing changes where they meet, and the goal there is known by itself."""
+    """Ranges [a, b) of about ``MOST`` events, cut where load and tool stay the same and the goal is known by itself."""
     # Nor does a way that goes on from an earlier event (``resumes_from``) lead from one part into another.
     back = [i if e.resumes_from is None else e.resumes_from for i, e in enumerate(events)]
     earliest = np.minimum.accumulate(back[::-1])[::-1]
@@ -205,7 +219,10 @@ def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
 
 
 def _goes_on(before: MotionEvent, event: MotionEvent) -> bool:
-    """Whether the next move starts under the load and with the tool under which the arm has arrived."""
+    """Whether a program can be cut between two consecutive motions, since the second starts as the first ends.
+
+    Tool, load and weld state are the same, the configuration is monitored and the goal of the first is known.
+    """
     same = before.tool == event.tool and before.gripload == event.gripload and before.weld == event.weld
     own = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
     known = before.target is not None and before.reason is None

@@ -36,7 +36,7 @@ MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; o
 def read_samples(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Samples | None, list[Diagnostic]]:
-    """Moves of a program and samples of their curves; None where an error makes that impossible."""
+    """Samples of the curves of a program's moves (None if an error makes them impossible), and findings."""
     moves, findings = read_moves(model.robot, events, options.free_axes, model.station)
     if has_errors(findings) or not moves:
         return None, findings
@@ -50,8 +50,9 @@ def read_samples(
 
 
 def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
-    """Moves of which those to joint angles stand at the nominal angles of the place where the controller believes to
-    be: where it corrects by itself, a line that begins there begins at that place.
+    """The moves, those to joint angles with the nominal angles of the pose that the controller assigns to them.
+
+    If the controller corrects by itself, a line that follows begins at that pose. Without this nothing changes.
     """
     rows = [i for i, move in enumerate(moves) if move.kind == "absjoint"]
     if model.controller is None or not rows:
@@ -78,7 +79,7 @@ def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]
 def read_motion(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Motion | None, list[Diagnostic]]:
-    """Moves, timing and samples of a program; None where an error makes that impossible."""
+    """Moves, timing and samples of a program (None if an error makes them impossible), and findings."""
     samples, findings = read_samples(model, events, options)
     if samples is None:
         return None, findings
@@ -98,10 +99,10 @@ def without_impossible(
     """Events without the targets of statements that the arm cannot run as they are programmed.
 
     Args:
-        findings: of the motion.
+        findings: of the motion; their errors name these statements.
 
     Returns:
-        The events, and the findings as warnings; none where an error speaks of no statement, or no error does.
+        The events, and the findings as warnings; no findings if there is no error or one of them names no statement.
     """
     errors = [d for d in findings if d.severity == "error"]
     wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
@@ -120,8 +121,10 @@ def without_impossible(
 
 
 def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:
-    """Whether nothing is wrong but the ways to a few targets, with those that are left already: a line through a
-    singularity of the wrist (``SingArea``), a goal in another configuration than the line leads to.
+    """Whether all errors are ways to targets that the arm cannot follow, and these are few.
+
+    Such a way is a line through a wrist singularity, or a goal in another configuration than the line leads to. Few
+    means at most 5 % of the program's motion statements, with those that already stay uncorrected for it.
     """
     errors = [d for d in findings if d.severity == "error"]
     left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
@@ -131,7 +134,7 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
 
 
 def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """The findings, the first error with what corrects the rest of the program, where anything would be left of it."""
+    """The findings, in which the first error also advises ``--allow-partial`` if that leaves anything to correct."""
     left, said = without_impossible(events, findings)
     if not said or not any(e.reason is None and e.target is not None for e in left):
         return list(findings)
@@ -143,10 +146,10 @@ def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) 
 def no_known_target(
     program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reachable: int = 0
 ) -> Diagnostic:
-    """CMP003, with the reason that most statements have, and the first way out that there is.
+    """CMP003, an error: no target can be corrected; with the reason that most statements have and the first remedy.
 
     Args:
-        reachable: statements that a function on the controller could correct.
+        reachable: number of statements that a function on the controller could correct.
     """
     own = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]
     known = next((e for e in own if e.reason is None and isinstance(e.target, RobTarget)), None)
@@ -167,7 +170,7 @@ def no_known_target(
 
 
 def _of_statement(event: MotionEvent, findings: Sequence[Diagnostic]) -> Diagnostic | None:
-    """The first finding that stands in the statement of an event, infos aside."""
+    """The first warning or error placed inside the statement of an event, or None."""
     source, (begin, end) = event.statement.source, event.statement.span
     mine = (d for d in findings if d.severity != "info" and d.source == source and d.span is not None)
     return next((d for d in mine if d.span is not None and begin <= d.span[0] < end), None)

@@ -12,7 +12,10 @@ from postproc.motion.values import Flags, Move
 
 
 def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] along each move: a program without any weld counts throughout."""
+    """(m,) largest deviation [m] allowed along each move.
+
+    It is the air tolerance for moves that do not weld in a program that welds, the weld tolerance for all others.
+    """
     if not _any_weld(moves):
         return np.full(len(moves), options.tolerance_m)
     welding = np.array([move.welding for move in moves])
@@ -20,7 +23,7 @@ def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
-    """(m,) largest deviation [m] at each goal: that of the stricter of the two moves that meet there."""
+    """(m,) largest deviation [m] allowed at each goal, the smaller one of the two moves that meet there."""
     path = path_tolerances(moves, options)
     first = np.array([move.first for move in moves])
     behind = np.append(np.where(first[1:], np.inf, path[1:]), np.inf)
@@ -28,7 +31,7 @@ def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def in_scope(moves: Sequence[Move], options: Options) -> Flags:
-    """(m,) goals that are corrected: with the scope ``welds`` those at which a weld begins or that it leads to."""
+    """(m,) moves whose goals are corrected; with the scope ``welds`` those of weld moves and of moves before them."""
     if options.scope == "all" or not _any_weld(moves):
         return np.ones(len(moves), dtype=bool)
     welding = np.array([move.welding for move in moves])
@@ -36,4 +39,5 @@ def in_scope(moves: Sequence[Move], options: Options) -> Flags:
 
 
 def _any_weld(moves: Sequence[Move]) -> bool:
+    """Whether any of the moves belongs to a weld statement."""
     return any(move.event.weld is not None for move in moves)

@@ -39,14 +39,14 @@ NO_CORRECTION = Bound()
 
 @dataclass(frozen=True, slots=True)
 class Worlds:
-    """How many worlds were looked at, and in how many the programs differed."""
+    """Number of worlds in which the programs were compared, and of those in which they differed."""
 
     count: int
     differing: int
 
 
 def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
-    """Whether anything decides on what a program does that its text does not tell."""
+    """Whether something that the text does not state (inputs, unknown data) decides on what a program does."""
     return any(
         event.conditional
         or event.assumed
@@ -64,12 +64,14 @@ def check_written(
     plan: CorrectionPlan,
     outcomes: Sequence[StatementOutcome],
 ) -> tuple[Worlds, list[Diagnostic]]:
-    """As ``check_worlds`` for the text of the written program, its files by path.
+    """Compare the written program with the original in several worlds, as ``check_worlds`` does.
 
-    Nothing is looked at where there is but one way and one value of each place.
+    Nothing is compared if the text determines all ways and targets of the program.
 
     Args:
-        events: all of the program; outcomes: what has become of its statements.
+        events: all of the program.
+        drafts: text of the written files by path.
+        outcomes: what has become of its statements.
     """
     if not depends_on_run_time(events) and not plan.arrivals.open:
         return Worlds(0, 0), []
@@ -85,15 +87,15 @@ def check_worlds(
     bounds: Mapping[StatementKey, Bound],
     entry: str | None = None,
 ) -> tuple[Worlds, list[Diagnostic]]:
-    """Follow the original and the written program in every world.
+    """Follow the original and the written program in every world: one choice of all that the text leaves open.
 
     Args:
         added: how many statements were added before each statement of the original.
-        bounds: corrections of the statements that have one.
+        bounds: largest corrections of the statements that have one.
         entry: routine where both begin.
 
     Returns:
-        What was looked at, and the statements of the original that differ (CMP019).
+        Number of worlds and of those with a difference, and CMP019 at the statements of the original that differ.
     """
     numbers = {s.key: i for i, s in enumerate(program.statements)}
     planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
@@ -120,6 +122,7 @@ def check_worlds(
 
 
 def _finding(motion: WorldMotion, text: str) -> Diagnostic:
+    """CMP019, an error at the statement: the corrected program differs there in the way that ``text`` says."""
     help_ = "nothing is written; please report this program"
     statement = motion.statement
     return Diagnostic(
@@ -130,12 +133,13 @@ def _finding(motion: WorldMotion, text: str) -> Diagnostic:
 
 @dataclass(frozen=True, slots=True)
 class Pairing:
-    """Which statement of the written program is which of the original.
+    """Which statement of the written program is which one of the original.
 
     Args:
-        own: number in the original of each statement of the written program that was not added; numbers: the same of
-            the original's own.
-        bounds: corrections of the original's statements; traps: those in trap routines that lead the arm back.
+        own: number in the original of each statement of the written program that was not added.
+        numbers: number of each statement of the original.
+        bounds: largest corrections of the original's statements.
+        traps: statements in trap routines that bring the arm back to where it was.
     """
 
     own: Mapping[StatementKey, int]
@@ -147,7 +151,7 @@ class Pairing:
 def _differences(
     before: Sequence[WorldMotion], after: Sequence[WorldMotion], pairing: Pairing
 ) -> Iterator[tuple[WorldMotion, str]]:
-    """Motions of the original that the written program does not make, and how it differs there."""
+    """Motions of the original that the written program does not make, each with what it does instead."""
     own, numbers, bounds = pairing.own, pairing.numbers, pairing.bounds
     at, last = 0, None
     largest = max((bound.mm for bound in bounds.values()), default=0.0)  # of an added goal, too
@@ -175,10 +179,11 @@ def _differences(
 
 
 def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: Bound) -> str:
-    """How a motion of the written program differs from the same of the original; empty where it does not.
+    """What a motion of the written program does differently from its original, as text; empty if nothing.
 
     Args:
-        start: the motion before it, where an arc begins.
+        start: the motion before it, at whose goal an arc begins.
+        bound: largest correction of the statement.
     """
     if (before.wobj, before.displacement) != (after.wobj, after.displacement):
         return "goes there in another frame"
@@ -200,8 +205,9 @@ def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMoti
 
 
 def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion) -> float:
-    """How far [mm] a circle point is from the arc of the original, along which it may stand anywhere; where that is
-    not known from the point itself.
+    """Distance [mm] of the new circle point from the original's arc, anywhere on it; 0 without circle points.
+
+    If the start of the arc is not known, it is the distance of the two circle points.
     """
     if before.via is None or after.via is None:
         return 0.0
@@ -226,7 +232,7 @@ def _angle(a: Quat, b: Quat) -> float:
 
 
 def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion) -> float:
-    """How far an added goal is from the straight way of the original between two goals [mm]; 0 for other ways."""
+    """Distance [mm] of an added goal from the straight line of the original motion; 0 for motions that are no line."""
     if start is None or motion.statement.interpolation != "line":
         return 0.0
     places = [_in_base(m) for m in (start, motion, extra)]
@@ -239,7 +245,7 @@ def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion)
 
 
 def _in_base(motion: WorldMotion) -> Array | None:
-    """The goal of a motion in base axes, (3,) [m]; None where the world does not give it."""
+    """The goal of a motion in base axes, (3,) [m]; None if it is no robtarget or the tool is stationary."""
     if not isinstance(motion.target, RobTarget) or motion.wobj is None or motion.tool is None:
         return None
     if not motion.tool.robhold or motion.wobj.robhold:

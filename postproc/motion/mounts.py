@@ -29,12 +29,13 @@ _SINGULAR = 1e-3  # of the largest singular value: directions that the arm has a
 
 @dataclass(frozen=True, slots=True)
 class Mounts:
-    """Mounts at n places.
+    """How tool and work are held at n places, on the flange or in a frame.
 
     Args:
-        T_mount_tcp: (n, 4, 4), fixed: T_flange_tcp, or T_frame_tcp of a stationary tool; stationary: (n,) which it is.
+        T_mount_tcp: (n, 4, 4) constant pose T_flange_tcp, or T_frame_tcp of a stationary tool.
+        stationary: (n,) whether the tool is stationary.
         T_base_frame: (n, 4, 4) the frame of work or stationary tool; None where it is the base.
-        frame: (n,) which frame it is, by a number; None where it is the base.
+        frame: (n,) number of that frame; None where it is the base.
     """
 
     T_mount_tcp: Array
@@ -43,11 +44,12 @@ class Mounts:
     frame: NDArray[np.int64] | None = None
 
     def __getitem__(self, rows: Any) -> Mounts:
+        """The mounts of the chosen rows (indices, a slice or a mask)."""
         placed = (x if x is None else x[rows] for x in (self.T_base_frame, self.frame))
         return Mounts(self.T_mount_tcp[rows], self.stationary[rows], *placed)
 
     def same(self, other: Mounts) -> NDArray[np.bool_]:
-        """(n,) whether two mounts are the same, wherever their frame has moved."""
+        """(n,) bool: tool matrix, kind of tool and number of the frame are equal; the frame may stand elsewhere."""
         tool: NDArray[np.bool_] = (self.T_mount_tcp == other.T_mount_tcp).all(axis=(1, 2))
         tool &= self.stationary == other.stationary
         if self.frame is not None and other.frame is not None:
@@ -55,38 +57,44 @@ class Mounts:
         return tool
 
     def _in_base(self, T_frame: Array) -> Array:
+        """T_base_x (n, 4, 4) of poses T_frame_x (n, 4, 4) stated in the frame of the work or of the stationary tool."""
         return T_frame if self.T_base_frame is None else self.T_base_frame @ T_frame
 
     def _in_frame(self, T_base: Array) -> Array:
+        """T_frame_x (n, 4, 4) of poses T_base_x (n, 4, 4), in the frame of the work or of the stationary tool."""
         return T_base if self.T_base_frame is None else invert(self.T_base_frame) @ T_base
 
     def work(self, T_base_flange: Array) -> Array:
-        """T_work_tcp (n, 4, 4) of flange poses."""
+        """T_work_tcp (n, 4, 4): the TCP in the work frame for flange poses T_base_flange (n, 4, 4)."""
         if not self.stationary.any():
             return self._in_frame(T_base_flange @ self.T_mount_tcp)
         other_way = invert(T_base_flange) @ self._in_base(self.T_mount_tcp)
         return self._chosen(self._in_frame(T_base_flange @ self.T_mount_tcp), other_way)
 
     def flange(self, T_work_tcp: Array) -> Array:
-        """T_base_flange (n, 4, 4) of poses on the work."""
+        """T_base_flange (n, 4, 4): flange poses that bring the TCP to T_work_tcp (n, 4, 4); the inverse of `work`."""
         if not self.stationary.any():
             return self._in_base(T_work_tcp @ invert(self.T_mount_tcp))
         other_way = self._in_base(self.T_mount_tcp) @ invert(T_work_tcp)
         return self._chosen(self._in_base(T_work_tcp @ invert(self.T_mount_tcp)), other_way)
 
     def base_tcp(self, T_work_tcp: Array) -> Array:
-        """T_base_tcp (n, 4, 4): where the process is in the base."""
+        """T_base_tcp (n, 4, 4): the TCP in the base for T_work_tcp (n, 4, 4); for a stationary tool its fixed place."""
         return self._in_base(self._chosen(T_work_tcp, self.T_mount_tcp))
 
     def flange_tcp(self, T_work_tcp: Array) -> Array:
-        """T_flange_tcp (n, 4, 4): where the process is on the flange; it wanders over a work piece that is carried."""
+        """T_flange_tcp (n, 4, 4): the TCP in the flange for T_work_tcp (n, 4, 4).
+
+        For a held tool it is constant; for a stationary tool it moves over the work piece, which the flange carries.
+        """
         return self._chosen(self.T_mount_tcp, T_work_tcp)
 
     def seen(self, T_base_tcp: Array, T_work_tcp: Array) -> Array:
-        """T_work_tcp (n, 4, 4) of an arm whose flange has what belongs at the TCP at T_base_tcp instead.
+        """T_work_tcp (n, 4, 4) of a deflected arm, whose flange brings its nominal TCP point to T_base_tcp (n, 4, 4).
 
-        A held tool stands there. A stationary tool stands where it always does, on work that is displaced:
-        T_flange_tcp T_base_tcp^-1 T_base_frame T_mount_tcp.
+        A held tool is then at T_base_tcp. A stationary tool stays in place and the work that the flange carries is
+        displaced: T_flange_tcp T_base_tcp^-1 T_base_frame T_mount_tcp, with T_flange_tcp equal to the nominal
+        T_work_tcp passed.
         """
         if not self.stationary.any():
             return self._in_frame(T_base_tcp)
@@ -94,11 +102,10 @@ class Mounts:
         return self._chosen(self._in_frame(T_base_tcp), other_way)
 
     def joints_by_shift(self, robot: Robot, q: Array, T_work_tcp: Array) -> Array:
-        """Joint angles (n, 6, 6) by a small shift of the TCP on the work, in work axes: the inverse of the Jacobian.
+        """Change of joint angles [rad] per small shift of the TCP on the work, (n, 6, 6): the inverse Jacobian.
 
-        Directions that the arm has all but lost are left out.
-
-        To shift a stationary tool on the work, the work has to go the other way.
+        It is a pseudo-inverse in work axes: directions with a singular value below 0.1 % of the largest are left out,
+        as the arm cannot move that way. To shift a stationary tool on the work, the work moves the opposite way.
         """
         J = jacobian(robot, q, self.flange_tcp(T_work_tcp))
         inverse = np.asarray(np.linalg.pinv(J, rcond=_SINGULAR), dtype=float)
@@ -108,13 +115,14 @@ class Mounts:
         return self._chosen(held, inverse @ -_turning(forward(robot, q)))
 
     def _chosen(self, held: Array, stationary: Array) -> Array:
+        """Matrices (n, 4, 4) or (n, 6, 6) of ``stationary`` where the tool is stationary, else of ``held``."""
         if not self.stationary.any():
             return held
         return np.where(self.stationary[:, None, None], stationary, held)
 
 
 def _turning(T: Array) -> Array:
-    """(n, 6, 6) shifts and turns in the axes of poses (n, 4, 4), as seen from outside."""
+    """(n, 6, 6) block-diagonal, the rotation of each pose (n, 4, 4) twice: it turns shift and rotation vector."""
     found = np.zeros((len(T), 6, 6))
     found[:, :3, :3] = found[:, 3:, 3:] = T[:, :3, :3]
     return found

@@ -20,13 +20,14 @@ LIMIT, WRIST, ARM = "joint limit", "singular wrist", "singular arm"
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """Where a program comes nearest to what an arm should keep away from, at its targets or between them.
+    """The place of a program, at a target or between two, that is nearest to a joint limit or to a singularity.
 
     Args:
         to: joint limit, singular wrist or singular arm.
-        amount: of a limit and of a wrist an angle [deg], of an arm the smallest singular value over the largest.
-        joint: from 1, of a limit and of a wrist; angle_deg: where it stands then.
-        statement: that moves the arm there.
+        amount: for a limit and a wrist an angle [deg], for an arm the smallest singular value over the largest.
+        joint: number from 1, for a limit and a wrist.
+        angle_deg: angle of that joint at this place.
+        statement: the motion statement on whose way the place is.
     """
 
     to: str
@@ -37,13 +38,14 @@ class Nearest:
 
 
 def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
-    """The smallest distances along a path: to a joint limit and, with a spherical wrist, to a singularity."""
+    """The places of a path nearest to a joint limit and, with a spherical wrist, to a wrist and an arm singularity."""
     known = np.flatnonzero(np.isfinite(path.q).all(axis=1))
     if not len(known):
         return ()
     q = path.q[known]
 
     def at(row: int) -> MotionStatement:
+        """The motion statement at a row of the known samples."""
         return path.moves[path.move[known[row]]].event.statement
 
     margin = np.minimum(q - robot.lower, robot.upper - q)
@@ -62,10 +64,10 @@ def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
 
 
 def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:
-    """What is tight in the postures (n, 6) [rad]: the closest joint limit, a singular arm or wrist.
+    """Warnings in words about postures (n, 6) [rad]: closest joint limit below 5 deg, singular wrist, singular arm.
 
     Args:
-        singular: (n, 2) of `singular_postures`.
+        singular: (n, 2), arm and wrist, from `singular_postures`.
     """
     notes: list[str] = []
     margin = np.minimum(q - robot.lower, robot.upper - q)
@@ -81,9 +83,10 @@ def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[
 
 
 def singular_postures(robot: Robot, q: Array) -> NDArray[np.bool_]:
-    """Whether the arm and the wrist are close to singular in postures (n, 6) [rad], (n, 2).
+    """(n, 2) bool: whether the arm and the wrist are close to singular in postures (n, 6) [rad].
 
-    Singular is a block of `_singular_values` below 5 %.
+    Close means that smallest over largest singular value of the block (see `_singular_values`) is below 5 %. All are
+    false for a robot without a spherical wrist.
     """
     if robot.opw is None or not len(q):
         return np.zeros((len(q), 2), dtype=bool)
@@ -91,7 +94,7 @@ def singular_postures(robot: Robot, q: Array) -> NDArray[np.bool_]:
 
 
 def _singular_values(robot: Robot, q: Array) -> Array:
-    """Smallest over largest singular value of arm and wrist, (n, 6) -> (n, 2); 0 is singular.
+    """(n, 2): smallest over largest singular value of the arm and of the wrist for joint angles (n, 6); 0 is singular.
 
     Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist.
     """

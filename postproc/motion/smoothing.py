@@ -23,7 +23,9 @@ class Ramp:
     """A transition from no correction to the whole jump.
 
     Args:
-        jump: (6,) translation [m] and rotation vector [rad]; duration: [s]; curve: ruckig's, from 0 to 1.
+        jump: (6,) translation [m] and rotation vector [rad].
+        duration: of the transition [s].
+        curve: Ruckig trajectory from 0 to 1, whose own duration is scaled to that.
     """
 
     jump: Array
@@ -31,7 +33,7 @@ class Ramp:
     curve: Any
 
     def at(self, time: Array) -> Array:
-        """Correction (k, 6) at times (k,) after the beginning [s], zero before it and the whole jump after the end."""
+        """Correction (k, 6) at times (k,) since the transition began [s]: zero before, the whole jump after its end."""
         if self.duration <= 0.0:
             return np.where(time[:, None] < 0.0, 0.0, self.jump)
         inside = np.clip(time / self.duration, 0.0, 1.0) * self.curve.duration
@@ -40,14 +42,16 @@ class Ramp:
 
 
 def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: float) -> Ramp:
-    """The transition over a jump (6,), as fast as the limits demand, and no faster than ``GENTLE`` where there is time.
+    """The jerk-limited transition over a jump (6,) of the correction; it takes 0.2 s, or less if there is less time.
 
-    The joints turn by w = J^-1 jump in proportion to one progress g from 0 to 1, so joint j asks for
-    |w_j| g' <= speed_j, |w_j| g'' <= acceleration_j, |w_j| g''' <= jerk_j, each a ``SHARE`` of the joint's limit.
-    Where there is too little time the limits give way.
+    The joints turn by w = J^-1 jump in proportion to one progress g from 0 to 1, so joint j asks for |w_j| g' <=
+    speed_j, |w_j| g'' <= acceleration_j, |w_j| g''' <= jerk_j, each 10 % of the joint's limit. It takes longer than 0.2
+    s where these limits demand it, but never longer than the available time: then the limits are exceeded.
 
     Args:
-        joints_by_shift: (k, 6, 6) at k poses of the move, see ``Mounts.joints_by_shift``; available: time there is [s].
+        jump: translation [m] and rotation vector [rad].
+        joints_by_shift: (k, 6, 6) at k poses of the move, from ``Mounts.joints_by_shift``.
+        available: time there is [s].
     """
     w = np.maximum(np.abs(joints_by_shift @ jump).max(axis=0), 1e-12)
     speed, acceleration, jerk = (float((SHARE * x / w).min()) for x in (robot.speed, robot.acceleration, robot.jerk))
@@ -61,7 +65,10 @@ def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: flo
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:
-    """Ruckig's way from 0 to 1, state to state (its way-points would call a cloud service)."""
+    """Ruckig trajectory from 0 to 1 and from rest to rest under the three limits, without way-points.
+
+    Ruckig would calculate way-points through a cloud service.
+    """
     from ruckig import InputParameter, Ruckig, Trajectory
 
     wanted = InputParameter(1)

@@ -20,48 +20,50 @@ Flags = NDArray[np.bool_]
 
 
 def stretches(flags: Flags) -> list[tuple[int, int]]:
-    """Begin and end [a, b) of every stretch that is True."""
+    """Begin and end [a, b) of every stretch of consecutive True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _no_axes() -> Array:
+    """Default for the external axes of a move: six NaN, not known."""
     return np.full(6, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkFrame:
-    """What the work (or a stationary tool) of moves stands in: the world (no unit), or the end of a mechanical unit."""
+    """The frame that the work (or a stationary tool) stands in: the world (no unit), or a mechanical unit's end."""
 
     station: Station
     unit: str | None
 
     def at(self, axes: Array) -> Array:
-        """T_base_frame (n, 4, 4) at axis positions (n, 6) [m], [rad]."""
+        """T_base_frame (n, 4, 4) of this frame at positions (n, 6) [m], [rad] of the external axes."""
         return self.station.frame(self.unit, axes)
 
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """One motion event in SI units, ready for geometry.
+    r"""One motion event in SI units, ready for geometry.
 
     Args:
-        row, event: which of the program's motion events it comes from, and that event.
+        row, event: index of the program's motion event that it comes from, and that event.
         kind: ``joint`` and ``absjoint`` in joint space, ``line`` and ``arc`` in space.
+        q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
+        T_mount_tcp: (4, 4) tool in force, on the flange, or in its frame where it is stationary.
         T_work_tcp: (4, 4) commanded goal pose of the TCP in the work frame (see ``mounts``), work object and
             displacement resolved (None for absjoint).
         T_work_via: (4, 4) circle point, arcs only.
-        q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
-        T_mount_tcp: (4, 4) tool in force, on the flange, or in the base where it is stationary.
-        payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
-        speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
+        payload_mass: [kg], payload_center: (3,) [m] in tool0: tool plus grip load.
+        speed: [m/s], rotation_speed: [rad/s] of the TCP; the weld speed is merged into ``speed``.
         axis_speed: of external axes by their kind [m/s], [rad/s].
+        duration: [s] where ``\T`` was given.
         ease: share of the joints' acceleration limits that AccSet leaves.
-        fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation;
-            zone_angle [rad]: the same for a reorientation in place.
-        welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
+        fine: stop point; zone, zone_rotation: radii of the corner path for position and orientation [m]; zone_angle:
+            [rad] of the corner for a reorientation in place.
+        welding: the arc burns on the way to this goal.
         first: how the arm gets to this goal is unknown; a chain of connected moves starts here.
-        again: the move that has brought the arm here before: no motion, but another way that goes on from there.
+        resumes_from: index of the earlier move whose goal this one restates: no motion, but the start of another way.
         frame: what the work stands in, None for the base itself; moves of one program share the objects.
         axes: (6,) external axes at the goal [m], [rad], NaN where nothing is known.
     """
@@ -93,7 +95,7 @@ class Move:
 
 
 def goal_axes(moves: Sequence[Move]) -> Array:
-    """(m, 6) external axes at the goals of moves."""
+    """(m, 6) positions [m], [rad] of the external axes at the goals of m moves, NaN where not known."""
     return np.array([m.axes for m in moves]).reshape(-1, 6)
 
 
@@ -101,7 +103,7 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
     """The mounts of moves, in their order.
 
     Args:
-        axes: (m, 6) positions of the external axes; those at the goals where none are given.
+        axes: (m, 6) positions of the external axes; without them those at the goals of the moves.
     """
     T_mount_tcp = constant(np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4))
     stationary = np.array([m.stationary for m in moves], dtype=bool)
@@ -114,7 +116,11 @@ def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
 
 
 def frames_at(frames: Sequence[WorkFrame | None], which: Index, axes: Array) -> Array:
-    """T_base_frame (n, 4, 4) of frames by their number (n,) at axis positions (n, 6)."""
+    """T_base_frame (n, 4, 4) of the frames of index ``which`` (n,), the identity for None.
+
+    Args:
+        axes: (n, 6) positions of the external axes [m], [rad].
+    """
     T = np.tile(np.eye(4), (len(which), 1, 1))
     for k, frame in enumerate(frames):
         rows = np.flatnonzero(which == k)
@@ -157,12 +163,13 @@ class Trajectory:
     """A path with time, on the jerk-limited profile.
 
     Args:
-        path: samples the arrays below belong to.
-        t: (n,) time [s]; v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2] as they happen;
+        path: samples that the arrays below belong to.
+        t: (n,) time [s].
+        v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2].
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
-        axes_v, axes_a_sustained: (n, 6) the same of the external axes [m or rad per s, s^2].
+        axes_v, axes_a_sustained: (n, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
     """
 
     path: Path

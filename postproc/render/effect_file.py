@@ -31,7 +31,19 @@ _PLACE = re.compile(
 
 @dataclass(frozen=True)
 class _Term:
-    """One pattern at one place: what an effect file writes of it."""
+    """One pattern at one place of the arm, as it is written into an effect file.
+
+    Args:
+        name: of the parameter with its size.
+        said: its sentence in the documentation.
+        law: Python expression of the pattern.
+        place: part of the arm or instrument; axes: index or slice of its components, as Python text.
+        unit: of the parameter.
+        wide: the expression fills several components.
+        size: typical size in that unit.
+        along: Python expression of the direction, empty if the components are free.
+        body: index of the body whose load it adds to, 0 for none.
+    """
 
     name: str
     said: str
@@ -46,18 +58,21 @@ class _Term:
 
     @property
     def typical(self) -> str:
+        """The typical size, as one digit with exponent."""
         return f"{self.size:.0e}"
 
     @property
     def bound(self) -> str:
+        """The bound of the parameter, 100 times the typical size, as one digit with exponent."""
         return f"{100 * self.size:.0e}"
 
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of what remains; no text where a pose does not tell it.
+    """Key and Python text of an effect with the shape of the remaining error; no text if no pose determines it.
 
     Args:
-        name: of the file, which becomes the key. data: name of the table.
+        name: of the file, from which the key is made.
+        data: name of the measurement table.
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
@@ -98,7 +113,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
 
 
 def _names(drafts: Iterable[Draft]) -> dict[Way, str]:
-    """The numbers that drafts share and a fit may move, by the names of their parameters."""
+    """Parameter names of the numbers in the drafts that a fit may change, such as the place of an edge."""
     found: dict[Way, str] = {}
     count = Counter[str]()
     for way in dict.fromkeys(part for draft in drafts for part in draft if isinstance(part, Way)):
@@ -108,12 +123,12 @@ def _names(drafts: Iterable[Draft]) -> dict[Way, str]:
 
 
 def _inside(text: str) -> str:
-    """As it stands inside a docstring."""
+    """The text escaped for use inside a docstring."""
     return text.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
 
 def nothing_to_draft(found: Diagnosis) -> Diagnostic:
-    """Why there is no file."""
+    """DAT028 (info): no effect file is written, with the reason."""
     help_ = "write it by hand: `postproc explain DAT028` shows how"
     if not found.suspects:
         why, help_ = "nothing remains that follows a channel", "see what the verdict says"
@@ -123,7 +138,14 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
 
 
 def _terms(found: Diagnosis, suspect: Suspect, number: str, names: Mapping[Way, str]) -> Iterator[_Term]:
-    """A suspect's law at its place; at the end of a casting with what that is off everywhere: no base knows of it."""
+    """The terms of one suspect (a pattern at one place of the arm) in the effect file.
+
+    For the end of a casting they include the constant part, which no base frame takes up.
+
+    Args:
+        number: put behind the names of its parameters.
+        names: parameter names of the numbers that a fit may change.
+    """
     where = _PLACE.fullmatch(suspect.where)
     assert where is not None
     kind, index, how = where[1], int(where[2] or 0), where[3]

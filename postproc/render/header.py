@@ -11,7 +11,10 @@ from postproc.model.arm import Model
 
 
 def header_values(model: Model, options: Options, document: Mapping[str, Any]) -> dict[str, Any]:
-    """What ``header.j2`` gets, from the ``postproc/compensate/1`` document; nothing that is within the tolerance."""
+    """The values for the template ``header.j2``, from the ``postproc/compensate/1`` document.
+
+    Errors in transients and transitions are empty if they are within the tolerance.
+    """
     beyond = {
         name: f"{value:.3f}" if (value := document[f"max_{name}"]) > document["tolerance_mm"] else ""
         for name in ("transient_mm", "transition_mm")
@@ -38,10 +41,12 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
 
 
 def _mm(value: float | None) -> str:
+    """Millimetres with three decimals; empty for None."""
     return "" if value is None else f"{value:.3f}"
 
 
 def _wrench_text(options: Options) -> str:
+    """Force and moment of the options in words and where they act; empty if both are zero."""
     parts = [
         f"{name} {', '.join(f'{x:g}' for x in vector)} {unit}"
         for name, vector, unit in (("force", options.force, "N"), ("moment", options.moment, "N m"))

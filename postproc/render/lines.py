@@ -12,10 +12,13 @@ _FIXED = ('"', "!", "\n")  # a text, a comment or lines of its own: left as it i
 
 
 def broken(text: str, lead: str, newline: str) -> str:
-    """A statement or an argument, where it is long: after commas, and before the signs of a sum that is still too long.
+    """A statement or an argument with line breaks if it has more than 200 characters.
+
+    Breaks stand after commas, and before the signs of a sum that is still too long.
 
     Args:
-        lead: blanks before the statement; what goes on stands deeper by one step.
+        lead: blanks before the statement; continued lines are indented by one step more.
+        newline: the line end to use.
     """
     if len(text) <= LONGEST or any(mark in text for mark in _FIXED):
         return text
@@ -29,7 +32,11 @@ def broken(text: str, lead: str, newline: str) -> str:
 
 
 def _parts(text: str, commas: bool) -> Sequence[str]:
-    """Behind commas that stand in no bracket or in one pair; before the signs of a part between such commas."""
+    """The text cut into parts that may stand on lines of their own.
+
+    With ``commas`` it is cut behind commas outside brackets or inside one pair; otherwise before the + and - signs of a
+    sum outside brackets.
+    """
     data, depth, cuts, last = text.encode("latin-1", "replace"), 0, [0], ""
     for kind, (start, end) in tokenize(data):
         token = data[start:end].decode("latin-1")

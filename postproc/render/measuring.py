@@ -24,7 +24,7 @@ def measuring_module(
     payload_kg: Array | None = None,
     extax: Array | None = None,
 ) -> bytes:
-    """The program as text.
+    """Text of a RAPID program that visits poses to be measured and waits at each.
 
     Args:
         q: (n, 6) joint angles of the poses [rad].
@@ -55,4 +55,5 @@ def measuring_module(
 
 
 def _axis(value: float) -> str:
+    """Position of an external axis with three decimals, 9E9 if it is not finite."""
     return f"{value:.3f}" if np.isfinite(value) else "9E9"

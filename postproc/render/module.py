@@ -36,7 +36,7 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
-    """Edits that write corrected targets: numbers in the place of numbers, or an offset around what stands there."""
+    """Edits that write corrected targets: new numbers for numbers, or an offset around the expression."""
     for change in changes:
         if change.form == "numbers":
             edit = _number_edit(change)
@@ -50,7 +50,10 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
 
 
 def _around(env: SandboxedEnvironment, change: Change) -> Edit:
-    """``Offs`` around an expression, or an aggregate of the components of a name with other configuration data."""
+    """Edit that replaces an expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
+
+    The aggregate holds the components of a named target with other configuration data.
+    """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
@@ -72,12 +75,12 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
 
 
 def _joined(first: str, second: str) -> str:
-    """The sum of two texts; `0` where both are nothing."""
+    """The sum of two terms as RAPID text; `0` if both are empty or zero."""
     return "+".join(part for part in (first, second) if part not in ("", "0")).replace("+-", "-") or "0"
 
 
 def _amount_edits(change: Change) -> Iterator[Edit]:
-    """New amounts by which ``Offs`` or ``RelTool`` displaces: a number for a number, a sum for anything else."""
+    """Edits of the amounts in ``Offs`` or ``RelTool``: a new number for a number, a sum for any other expression."""
     data = change.source.data
     tree = read_whole_expression(data, *change.span)
     written = data[slice(*change.span)].decode("latin-1")
@@ -98,13 +101,13 @@ def _amount_edits(change: Change) -> Iterator[Edit]:
 
 
 def _only(axis: int, values: Vec3) -> Vec3:
-    """One component of a vector, the others zero."""
+    """The vector with all components but the one of ``axis`` (0 to 2) set to zero."""
     x, y, z = (value if k == axis else 0.0 for k, value in enumerate(values))
     return x, y, z
 
 
 def _plain(text: str) -> bool:
-    """Whether a number is written in decimals."""
+    """Whether a text is a decimal number, with or without exponent, as opposed to ``0x1F``."""
     try:
         float(text.replace(" ", ""))
     except ValueError:
@@ -113,7 +116,7 @@ def _plain(text: str) -> bool:
 
 
 def _sums(law: OffsetLaw, text: str) -> list[str]:
-    """An offset along x, y, z as RAPID writes it, with names as they are spelled in the text."""
+    """An offset along x, y, z as RAPID expressions; names are spelled as in ``text``."""
     found = []
     for axis in range(3):
         parts = [rapid_number(law.constant[axis], MM_DECIMALS)]
@@ -128,7 +131,7 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 
 
 def _number_edit(change: Change) -> Edit | None:
-    """From the first number that changes to the last: programs have many targets, so one edit for each."""
+    """One edit from the first number that changes to the last, None if none changes; programs have many targets."""
     value, data, found = change.value, change.source.data, literal(change.source.data, *change.span)
     assert found is not None
     before = numbers_of(found)
@@ -149,7 +152,7 @@ def _number_edit(change: Change) -> Edit | None:
 
 
 def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
-    """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
+    """Whether a quaternion as written, once normalised, equals the wanted one to its last decimal."""
     size = math.hypot(*before)
     least = 0.5 * 10.0**-QUATERNION_DECIMALS
     return size > 0 and all([abs(old / size - new) < least for old, new in zip(before, rot, strict=True)])
@@ -160,6 +163,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     template = load_template(env, "statement.j2")
 
     def target(value: TargetValue, statement: MotionStatement) -> str:
+        """RAPID text of an added target: numbers, or the call of a function."""
         if value.point is None:
             return fill(load_template(env, "target.j2"), {"target": value})
         sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
@@ -186,7 +190,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
 def function_edits(
     env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
-    """Edits that add the functions which work out points on lines and arcs to the modules that call them."""
+    """Edits that add the functions for points on lines and arcs to the modules that call them, before ENDMODULE."""
     points = [(i.statement.source.path, i.statement.module.lower(), i.to.point) for i in insertions if i.to.point]
     for module in program.modules:
         own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
@@ -209,6 +213,13 @@ def function_edits(
 
 
 def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:
+    """The arguments of an added statement, each with the text before it, its own text and its role.
+
+    Options that act at the target of the original, and arguments that a plain move does not have, are left out.
+
+    Args:
+        replaced: new text by role.
+    """
     statement = insertion.statement
     data = statement.source.data
     plain = insertion.instruction.startswith("Move")
@@ -230,7 +241,7 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
 
 
 def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
-    """Indentation of the line at a byte offset (blanks before it only), and how that line ends."""
+    """Indentation of the line at a byte offset (blanks before it only), and its line end, CR LF or LF."""
     start = data.rfind(b"\n", 0, offset) + 1
     before = data[start:offset]
     indent = before[: len(before) - len(before.lstrip())]
@@ -242,7 +253,12 @@ def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
 
 
 def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values: Mapping[str, object]) -> Edit:
-    """The comment that says what was done, on lines of its own after the MODULE line that ends at ``head_end``."""
+    """Edit that adds the comment on what was done, on lines of its own after the MODULE line.
+
+    Args:
+        head_end: byte offset where the MODULE line's declaration ends.
+        values: for the template ``header.j2``.
+    """
     data = source.data
     _, newline = line_style(data, max(0, head_end - 1))
     line_end = data.find(b"\n", head_end)
@@ -256,7 +272,7 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
 
 
 def indent_after(data: bytes, offset: int) -> str:
-    """Indentation of the first line with text on it after the line of a byte offset."""
+    """Indentation of the first line with text after the line at a byte offset; two blanks if there is none near."""
     for line in data[offset : offset + 4096].split(b"\n")[1:]:
         if line.strip():
             return line[: len(line) - len(line.lstrip())].decode("latin-1")
@@ -264,6 +280,6 @@ def indent_after(data: bytes, offset: int) -> str:
 
 
 def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:
-    """The module through ``module.j2``: parts of the original and what replaces them, in order."""
+    """The module after the edits, put together by the template ``module.j2`` from unchanged and replaced parts."""
     parts = [part.decode("latin-1") for part in edited(data, edits)]
     return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1", "replace")

@@ -27,7 +27,7 @@ def _shortened(text: str) -> str:
 
 
 def number_like(original: str, value: float, least_decimals: int) -> str:
-    """The new value in the format of the number it replaces; the same text where nothing changes at that precision.
+    """Text of a new value in the format of the number it replaces; the original if both agree at that precision.
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
 

@@ -29,7 +29,7 @@ EMPTY = "[0,0,0,0,0,0,0,0,0]"  # arcdata
 
 @dataclass(frozen=True)
 class SeamOptions:
-    """What the module says besides its points; data as ``name:=value``, or a name alone that is declared elsewhere.
+    """What the module states besides its points; data as ``name:=value``, or a name alone if declared elsewhere.
 
     Args:
         tool, wobj, seam, weld: RAPID data; None takes a default that is stated in the module.
@@ -49,6 +49,8 @@ class SeamOptions:
 
 @dataclass(frozen=True, slots=True)
 class _SeamData:
+    """A RAPID data declaration: storage class, type, name, and value text, None if it is declared elsewhere."""
+
     storage: str
     type: str
     name: str
@@ -64,7 +66,7 @@ def seam_module(
     *,
     templates: Path | None = None,
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The module as it is programmed, not yet compensated, and what was taken by default.
+    """The module as it is programmed, not yet compensated, and notes on the defaults that were used.
 
     Args:
         T_flange_tcp: (4, 4) tool frame [m] where the options name no tool.
@@ -81,6 +83,7 @@ def seam_module(
     template = load_template(environment(templates), "seam_module.j2")
 
     def text(conf: Sequence[Sequence[int]]) -> bytes:
+        """The module's text with these configurations (n, 4) of approach, points and departure."""
         targets = [
             TargetValue(pose, (c[0], c[1], c[2], c[3]), (NO_AXIS,) * 6) for pose, c in zip(placed, conf, strict=True)
         ]
@@ -109,7 +112,7 @@ def seam_module(
 
 
 def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamData], list[str]]:
-    """Every data the module needs, and a note on each default."""
+    """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default."""
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
         raise PostprocError.of("SEA007", text, help=help_)
@@ -140,7 +143,7 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
 
 
 def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_SeamData], list[int]]:
-    """Weld data for each speed of the table, and which of them each point takes."""
+    """A weld data declaration for each speed of the table, and for each point the index of the one it uses."""
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
     speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
@@ -159,13 +162,16 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
 
 
 def _declared(name: str, side_files: Sequence[Source]) -> str | None:
-    """The value of data as a module that is read along declares it."""
+    """Text of the initial value of data in the modules that are read along, None if there is none."""
     found = read_program(side_files).declaration(name)
     return None if found is None or found.init is None else found.source.data[slice(*found.init)].decode("latin-1")
 
 
 def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
-    """Approach, points, departure, in the frame of the work object."""
+    """Approach, points and departure as poses [mm] in the frame of the work object.
+
+    Approach and departure lie ``clearance_mm`` back along the tool's z from the first and the last point.
+    """
     T = transform(points.place_mm * 1e-3, points.rotation)
     ends = T[[0, -1]].copy()
     ends[:, :3, 3] -= clearance_mm * 1e-3 * ends[:, :3, 2]
@@ -173,12 +179,17 @@ def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
 
 
 def _zone(points: SeamPoints) -> str:
-    """A fly-by zone of 1 mm, a smaller one where points stand closer than two of them."""
+    """Name of the fly-by zone: ``z1``, or ``z0`` if any two neighbouring points are less than 2 mm apart."""
     gaps = np.linalg.norm(np.diff(points.place_mm, axis=0), axis=1)
     return "z1" if gaps.min() >= 2.0 else "z0"
 
 
 def _read(source: Source, side_files: Sequence[Source], count: int) -> list[MotionEvent]:
+    """The motion events of the module, whose number has to be ``count``.
+
+    Raises:
+        PostprocError: findings of the reader, without a place in the module, as it is never written.
+    """
     program = read_program([source, *side_files])
     events = [e for e in walk(program) if e.statement.source is source]
     findings = [*program.diagnostics, *(d for event in events for d in event.diagnostics)]
@@ -190,6 +201,7 @@ def _read(source: Source, side_files: Sequence[Source], count: int) -> list[Moti
 
 
 def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diagnostic]:
+    """SEA008 for each pose out of reach, or SEA009 if all can be reached but not in one configuration."""
     last = len(points.rows)
     found = []
     for i in unreachable(robot, T_base_flange).tolist():

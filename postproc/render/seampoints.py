@@ -37,7 +37,8 @@ class SeamPoints:
 
     Args:
         rows: span of each row in ``source``.
-        place_mm: (n, 3). rotation: (n, 3, 3) tool axes: z out of the torch, x along the seam where a tangent is given.
+        place_mm: (n, 3) positions.
+        rotation: (n, 3, 3) tool axes: z out of the torch, x along the seam where a tangent is given.
         speed_mm_s: (n,) welding speed on the way to each point, None where the table says nothing.
     """
 
@@ -48,12 +49,12 @@ class SeamPoints:
     speed_mm_s: Array | None = None
 
     def finding(self, code: str, index: int, message: str, help_: str = "", severity: Severity = "error") -> Diagnostic:
-        """A finding about one point, at its row."""
+        """A diagnostic about the point of that index (from 0), placed at its row."""
         row = self.source.row(self.rows[index][0])
         return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
 
     def doubts(self) -> list[Diagnostic]:
-        """Rows that can be welded and hardly can be meant (SEA010): the seam runs back, the torch turns over."""
+        """SEA010 (warning) at points where the seam turns by more than 120 deg, or the torch by more than 90 deg."""
         way = np.diff(self.place_mm, axis=0)
         length = np.linalg.norm(way, axis=1)
         bend = np.arccos(np.clip(np.sum(way[1:] * way[:-1], axis=1) / (length[1:] * length[:-1]), -1.0, 1.0))
@@ -71,17 +72,20 @@ class SeamPoints:
 
 @dataclass(frozen=True)
 class _SeamTable:
+    """Cells of a seam table, its lower-case column names, and the findings collected so far."""
+
     cells: Cells
     header: Sequence[str]
     findings: list[Diagnostic]
 
     def numbers(self, names: Sequence[str]) -> Array:
-        """Columns as numbers (n, len(names)); a cell that is none is a finding and becomes NaN."""
+        """The named columns as numbers (n, len(names)); a cell that is no number becomes NaN and adds a finding."""
         places = [self.header.index(name) for name in names]
         values = [[self._number(row, at) for at in places] for row in range(len(self.cells.rows))]
         return np.array(values, dtype=float).reshape(-1, len(names))
 
     def _number(self, row: int, at: int) -> float:
+        """The number in row and column (from 0), NaN with a finding SEA002 if it is none or too large."""
         text = self.cells.rows[row][at]
         try:
             value = read_number(as_number(text, self.cells.decimal))
@@ -96,6 +100,7 @@ class _SeamTable:
         return value
 
     def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
+        """Add an error at a cell, by row and column from 0; ``what`` says what is wrong there."""
         message = f"row {self.cells.lines[row]}, column `{self.header[at]}`: {what}"
         self.findings.append(Diagnostic(code, "error", message, self.cells.source, self.cells.span(row), help_))
 
@@ -103,7 +108,7 @@ class _SeamTable:
 def read_seam_points(source: Source) -> SeamPoints:
     """Read a table of seam points.
 
-    The tool's axes out of tangent t and normal n of the surface: z = -n, x = t without its part along z, y = z x x.
+    The tool axes follow from tangent t and surface normal n: z = -n, x = t without its part along z, y = z x x.
 
     Raises:
         PostprocError: every wrong cell and row at once; SEA001 not such a table, SEA002 not a number, SEA003 no
@@ -138,6 +143,7 @@ def read_seam_points(source: Source) -> SeamPoints:
 
 
 def _by_quaternion(table: _SeamTable) -> Array:
+    """Rotations (n, 3, 3) from the quaternion columns; SEA003 for each whose length is not 1 within 1 %."""
     q = table.numbers(QUATERNION)
     length = np.linalg.norm(q, axis=1)
     for i in np.flatnonzero(np.abs(length - 1.0) > UNIT):
@@ -149,6 +155,7 @@ def _by_quaternion(table: _SeamTable) -> Array:
 
 
 def _by_tangent(table: _SeamTable) -> Array:
+    """Rotations (n, 3, 3) from tangent and normal columns; SEA003 for each without length or nearly parallel."""
     t, n = table.numbers(TANGENT), table.numbers(NORMAL)
     lengths = np.linalg.norm(t, axis=1), np.linalg.norm(n, axis=1)
     for name, length in zip(("tx", "nx"), lengths, strict=True):
@@ -168,6 +175,7 @@ def _by_tangent(table: _SeamTable) -> Array:
 
 
 def _speeds(table: _SeamTable) -> Array:
+    """Welding speeds (n,) [mm/s] of the table; SEA005 for each that is not positive."""
     speed = table.numbers((SPEED,))[:, 0]
     for i in np.flatnonzero(speed <= 0):
         at = table.header.index(SPEED)
@@ -176,7 +184,11 @@ def _speeds(table: _SeamTable) -> Array:
 
 
 def _split(source: Source) -> _SeamTable:
-    """Header and rows as measurement tables have them; here a row that has not all its cells is an error."""
+    """Header and rows of a seam table, read like a measurement table.
+
+    Raises:
+        PostprocError: SEA001, it is no table, or a row does not have all its cells.
+    """
     found: list[Diagnostic] = []
     try:
         cells = read_cells(source, ColumnMap(), found)

@@ -20,7 +20,9 @@ SAME_ARM = 1e-6  # [rad]
 
 
 def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
-    """Confdata (n, 4) of poses (n, 4, 4) passed one after the other, None where no configuration holds them all.
+    """Confdata (n, 4) for poses (n, 4, 4) passed one after the other, None if no configuration suits all.
+
+    Of those that do, axes 1 to 3 are farthest from joint limits and a straight wrist, and axes 4 and 6 turned least.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
@@ -57,7 +59,7 @@ def _middle(robot: Robot) -> Array:
 
 
 def _in_range(robot: Robot, q: Array) -> Array:
-    """The same way (n, 6) moved by whole turns of axes 1, 4 and 6 towards the middle of their ranges."""
+    """Joint angles (n, 6) with whole turns of axes 1, 4 and 6 added that bring them nearest to mid-range."""
     way = (q.min(axis=0) + q.max(axis=0)) / 2
     moved = q.copy()
     moved[:, TURNING] += whole_turns(way, near=_middle(robot))[TURNING]
@@ -65,11 +67,11 @@ def _in_range(robot: Robot, q: Array) -> Array:
 
 
 def _quarters(q: Array) -> int:
-    """Quarters of a turn, begun ones counted, that axes 4 and 6 are turned from zero at most along the way (n, 6)."""
+    """Quarter turns, rounded up, by which axes 4 and 6 are turned from zero at most in q (n, 6), summed."""
     return int(np.ceil(np.abs(q[:, [3, 5]]).max(axis=0) / QUARTER).sum())
 
 
 def _room(robot: Robot, q: Array) -> float:
-    """Smallest distance from a joint limit or from a straight wrist along the way [rad]; negative beyond a limit."""
+    """Smallest distance [rad] of q (n, 6) from a joint limit or a straight wrist; negative beyond a limit."""
     limits = np.minimum(q - robot.lower, robot.upper - q).min()
     return float(min(limits, np.abs(np.sin(q[:, 4])).min()))

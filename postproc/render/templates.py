@@ -17,7 +17,7 @@ from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DE
 
 
 def mm(values: Sequence[float | str]) -> list[str]:
-    """Lengths [mm] as RAPID writes them; what is text already stays."""
+    """Lengths [mm] as RAPID writes them; entries that are text stay as they are."""
     return [v if isinstance(v, str) else rapid_number(v, MM_DECIMALS) for v in values]
 
 
@@ -27,20 +27,20 @@ def quaternion(values: Sequence[float]) -> list[str]:
 
 
 def axes(values: Sequence[float]) -> list[str]:
-    """External axes; an unused axis is written 9E9."""
+    """External axes [mm], [deg] as RAPID writes them; an unused axis is written 9E9."""
     return ["9E9" if v >= NO_AXIS else rapid_number(v, 6) for v in values]
 
 
 def degrees(values: Sequence[float]) -> list[str]:
-    """Angles [rad] as RAPID states joints."""
+    """Angles [rad] as RAPID text in degrees."""
     return [rapid_number(x, DEGREES_DECIMALS) for x in np.degrees(values)]
 
 
 def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
-    """The environment of a folder, or of the shipped templates alone.
+    """The Jinja environment with the shipped templates, those of the user's folder before them.
 
     Raises:
-        PostprocError: ``REN001`` where the user's template folder does not exist.
+        PostprocError: ``REN001`` if the folder does not exist.
     """
     if template_dir is not None and not template_dir.is_dir():
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
@@ -54,7 +54,7 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
 
 @lru_cache(maxsize=4)  # reading the templates takes a tenth of the time for a small program
 def _environment(template_dir: Path | None, names: tuple[str, ...]) -> SandboxedEnvironment:
-    """One environment for all programs while the folder has these files; a file that is written anew is read again."""
+    """The cached environment for a folder with files of these names; changed template files are read again."""
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),
@@ -92,6 +92,7 @@ def fill(template: Template, values: Mapping[str, object]) -> str:
 
 
 def _template_diagnostic(name: str, error: Exception) -> Diagnostic:
+    """REN002, an error that names the template and, if known, the line at fault."""
     line = getattr(error, "lineno", None)
     where = f" line {line}" if line else ""
     text, help_ = f"template `{name}`{where} cannot be rendered: {error}", "compare it with the shipped template"

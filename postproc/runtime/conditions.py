@@ -22,16 +22,18 @@ TOLD = frozenset({"q", "payload", "wrench", *FILLED_BY_MODEL})
 
 @dataclass(frozen=True)
 class Conditions:
-    """What the correction is made for.
+    """What the correction at run time is made for.
 
     Args:
-        T_flange_tcp: (4, 4) tool for which errors are stated; the module reads the tool of each call.
-        mass: [kg] and center (3,) [m] of its load in tool0.
-        force, moment: of the process on the TCP, base axes [N], [N m]. force_on: always, or where `Weld` is given.
-        channels: constants of what effects read and a controller does not know: temperature [degC], others.
         lower, upper: (6,) region of joint angles [rad].
+        T_flange_tcp: (4, 4) tool for which errors are stated; the module reads the tool of each call.
+        mass: of its load [kg].
+        center: (3,) of its load in tool0 [m].
+        force, moment: of the process on the TCP, base axes [N], [N m].
+        force_on: ``all``: always; ``arc``: where a call gives the option `Weld`.
+        channels: constants of what effects read and a controller does not know: temperature [degC], others.
+        bound_m: largest correction [m]; beyond it a target is returned unchanged.
         source: name of the model file; empty for the shipped model.
-        bound_m: largest correction [m]; beyond it a target is returned as it came.
     """
 
     lower: Array
@@ -48,11 +50,11 @@ class Conditions:
 
     @property
     def forced(self) -> bool:
-        """Whether a process force acts."""
+        """Whether a process force or moment acts."""
         return bool(np.any(self.force) or np.any(self.moment))
 
     def states(self, q: Array) -> State:
-        """States at joint angles (n, 6), with the process force."""
+        """States at joint angles (n, 6) [rad] with load, channels and, always, the process force."""
         n = len(q)
         stated = {name: np.full(n, value) for name, value in self.channels.items()}
         return State(
@@ -66,12 +68,12 @@ class Conditions:
         )
 
     def drawn(self, count: int, seed: int) -> Array:
-        """Joint angles of the region (count, 6) [rad], even in each joint, none with a straight wrist."""
+        """Random joint angles (count, 6) [rad], uniform over the region, none with a straight wrist."""
         q = np.random.default_rng(seed).uniform(self.lower, self.upper, (4 * count, 6))
         return q[np.abs(np.sin(q[:, 4])) > WRIST][:count]
 
     def spread(self, count: int) -> Array:
-        """Joint angles of the region (count, 6) [rad] that fill it evenly (Halton), none with a straight wrist."""
+        """Joint angles (count, 6) [rad] that fill the region evenly (Halton sequence), none with a straight wrist."""
         from scipy.stats.qmc import Halton
 
         q = self.lower + Halton(6, seed=5).random(4 * count) * (self.upper - self.lower)
@@ -83,14 +85,16 @@ WRIST = np.sin(np.radians(2.0))
 
 
 def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, tuple[str, ...]]:
-    """The arm with the effects that follow what a controller knows at a target, and the keys of the others.
+    """The model with the effects that depend only on what a controller knows at a target, and keys of the others.
 
-    An effect is left out that reads a channel which nobody states (side of approach, speeds, time, temperature), and
-    the error of the measured tool: another tool is taken as calibrated. What speaks of the measurement alone is none.
+    An effect is left out if it reads a channel which nobody states (direction of approach, speeds, time, temperature),
+    and so is the error of the measured tool, as other tools count as calibrated. Effects of the measurement are in
+    neither.
     """
     ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
     def told(effect: Effect) -> bool:
+        """Whether an effect reads only what a controller knows at a target, and is not the error of the tool."""
         known = all(name in TOLD or name in channels for name in effect.reads)
         return known and effect.role is not Role.TOOL_FRAME
 
@@ -98,7 +102,7 @@ def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, t
 
 
 def _moves_instrument(effect: Effect, model: Model) -> bool:
-    """Whether an effect says where the measuring instrument is (its frame, its drift), asked of one pose."""
+    """Whether an effect displaces the frame of the measuring instrument (found by evaluating it at one pose)."""
     one, six = np.ones(1), np.zeros((1, 6))
     probe = State(
         q=six + 0.1, v=six, a=six, approach=six + 1.0, payload_mass=one, payload_center=np.zeros((1, 3)), wrench=six,

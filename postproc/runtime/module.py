@@ -31,7 +31,12 @@ NOTHING = 1e-15
 
 
 def module_tables(found: CorrectedModel, done: Conditions) -> dict[str, object]:
-    """What fills in the text of the module, and the lines of its header."""
+    """Values for the template of the module: header lines and all tables, as RAPID text.
+
+    Args:
+        found: the model as corrected at run time.
+        done: the conditions that it is made for.
+    """
     return {
         "header": [*header(found, done)],
         "bound": number(1e3 * done.bound_m),
@@ -57,7 +62,8 @@ def runtime_module(
     """The text of the module.
 
     Args:
-        tables: see `module_tables`. errors: more lines of the header, that say how large its error is.
+        tables: from `module_tables`.
+        errors: further lines of the header, that say how large its error is.
         name: of the module.
         template_dir: folder whose `runtime_module.j2` takes the place of the shipped one.
 
@@ -73,7 +79,7 @@ def runtime_module(
 
 
 def _frames(model: Model) -> Array:
-    """(7, 3, 3) rotations by which axes of bodies are turned so that z is the axis of the joint that carries them."""
+    """(7, 3, 3) for each body, as columns, axes of which z is the axis of the joint that carries it."""
     upright = [np.eye(3)]
     for axis in model.robot.axis:
         upright.append(Rotation.align_vectors(axis[None], np.array([[0.0, 0.0, 1.0]]))[0].as_matrix())
@@ -81,7 +87,7 @@ def _frames(model: Model) -> Array:
 
 
 def _arm(found: CorrectedModel) -> dict[str, object]:
-    """Links, masses, springs and offsets of joints."""
+    """Tables of link frames, masses, first moments, gravity, joint compliances and joint offsets, as RAPID text."""
     robot, tables, turned = found.model.robot, found.tables, _frames(found.model)
     mass = robot.mass + tables.mass
     first = np.einsum("bji,bj->bi", turned, robot.mass[:, None] * robot.center + tables.first_moment)
@@ -100,7 +106,7 @@ def _arm(found: CorrectedModel) -> dict[str, object]:
 
 
 def _loads(found: CorrectedModel) -> dict[str, object]:
-    """What effects add to the stated load, and lines that pull bodies together."""
+    """Tables of what effects add to the stated load, and of elastic lines between two bodies, as RAPID text."""
     tables, turned = found.tables, _frames(found.model)
     stated = {
         "share": number(tables.share),
@@ -121,7 +127,7 @@ def _loads(found: CorrectedModel) -> dict[str, object]:
 
 
 def _bodies(found: CorrectedModel) -> dict[str, object]:
-    """How ends of bodies give way, by force and by moment."""
+    """Tables of the displacement of the ends of bodies: constant, by force and by moment, as RAPID text."""
     tables, turned = found.tables, _frames(found.model)
     both = np.zeros((7, 6, 6))
     both[:, :3, :3] = both[:, 3:, 3:] = np.swapaxes(turned, 1, 2)
@@ -141,7 +147,7 @@ def _bodies(found: CorrectedModel) -> dict[str, object]:
 
 
 def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
-    """Functions of one number: a row for each, and the values of all."""
+    """Tables of the functions of one variable: one row for each, and the values of all, as RAPID text."""
     curves = curves_of(found, done)
     every, at = curves.every, 1
     rows: list[list[float]] = []
@@ -159,7 +165,12 @@ def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
 
 
 def header(found: CorrectedModel, done: Conditions) -> Iterator[str]:
-    """Lines that say what the module is made for."""
+    """Lines of the module's header, without comment sign: model, effects, gravity, force, region, tool and load.
+
+    Args:
+        found: the model as corrected at run time.
+        done: the conditions that it is made for.
+    """
     estimated = found.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
     yield f"model: {done.source or shipped}; arm: {found.model.robot.name}"
@@ -192,7 +203,7 @@ def number(value: float) -> str:
 
 
 def aggregate(values: object) -> str:
-    """Numbers and truth values, nested, as RAPID writes them, in lines that are not long."""
+    """Numbers and booleans, nested, as a RAPID aggregate, broken into lines of about 100 characters."""
     text = _nested(values.tolist() if isinstance(values, np.ndarray) else values)
     lines = [""]
     for part in text.split(","):
@@ -203,6 +214,7 @@ def aggregate(values: object) -> str:
 
 
 def _nested(value: object) -> str:
+    """A boolean, a number or a sequence of them, as RAPID text on one line."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, (list, tuple, np.ndarray)):
@@ -211,13 +223,15 @@ def _nested(value: object) -> str:
 
 
 def quaternion(R: Array) -> Array:
-    """(.., 4) of rotations (.., 3, 3), scalar first and not negative, as RAPID writes it."""
+    """Quaternions (.., 4) of rotations (.., 3, 3), scalar first and not negative, as RAPID has them."""
     return np.asarray(np.roll(Rotation.from_matrix(R).as_quat(canonical=True), 1, axis=-1))
 
 
 def _words(keys: Sequence[str]) -> str:
+    """The keys joined by commas, or "nothing"."""
     return ", ".join(keys) or "nothing"
 
 
 def _numbers(values: Array) -> str:
+    """Values as a bracketed list with six significant digits."""
     return "[" + ",".join(f"{x:.6g}" for x in values) + "]"

@@ -39,12 +39,14 @@ COARSEST, FINEST = 8, 4096
 
 @dataclass(frozen=True)
 class CorrectedModel:
-    """What of a model is corrected at run time.
+    """The part of a model that is corrected at run time.
 
     Args:
-        model: the arm with the effects that are corrected. tables: their shares.
-        untold: keys of effects that follow what a target does not tell; unfit: of those whose law no table holds.
-        largest: (48,) largest loads on joints and ends of bodies over the region [N m, N]; none is zero.
+        model: the arm with the effects that are corrected.
+        tables: sum of what these effects contribute.
+        untold: keys of effects that depend on what a target does not state.
+        unfit: keys of effects whose formula the tables cannot represent.
+        largest: (48,) largest loads on joints and ends of bodies over the region [N m, N], 1.5 at least.
     """
 
     model: Model
@@ -55,12 +57,12 @@ class CorrectedModel:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The effects that are corrected."""
+        """Keys of the effects that are corrected."""
         return tuple(effect.key for effect in self.model.effects)
 
 
 def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
-    """The part of a model that the tables of a function can hold.
+    """The part of a model that the tables of the function can represent.
 
     Raises:
         PostprocError: RUN006, the region holds nothing but singular poses; MOD010, the loads of the arm do not settle.
@@ -80,6 +82,7 @@ def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
 
 
 def _largest_loads(model: Model, done: Conditions) -> Array:
+    """(48,) largest load over the region on each joint and end of body, times 1.5 and never below 1.5 [N m, N]."""
     rest = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
     if rest.joint_load is None or rest.body_load is None:
         return np.ones(LOADS)
@@ -88,7 +91,7 @@ def _largest_loads(model: Model, done: Conditions) -> Array:
 
 
 def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunTimeTables | None:
-    """What an effect puts into the tables; None where they do not hold its law."""
+    """What an effect contributes to the tables; None if they cannot represent it."""
     stated = effect.run_time_tables()
     if stated is not None:
         return stated
@@ -99,14 +102,18 @@ def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunT
 
 @dataclass(frozen=True)
 class _Asked:
-    """An effect that is asked what it does at states of the region."""
+    """An effect that is evaluated at states of the region to find its entries in the tables."""
 
     model: Model
     effect: Effect
     states: State
 
     def displacement(self, largest: Array) -> RunTimeTables | None:
-        """Its displacements as entries of the tables, None where they are more than that."""
+        """The effect's displacements as table entries; None if the entries do not reproduce them at random states.
+
+        Args:
+            largest: (48,) loads within which it is evaluated.
+        """
         q = self.states.q[:PROBES]
         w = largest * np.random.default_rng(0).uniform(-1.0, 1.0, (len(q), LOADS))
         still, nothing = q[:1], np.zeros((1, LOADS))
@@ -136,24 +143,24 @@ class _Asked:
         )
 
     def _of_angle(self, joint: int, source: int) -> Law:
-        """Displacement of a joint that follows the angle of another."""
+        """Function of the angle of joint ``source`` (n,) [rad]: change of the displacement of a joint (n,) [rad]."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(_alone(x, source, still), nothing)[0][:, joint] - level
 
     def _of_torque(self, joint: int) -> Law:
-        """Displacement of a joint that follows its own torque."""
+        """Function of the torque on a joint (n,) [N m]: change of the displacement of that joint (n,) [rad]."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(still, _alone(x, joint, nothing))[0][:, joint] - level
 
     def _torque(self, joint: int, source: int, less: float) -> Law:
-        """Torque on a joint, less a constant, that follows the angle of another."""
+        """Function of the angle of joint ``source`` (n,) [rad]: torque on a joint (n,) [N m], less a constant."""
         still = self.states.q[:1]
         return lambda x: self.pushes(_alone(x, source, still))[0][:, joint] - less
 
     def load(self) -> RunTimeTables | None:
-        """Its loads as compact masses and torques of single angles, None where they are more than that."""
+        """The effect's loads as point masses on bodies and torques by angle; None if these do not reproduce them."""
         q, still = self.states.q[:PROBES], self.states.q[:1]
         torque, wrenches = self.pushes(q)
         first = self.pushes(still)[0][0]
@@ -176,7 +183,12 @@ class _Asked:
         return RunTimeTables(torque=laws, mass=mass, first_moment=moment)
 
     def moves(self, q: Array, load: Array) -> tuple[Array, Array, Array]:
-        """Displacements of joints (n, 6), of bodies (n, 42) and of the tool (n, 6) at angles and loads of n or 1."""
+        """The effect's displacements of joints (n, 6), of bodies (n, 42) and of the tool (n, 6).
+
+        Args:
+            q: (n or 1, 6) joint angles [rad].
+            load: (n or 1, 48) torques on joints, then force and moment at the ends of the bodies.
+        """
         n = max(len(q), len(load))
         q, load = np.broadcast_to(q, (n, 6)), np.broadcast_to(load, (n, LOADS))
         share = displacement_of(
@@ -189,31 +201,38 @@ class _Asked:
         return np.broadcast_to(joint, (n, 6)), body.reshape(n, -1), np.broadcast_to(tool, (n, 6))
 
     def pushes(self, q: Array) -> tuple[Array, dict[int, Array]]:
-        """Torques (n, 6) on joints and wrenches (n, 6) on bodies at angles (n, 6)."""
+        """The effect's torques (n, 6) on joints, and wrenches (n, 6) on bodies by index, at angles (n, 6) [rad]."""
         share = load_of(self.effect, self._at(q))
         return np.zeros((len(q), 6)) if share.joint is None else share.joint, dict(share.body)
 
     def _at(self, q: Array, **loads: Array) -> State:
+        """The states with joint angles q (n, 6) and loads, otherwise as the first state."""
         rows, robot = self.states.rows(np.zeros(len(q), dtype=int)), self.model.robot
         return rows.with_(q=q, robot=robot, gravity=self.model.gravity, T_base_body=body_poses(robot, q), **loads)
 
 
 def _only(values: Array, column: int, rest: Array) -> Array:
-    """Rows that differ from the row ``rest`` (1, m) in one column, which they take from ``values`` (n, m)."""
+    """Copies (n, m) of the row ``rest`` (1, m), with one column taken from ``values`` (n, m)."""
     rows = np.repeat(rest, len(values), axis=0)
     rows[:, column] = values[:, column]
     return rows
 
 
 def _alone(x: Array, column: int, rest: Array) -> Array:
-    """Rows that differ from the row ``rest`` (1, m) in one column, which is x (n,)."""
+    """Copies (n, m) of the row ``rest`` (1, m), with one column set to x (n,)."""
     rows = np.repeat(rest, len(x), axis=0)
     rows[:, column] = x
     return rows
 
 
 def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array] | None:
-    """Mass [kg] and first moment (3,) [kg m] whose weight on a body (n, 4, 4) is the wrench (n, 6), if any."""
+    """Mass [kg] and first moment (3,) [kg m] whose weight on a body is the wrench in all poses, else None.
+
+    Args:
+        T: (n, 4, 4) poses of the body.
+        wrench: (n, 6) force [N] and moment [N m].
+        gravity: (3,) in base axes [m/s^2].
+    """
     n, (gx, gy, gz) = len(T), gravity
     across = -np.array([[0.0, -gz, gy], [gz, 0.0, -gx], [-gy, gx, 0.0]])
     force = np.hstack([np.tile(gravity, n)[:, None], np.zeros((3 * n, 3))])
@@ -227,11 +246,14 @@ def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A function as equally spaced values, read with a cubic through the four nearest.
+    """A function as equally spaced values, interpolated by a cubic through the four nearest.
 
     Args:
-        joint: that it acts on, source: that it follows, from 0. low: argument of the second value; step: between
-            values; values: (m,) single precision, from one step below the range to one step above.
+        joint: index of the joint that it acts on, from 0.
+        source: index of the joint whose angle or torque is its argument.
+        low: argument of the second value.
+        step: between arguments.
+        values: (m,) single precision, from one step below the range to one step above.
     """
 
     joint: int
@@ -243,7 +265,13 @@ class Curve:
 
 @dataclass(frozen=True)
 class CurveTables:
-    """The functions of one number as tables, of degrees and N m: torques by angle [N m], others [deg]."""
+    """The functions of one variable as tables; angles and displacements in degrees, torques in N m.
+
+    Args:
+        torque: torques on joints by angle.
+        by_torque: displacements of joints by torque.
+        by_angle: displacements of joints by angle.
+    """
 
     torque: Sequence[Curve]
     by_torque: Sequence[Curve]
@@ -251,17 +279,27 @@ class CurveTables:
 
     @property
     def every(self) -> list[Curve]:
-        """In the order of the module."""
+        """All curves in the order in which the module holds them."""
         return [*self.torque, *self.by_torque, *self.by_angle]
 
 
 def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
-    """Curves over the region, as fine as needed."""
+    """Curves of all functions over the region, with as few values as their tolerance allows.
+
+    Args:
+        done: has the region of joint angles.
+    """
     degree = np.pi / 180.0
     low, high = np.degrees(done.lower), np.degrees(done.upper)
 
     def every(laws: Laws, begin: Array, end: Array, units: tuple[float, float], fine: float) -> list[Curve]:
-        """Of functions whose argument and value are in other units."""
+        """Curves of functions whose argument and value are tabulated in other units.
+
+        Args:
+            begin, end: (6,) range of the argument, by its joint.
+            units: of argument and value, in the units of the functions.
+            fine: tolerance.
+        """
         found = []
         for key, some in laws.items():
             law: Law = partial(_total, some, units)
@@ -277,14 +315,20 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
 
 
 def _total(laws: Sequence[Law], units: tuple[float, float], x: Array) -> Array:
+    """Sum of functions at x (n,), in other units than theirs.
+
+    Args:
+        units: of x and of the result, in the units of the functions.
+    """
     return np.asarray(sum(law(x * units[0]) for law in laws) / units[1])
 
 
 def tabulated(key: tuple[int, int], function: Law, low: float, high: float, tolerance: float) -> Curve:
-    """The coarsest curve whose cubic is nowhere farther from the function than the tolerance, as far as that goes.
+    """The coarsest curve within the tolerance of a function, or with 4096 intervals if none is.
 
     Args:
-        key: joint that it acts on, joint that it follows. low, high: the range in which it is read.
+        key: joint that it acts on, joint that is its argument, from 0.
+        low, high: the range in which it is read.
         tolerance: in the unit of the values.
     """
     count = COARSEST
@@ -300,7 +344,7 @@ def tabulated(key: tuple[int, int], function: Law, low: float, high: float, tole
 
 
 def _at(curve: Curve, x: Array) -> Array:
-    """Values at x (n,) by Lagrange's cubic through four neighbours, level outside."""
+    """Values of a curve at x (n,), by Lagrange's cubic through four neighbours and constant outside the range."""
     f = curve.values.astype(float)
     u = np.clip((x - curve.low) / curve.step, 0.0, len(f) - 3.0)
     k = np.minimum(np.trunc(u), len(f) - 4.0).astype(int)

@@ -22,12 +22,13 @@ motion (industrialmonitordirect.com); nobody has measured the function on a cont
 
 @dataclass(frozen=True)
 class RunTimeModule:
-    """A module and what is known of it.
+    """A module for run time and what is known of its errors.
 
     Args:
-        text: the file. corrected: what of the model it corrects.
-        checks: with the stated load, then with none and with all that the arm carries.
-        chord: what is left between corrected ends.
+        text: the file.
+        corrected: the part of the model that it corrects.
+        checks: with the stated load, with none, and with the arm's full payload.
+        chord: error that remains on lines between corrected ends.
     """
 
     text: bytes
@@ -38,13 +39,13 @@ class RunTimeModule:
 
     @property
     def cost(self) -> str:
-        """Statements and time that one target takes."""
+        """Text that states the number of statements and the time for one target."""
         steps = max(check.steps for _, check in self.checks)
         return f"{steps} statements, about {steps / STEPS_PER_MS:.0f} ms"
 
 
 def write_module(model: Model, conditions: Conditions, name: str = NAME, template: Path | None = None) -> RunTimeModule:
-    """Make the module, run it over the region with three loads, and state its errors in its header.
+    """Make the module, run it over the region with three loads, and state the errors found in its header.
 
     Raises:
         PostprocError: RUN001 the name; REN001, REN002 the template; RUN003 the template's text cannot be run; RUN006
@@ -67,6 +68,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
 
 
 def _findings(corrected: CorrectedModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
+    """Findings on effects left out (RUN004, RUN012), errors above 0.02 mm (RUN005) and no corrected target (RUN006)."""
     found = []
     for keys, code, why, help_ in (
         (corrected.untold, "RUN004", "a target does not tell what it follows", "state it with --channel, if it can be"),

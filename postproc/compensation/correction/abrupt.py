@@ -25,12 +25,12 @@ CLOSE = 0.0005  # [m] between samples of a move on which it leaves that
 
 
 def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Array:
-    """(m,) least number of intervals of every move: more where a law of one's own jumps on the way.
+    """(m,) least number of sample intervals per move, more where a user's own effect jumps or bends sharply.
 
-    Asked are laws that read the commanded joint angles alone.
+    Only effects that read nothing but the commanded joint angles are examined.
 
     Args:
-        dense: (m,) what is wanted anyway.
+        dense: (m,) number of intervals that is wanted without such effects.
     """
     own = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
     if not own or not moves:
@@ -50,7 +50,10 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Ar
 
 
 def _parts(effect: Effect, state: State) -> list[Array]:
-    """What an effect displaces, (n, 6) each [m]: rotations at the arm's reach."""
+    """Displacements (n, 6) [m] by an effect, one array for each of joints, tool, instrument and bodies.
+
+    Rotations are counted as displacements at the reach of the arm.
+    """
     share = displacement_of(effect, state)
     twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])
     found = [] if share.joint is None else [REACH * share.joint]

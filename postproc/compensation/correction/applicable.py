@@ -27,15 +27,15 @@ SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; far
 
 
 def applicable_model(model: Model, events: Sequence[MotionEvent], options: Options) -> tuple[Model, list[Diagnostic]]:
-    """Leave out what moves the instrument's frame and what reads channels that nobody states; carry the calibration
-    error of the measured tool to the program's.
+    """The part of a model that holds for a program, with the calibration error of the measured tool carried over.
 
-    The measured TCP is the model's nominal tool moved by ``tool_frame``. A program whose tool has its TCP within
-    ``SAME_TOOL`` of that uses the measured tool; any other is taken as calibrated.
+    Effects that move the instrument's frame are left out, and those that read channels which nobody states. The
+    measured TCP is the model's nominal tool moved by ``tool_frame``: a program whose TCP is within ``SAME_TOOL`` of it
+    is taken to use that tool; any other tool is taken as calibrated.
 
     Returns:
-        The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
-        base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be, KIN010 an arm
+        The model, and findings: CMP011 what was done about the measured tool, CMP014 in which axes an arm whose base is
+        turned is programmed, CMP016 what is left out for a channel, MOD005 implausible parameters, KIN010 an arm
         without weight, MOD006 a model in which nothing yields to a load.
 
     Raises:
@@ -72,6 +72,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
 
 
 def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Diagnostic:
+    """CMP016, a warning: the effect depends on external axes (letters) of which nobody says what they carry."""
     names = " and ".join(f"`eax_{axis}`" for axis in unknown)
     text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
     help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
@@ -79,6 +80,7 @@ def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Dia
 
 
 def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
+    """CMP016, a warning: the effect is left out since it reads channels (names) that a program does not state."""
     names = " and ".join(f"`{name}`" for name in untold)
     text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
     help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
@@ -86,7 +88,10 @@ def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnost
 
 
 def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:
-    """What makes a correction for weight and force nothing, or next to nothing, where they bend the real arm."""
+    """MOD006 if no effect of the model reads the load, KIN010 if effects do but the arm has no masses.
+
+    MOD006 is an error if the model has no effects or the options state a force; both say that loads bend nothing.
+    """
     if not any("load" in effect.reads for effect in model.effects):
         lost = not model.effects or any((*options.force, *options.moment))
         text = f"nothing in the model of `{model.robot.name}` yields to a load: weight and force bend nothing"
@@ -97,7 +102,7 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
 
 
 def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
-    """Where the numbers of a model that the controller's configuration gave come from, and what was left out."""
+    """KIN018: the joint compliances come from the controller's configuration, with the entries that were not read."""
     if UNREAD not in model.robot.sources:
         return
     text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]
@@ -110,6 +115,10 @@ def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
 
 
 def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
+    """CMP014 for an arm whose base is turned: an error where model and cell disagree on gravity.
+
+    Without a cell it is a warning that work objects are read in axes of the base.
+    """
     source, station = events[0].statement.source, model.station
     if station is not None:
         stated = station.gravity(np.zeros((1, 6)))
@@ -124,7 +133,10 @@ def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]
 
 
 def _carry_tool(model: Model, effect: Effect, events: Sequence[MotionEvent]) -> tuple[Effect | None, Diagnostic]:
-    """The error of the measured tool as the error of the program's tool, None where the program has another."""
+    """``tool_frame`` restated for the program's tool, None if the program has another tool, with finding CMP011.
+
+    The position is that of the measured TCP in the axes of the program's tool; the rotation is zero.
+    """
     measured = model.T_flange_tcp @ displace(effect.vector())
     source = events[0].statement.source
     used = {e.tool.name: e.tool for e in events if e.reason is None}
@@ -145,7 +157,7 @@ def _carry_tool(model: Model, effect: Effect, events: Sequence[MotionEvent]) -> 
 
 
 def _moves_instrument(model: Model, effect: Effect) -> bool:
-    """Whether an effect says where the instrument is (its frame, its drift), asked of one pose."""
+    """Whether an effect displaces the frame of the measuring instrument (found by evaluating it at one pose)."""
     one = np.zeros(1)
     probe = State(
         q=0.1 * np.ones((1, 6)), v=np.zeros((1, 6)), a=np.zeros((1, 6)), approach=np.ones((1, 6)), payload_mass=one,

@@ -26,7 +26,7 @@ WORSE = 1.25
 
 
 def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
-    """Arcs to leave alone, behind a statement that is left alone and of which nobody knows where it ends."""
+    """Arcs to leave uncorrected, with the reason: they begin at the unknown goal of an uncorrected statement."""
     return {
         move.event.statement.key: BEHIND
         for move in motion.moves
@@ -35,11 +35,14 @@ def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
 
 
 def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[int, Array]) -> dict[StatementKey, str]:
-    """Statements to leave alone because an arc that stays as it is begins at their target.
+    """Statements to leave uncorrected, with the reason: an uncorrected arc begins at their target.
+
+    That is decided by the distance of the arc from its programmed curve, if it grows by more than 25 %.
 
     Args:
-        exact: as every target would have it; written: see ``place_targets``.
-        left: moves whose targets are not where the correction wants them.
+        exact: correction at every sample, with all targets corrected.
+        written: the correction with the targets that the text can have, from ``place_targets``.
+        left: shift (6,) by move, for the moves whose targets are not where the correction wants them.
     """
     samples = motion.samples
     found: dict[StatementKey, str] = {}
@@ -56,14 +59,23 @@ def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[i
 
 
 def ends_of(samples: Samples, written: Exact, i: int) -> tuple[Array, Array]:
-    """Where a move begins and ends (3,) as its targets are written, in its own work frame."""
+    """Start and goal (3,) [m] of move i in its own work frame, with the targets as they are written.
+
+    Args:
+        written: the correction with the targets that the text can have, from ``place_targets``.
+    """
     ends = np.array([samples.start[i], samples.goal[i]])
     T = samples.mounts_at(ends).work(written.T_base_flange[[i - 1, i]])
     return T[0, :3, 3], T[1, :3, 3]
 
 
 def circle_point(samples: Samples, written: Exact, i: int, u: float) -> Array:
-    """The point (3,) after a fraction of the circle through an arc's ends as they are written and its exact middle."""
+    """Point (3,) [m] at fraction u of the circle through the written ends of arc i and its corrected middle.
+
+    Args:
+        written: the correction with the targets that the text can have, from ``place_targets``.
+        u: fraction of the arc, 0 at its start and 1 at its goal.
+    """
     start, goal = ends_of(samples, written, i)
     middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
     center, radial, tangent, angle, _, _ = circle_through(start[None], middle[None], goal[None])

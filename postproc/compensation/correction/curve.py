@@ -34,8 +34,10 @@ class Exact:
     """The inverse of the model at every sample.
 
     Args:
-        T_work_tcp: (n, 4, 4) commanded poses; q: (n, 6) commanded joint angles [rad].
+        T_work_tcp: (n, 4, 4) commanded poses.
+        q: (n, 6) commanded joint angles [rad].
         T_base_flange: (m, 4, 4) commanded flange at every goal, after deciding between the moves that meet there.
+        q_goal: (m, 6) commanded joint angles there [rad].
     """
 
     T_work_tcp: Array
@@ -49,11 +51,13 @@ class Transition:
     """A jump of the correction inside or beside one move, made jerk-limited.
 
     Args:
-        move: index of the move; where: in it, for people.
-        target: the move whose goal that place is, or the move itself.
-        size_m: distance that the correction jumps [m]; duration: of the transition [s].
+        move: index of the move.
+        where: "before its target" or "from its start".
+        target: index of the move whose goal is the target at that place.
+        size_m: distance that the correction jumps [m].
+        duration: of the transition [s].
         samples: (a, b) the samples it covers.
-        of_load: it is the load (or lost motion) that jumps there, not a target that stands beside its correction.
+        of_load: the load (or lost motion) jumps there; otherwise a target is not where the correction wants it.
     """
 
     move: int
@@ -66,7 +70,10 @@ class Transition:
 
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
-    """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
+    """(m,) bool: the load on the arm changes at the start or goal of the move, or the move there is a MoveAbsJ.
+
+    The load changes with tool, payload, and with the arc if the process force acts only while it burns.
+    """
     changing = [False] * len(moves)
     for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
@@ -78,7 +85,10 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 
 
 def invert_model(model: Model, motion: Motion) -> Exact:
-    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
+    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal.
+
+    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles.
+    """
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():
@@ -102,17 +112,21 @@ def invert_model(model: Model, motion: Motion) -> Exact:
 
 
 def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
-    """Where a way goes on from a target, in place: at what that target is commanded to."""
+    """Copy, in place, the goal from which a program resumes to each move that only restates it.
+
+    Args:
+        T_flange: (m, 4, 4); q_goal: (m, 6); both are changed.
+    """
     for i, move in enumerate(samples.moves):
         if move.resumes_from is not None:
             T_flange[i], q_goal[i] = T_flange[move.resumes_from], q_goal[move.resumes_from]
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
-    """The same with the targets of some moves where the text puts them.
+    """The correction with the targets of some moves where the text can have them.
 
     Args:
-        shifts: (6,) from the programmed pose, work axes, by move.
+        shifts: by move, the shift (6,) of its target from the programmed pose [m], [rad] in work axes.
     """
     if not shifts:
         return exact
@@ -130,12 +144,14 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
 def commanded_curve(
     model: Model, samples: Samples, exact: Exact, written: Exact, t: Array
 ) -> tuple[Array, list[Transition]]:
-    """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
+    """Commanded poses (n, 4, 4) that pass through the targets as they are written, and the transitions among them.
 
-    A correction without jumps is returned as it came.
+    A correction without jumps is returned unchanged.
 
     Args:
-        exact: as every target would have it; written: see ``place_targets``; t: (n,) time at the samples [s].
+        exact: correction at every sample, with all targets corrected.
+        written: the correction with the targets that the text can have, from ``place_targets``.
+        t: (n,) time at the samples [s].
     """
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
@@ -163,7 +179,7 @@ def commanded_curve(
 
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
-    """(m, 6) what every move's correction lacks to the target it starts from, and to its goal."""
+    """Pose differences (m, 6) [m], [rad] from each move's correction to the target it starts from, and to its goal."""
     m = len(samples.moves)
     before = np.maximum(np.arange(m) - 1, 0)
     at_start, at_goal = np.empty((2, m, 6))
@@ -177,6 +193,7 @@ def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
 
 
 def _shifted(T: Array, twist: Array) -> Array:
+    """Poses (n, 4, 4) displaced by translations and rotation vectors (n, 6) [m], [rad] in the reference axes."""
     result = T.copy()
     result[:, :3, 3] += twist[:, :3]
     result[:, :3, :3] = Rotation.from_rotvec(twist[:, 3:]).as_matrix() @ T[:, :3, :3]

@@ -21,14 +21,14 @@ from postproc.motion.values import Flags, Index
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distance of the real TCP from the programmed curves.
+    """Distance of the real TCP from the programmed curves, at n samples of the program that ran and at m targets.
 
     Args:
-        away: (n, 3) [m] at the samples of the program that ran, from the nearest point of the programmed move, in work
-            axes; owner: (n,) that move; u: (n,) fraction along it.
+        away: (n, 3) [m] from the nearest point of the programmed move, in work axes.
+        owner: (n,) that move; u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
-        goal_distance: (m,) [m] between the real TCP and the programmed target;
+        goal_distance: (m,) [m] between the real TCP and the programmed target.
         goal_steady: (m,) as ``steady``, at the targets.
     """
 
@@ -42,15 +42,15 @@ class Deviation:
 
     @cached_property
     def distance(self) -> Array:
-        """(n,) [m]."""
+        """(n,) length of ``away`` [m]."""
         return np.asarray(np.linalg.norm(self.away, axis=1))
 
     def largest(self, rows: Flags) -> float:
-        """Largest distance [m] over the chosen samples, 0 where there are none."""
+        """Largest distance [m] over samples chosen by a mask (n,), 0 where there are none."""
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
     def largest_of_moves(self, rows: Flags) -> Array:
-        """(m,) largest distance [m] along each programmed move over the chosen samples."""
+        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,)."""
         worst = np.zeros(len(self.goal_distance))
         np.maximum.at(worst, self.owner[rows], self.distance[rows])
         return worst
@@ -58,11 +58,11 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """A part of a program that drives the arm.
+    """A part of a program that is run on the modelled arm.
 
     Args:
-        motion: from the program's own text.
-        owner: (moves of it,) the programmed move that each move is (a part of).
+        motion: samples and states of that part of the text.
+        owner: (moves of ``motion``,) index of the programmed move that each move is, or is a part of.
     """
 
     motion: Motion
@@ -70,7 +70,7 @@ class Driven:
 
 
 def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]) -> Deviation:
-    """Drive the real arm with a program, part by part, and compare with the programmed curves.
+    """Run a program on the model of the real arm, part by part, and compare with the programmed curves.
 
     Args:
         programmed: samples of the program as the user wrote it.
@@ -105,7 +105,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
-    """T_work_tcp (n, 4, 4) of the real arm that is commanded to ``T_work_tcp``."""
+    """T_work_tcp (n, 4, 4) that the real arm reaches if commanded to the poses passed, under the loads of ``state``."""
     seen = mounts.seen(reached(model, state), T_work_tcp)
     if not mounts.stationary.any():
         return seen
@@ -114,17 +114,24 @@ def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> A
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
-    """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
+    """Programmed positions (k, 3) [m] at samples of moves that are not divided.
+
+    Args:
+        ran: samples of the program that ran.
+        of: (n,) the programmed move of each of them.
+        rows: (k,) the samples to look at.
+    """
     size = programmed.goal - programmed.start
     at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
     return programmed.T_work_tcp[at, :3, 3]
 
 
 def away_from_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
-    """Vectors (n, 3) [m] from the nearest point of each move's line or arc to p, and the fraction (n,) of that point.
+    """Vectors (n, 3) [m] from the nearest point of each move's line or arc to p, and that point's fraction (n,).
 
     Args:
-        move: (n,) indices of moves; p: (n, 3) positions [m].
+        move: (n,) indices of moves.
+        p: (n, 3) positions [m] in work axes.
     """
     chord, length = curves.chord[move], curves.length[move]
     away = p - curves.start[move]

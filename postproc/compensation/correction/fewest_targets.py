@@ -25,7 +25,8 @@ class Pieces:
 
     Args:
         move: index of the move.
-        goals: samples of the added targets, in order; vias: circle points of an arc, one more than goals.
+        goals: samples of the added targets, in order.
+        vias: samples of the circle points of an arc, one more than goals.
         reached: the tolerance is kept between the targets.
     """
 
@@ -37,11 +38,12 @@ class Pieces:
 
 @dataclass(frozen=True, slots=True)
 class Division:
-    """What decides how moves are divided.
+    """The data by which moves are divided.
 
     Args:
         samples: of the programmed curves.
-        tolerance: (m,) [m], of every move; weight: (n,) how much a deviation counts.
+        tolerance: (m,) largest deviation of every move [m].
+        weight: (n,) factor on a deviation at each sample.
     """
 
     samples: Samples
@@ -50,16 +52,22 @@ class Division:
 
     @staticmethod
     def of(samples: Samples, tolerance: Array, settled: Flags) -> Division:
-        """For moves with these tolerances (m,) [m]; ``settled``: (n,) where the load of inertia does not change."""
+        """A division with weight 1 at samples where the load of inertia is constant, 0.1 elsewhere.
+
+        Args:
+            tolerance: (m,) of the moves [m].
+            settled: (n,) where the load of inertia is constant.
+        """
         return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT))
 
 
 def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[int], bool]) -> list[Pieces]:
-    """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
+    """Divide the moves whose commanded curve leaves the line or circle through its targets beyond tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
-        divisible: whether statements may be added before a move's statement; asked only where some are needed.
+        divisible: whether statements may be added before the statement of the move with that index; called only for
+            moves that need some.
     """
     samples = division.samples
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
@@ -75,6 +83,7 @@ def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[in
 
 
 def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
+    """Division of arc i into the fewest arcs within tolerance; if not divisible, one arc with its best circle point."""
     samples, limit = division.samples, SHARE * float(division.tolerance[i])
     begin, curves = int(samples.start[i]), samples.curves
     intervals = int(samples.goal[i]) - begin
@@ -87,6 +96,7 @@ def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pi
 
 
 def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
+    """Division of line i into the fewest lines within tolerance; no added target, not ``reached``, if indivisible."""
     if not divisible:
         return Pieces(i, (), (), False)
     samples, limit = division.samples, SHARE * float(division.tolerance[i])
@@ -100,10 +110,12 @@ def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -
 
 
 def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Callable[[int], bool]) -> list[Pieces]:
-    """The same with all runs of a statement divided at the fractions of the one that needs most targets.
+    """The pieces, with all runs of a statement divided at the fractions of the run that needs most targets.
+
+    A statement runs more than once in a loop or a shared routine, but has one text.
 
     Args:
-        divisible: see ``divide_moves``.
+        divisible: whether statements may be added before the statement of the move with that index.
     """
     most: dict[StatementKey, Pieces] = {}
     for part in pieces:
@@ -126,7 +138,10 @@ def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Callabl
 
 
 def _at_shares(samples: Samples, i: int, shares: Array) -> tuple[int, ...]:
-    """The samples of a line nearest to shares of its way; none where they are too near to each other or to its ends."""
+    """The samples of line i nearest to fractions ``shares`` of its length.
+
+    Empty if two fall on the same sample, or one falls within the zone at an end.
+    """
     rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
     u = samples.u[rows]
     nearest = np.abs(u - shares[:, None]).argmin(axis=1) if len(u) > 1 else np.zeros(0, int)
@@ -147,7 +162,10 @@ def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
 
 
 def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
-    """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
+    """Per sample of move i, with fractions u, whether it is at least two zone radii away from start and goal.
+
+    The controller cuts a zone to half the distance to the neighbouring target, which an added one then is.
+    """
     length = float(samples.curves.length[i])
     near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)
     inside = (u > 0) & (u < 1)
@@ -155,7 +173,7 @@ def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
 
 
 def _zone_in_force(samples: Samples, i: int) -> float:
-    """Zone [m] at the goal of a move after the controller has cut it to half of both moves that meet there."""
+    """Zone radius [m] at the goal of move i, after the controller has cut it to half of both moves that meet there."""
     move = samples.moves[i]
     if move.fine:
         return 0.0

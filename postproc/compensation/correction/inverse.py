@@ -34,8 +34,8 @@ class Commands:
 
     Args:
         q: (n, 6) joint angles to command [rad], in the branch and turn of the start.
-        T_base_tcp: (n, 4, 4) the pose that the controller's nominal kinematics has there: what to write in the program.
-        residual_m: (n,) how far from the desired pose the real arm then is [m] (rotations count at 1 m).
+        T_base_tcp: (n, 4, 4) the nominal pose at these joint angles: what to write in the program.
+        residual_m: (n,) how far the real arm then is from the desired pose [m] (rotations count at 1 m).
     """
 
     q: Array
@@ -48,11 +48,11 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
 
     Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected
     arm (none, if only joints deflect), then q = theta - dq(loads at theta). Both contract by about 1e-3 a sweep. The
-    fixed point is that of Eqs. 24-25 with the accumulated correction p_f <- p_f + (p - p_c).
+    fixed point is that of Eqs. 24-25 of the source paper with the accumulated correction p_f <- p_f + (p - p_c).
 
     Args:
-        state: n states as they happen along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal
-            joint angles of the desired poses, or near them: they choose branch and turns.
+        state: n states along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal joint angles of
+            the desired poses, or near them: they choose branch and turns.
         T_base_tcp: (n, 4, 4) desired.
 
     Raises:
@@ -69,9 +69,9 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
 
 
 def reached(model: Model, state: State) -> Array:
-    """T_base_tcp (n, 4, 4) of the real arm where a program tells it to go to the nominal poses of ``state.q``.
+    """T_base_tcp (n, 4, 4) that the real arm reaches when a program states the nominal poses of ``state.q``.
 
-    A controller that corrects by itself commands other joint angles there: those of its own model.
+    A controller that corrects by itself then commands other joint angles, which follow from its own model.
     """
     if model.controller is None:
         return predict(model, state, PROVED_M)
@@ -81,14 +81,20 @@ def reached(model: Model, state: State) -> Array:
 
 
 def told_pose(model: Model, state: State) -> Array:
-    """T_base_tcp (n, 4, 4) where the controller believes the TCP to be at joint angles ``state.q``."""
+    """T_base_tcp (n, 4, 4) where the controller assumes the TCP at joint angles ``state.q``.
+
+    It is the nominal pose, or that of the controller's own model if it corrects by itself.
+    """
     if model.controller is None:
         return forward(model.robot, state.q) @ state.T_flange_tcp
     return predict(model.controller, known_state(model.already, state))
 
 
 def _through_controller(model: Model, state: State, desired: Array) -> Commands:
-    """``command`` for an arm whose controller corrects a part: joints for the whole model, told as that has them."""
+    """``command`` for an arm whose controller corrects a part by itself.
+
+    The joint angles come from the whole model; the pose to write is the one the controller assigns to these angles.
+    """
     found = command(_whole(model), state, desired)
     T_told = told_pose(model, state.with_(q=found.q))
     nominal = command(rigid(model), state.with_(q=found.q), T_told)
@@ -96,19 +102,19 @@ def _through_controller(model: Model, state: State, desired: Array) -> Commands:
 
 
 def rigid(model: Model) -> Model:
-    """The arm as its nominal kinematics has it."""
+    """The model without effects and without correction by the controller: nominal kinematics alone."""
     return _whole(model).with_effects()
 
 
 def _whole(model: Model) -> Model:
-    """The real arm, whatever its controller does."""
+    """The model with all its effects and without correction by the controller: the real arm."""
     bare = replace(model, controller=None, already=())
     bare.__dict__["_built"] = model._built
     return bare
 
 
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:
-    """Commanded joints (n, 6) and residuals (n,) [m] of one batch."""
+    """Commanded joints (n, 6) [rad] and residuals (n,) [m] for one batch of desired poses (n, 4, 4)."""
     q, residual = _sweeps(model, state, desired, PATIENCE)
     slow = np.flatnonzero(residual > TOLERANCE_M)
     if len(slow):
@@ -117,6 +123,11 @@ def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:
 
 
 def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Array, Array]:
+    """Commanded joints (n, 6) and residuals (n,) [m] after at most ``most`` fixed-point sweeps.
+
+    Raises:
+        PostprocError: the deflection diverges.
+    """
     theta = _start(model, state, desired)
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     loaded = carries_load(model)
@@ -151,7 +162,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
 
 
 def _start(model: Model, state: State, desired: Array) -> Array:
-    """Nominal joint angles of the desired poses, in the branch and turn of ``state.q``."""
+    """Nominal joint angles (n, 6) of the desired poses (n, 4, 4), in the branch and turn of ``state.q``."""
     robot, q = model.robot, np.array(state.q, dtype=float)
     error = pose_error(forward(robot, q) @ state.T_flange_tcp, desired)
     away = np.abs(error).max(axis=1, initial=0.0) > NEAR
@@ -162,7 +173,7 @@ def _start(model: Model, state: State, desired: Array) -> Array:
 
 
 def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
-    """The closed-form solution nearest to joint angles, turns included; those angles where nothing is reachable."""
+    """Closed-form solution (n, 6) nearest to joint angles q (n, 6), whole turns included; q itself if there is none."""
     solutions = inverse(model.robot, T_base_flange)
     solutions = solutions + whole_turns(solutions, near=q[:, None])
     far = np.abs(solutions - q[:, None]).max(axis=-1)
@@ -172,7 +183,7 @@ def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
 
 
 def _error(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
-    """What the real arm lacks to the desired poses when its joints stand at theta, (n, 6) [m, rad]."""
+    """Pose error (n, 6) [m], [rad] from the real TCP, with joints at theta (n, 6), to the desired poses (n, 4, 4)."""
     chain = deflected_chain(model.robot, theta, deflection.body, False)
     return pose_error(tcp(chain, state, deflection), desired)
 
@@ -187,10 +198,12 @@ def _newton(model: Model, state: State, theta: Array) -> Array:
 def _closed_form_step(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
     """One step p_f <- p_f + (p - p_c) (source paper, Eq. 25 accumulated), solved by closed-form inverse kinematics.
 
-    It needs no Jacobian, so that it also converges near singular poses; it serves all poses that are left.
+    It needs no Jacobian, so it also converges near singular poses.
 
     Args:
-        theta: (n, 6) real joint angles [rad]; deflection: held fixed; desired: (n, 4, 4) T_base_tcp [m].
+        theta: (n, 6) real joint angles [rad].
+        deflection: of bodies and tool, kept constant in the step.
+        desired: (n, 4, 4) T_base_tcp [m].
 
     Returns:
         New angles (n, 6) [rad], on the nearest branch; unchanged where the pose is out of reach.

@@ -19,7 +19,7 @@ _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the sma
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
-    """What is left of (k, 3) vectors across the unit directions (3,) or (k, 3); all of it for a zero direction."""
+    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); all for a zero direction."""
     return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
 
 
@@ -27,7 +27,8 @@ def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
     """Largest weighted distance [m] between the exact correction and its chord from sample a to sample b.
 
     Args:
-        u: (k,) increasing fractions along the move; across: (k, 3) exact correction across the path [m].
+        u: (k,) increasing fractions along the move.
+        across: (k, 3) exact correction perpendicular to the path [m].
         weight: (k,) how much a distance counts.
     """
     if b - a < 2:
@@ -38,7 +39,10 @@ def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
 
 
 def _farthest(deviation: Callable[[int, int], float], a: int, last: int, tolerance: float) -> int:
-    """Largest b in (a, last] whose span stays within tolerance (deviation grows with the span), at least a + 1."""
+    """Largest b in (a, last] for which deviation(a, b) is within tolerance, but at least a + 1.
+
+    Found by bisection, as the deviation grows with the span.
+    """
     low, high = a + 1, last
     while low < high:
         middle = (low + high + 1) // 2
@@ -52,7 +56,13 @@ def _farthest(deviation: Callable[[int, int], float], a: int, last: int, toleran
 def _greedy(
     deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
 ) -> tuple[list[int], bool]:
-    """Fewest interior vertices among the allowed samples; False where neighbours stand too far apart."""
+    """Fewest interior vertices, each put as far along as the tolerance allows; false if the tolerance is not kept.
+
+    Args:
+        deviation: of a path without vertices between two samples.
+        allowed: (k,) samples that may be vertices.
+        last: index of the last sample.
+    """
     places = np.flatnonzero(allowed[:last])
     places = places[places > 0]
     vertices: list[int] = []
@@ -73,7 +83,13 @@ def _greedy(
 def _fewest(
     deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
 ) -> tuple[list[int], bool]:
-    """The fewest vertices, and of those with the same number the ones with the smallest largest deviation."""
+    """The fewest vertices with the smallest largest deviation; false if the tolerance is not kept.
+
+    Args:
+        deviation: of a path without vertices between two samples.
+        allowed: (k,) samples that may be vertices.
+        last: index of the last sample.
+    """
     best, reached = _greedy(deviation, allowed, last, tolerance)
     low, high = 0.0, tolerance
     for _ in range(_ROUNDS if best and reached else 0):
@@ -87,12 +103,14 @@ def _fewest(
 
 
 def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, weight: Array) -> tuple[list[int], bool]:
-    """Choose the fewest samples at which a line gets an added target, evenly used.
+    """Choose the fewest samples at which a line gets an added target, so that all chords deviate about equally.
 
     Args:
-        u: (k,) fractions along the move, across: (k, 3) exact correction across its direction [m].
+        u: (k,) fractions along the move.
+        across: (k, 3) exact correction perpendicular to its direction [m].
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
-        tolerance: largest chord deviation [m]; weight: (k,) how much a deviation counts.
+        tolerance: largest chord deviation [m].
+        weight: (k,) how much a deviation counts.
 
     Returns:
         Indices of the added targets, and whether the tolerance is met everywhere.
@@ -100,13 +118,14 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
     last = len(u) - 1
 
     def deviation(a: int, b: int) -> float:
+        """Largest weighted chord deviation [m] between samples a and b."""
         return chord_gaps(u, across, weight, a, b)
 
     return _fewest(deviation, allowed, last, tolerance)
 
 
 def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
-    """Distances (k,) [m] of (k, 3) points from the circle through a, via and b."""
+    """Distances (k,) [m] of points (k, 3) from the circle through a, via and b (3,), or from their line."""
     ab, av = b - a, via - a
     normal = _cross(av, ab)
     size = float(normal @ normal)
@@ -143,6 +162,7 @@ def place_arcs(
     last = len(commanded) - 1
 
     def deviation(a: int, b: int) -> float:
+        """Largest weighted distance [m] of points a to b from the circle through a, b and the middle one."""
         if b - a < 2:
             return 0.0
         gaps = circle_gaps(commanded[a : b + 1], commanded[a], commanded[(a + b) // 2], commanded[b])

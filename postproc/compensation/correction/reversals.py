@@ -23,10 +23,11 @@ CROSSING = 0.1  # [s]: nor closer than the arm moves in this time, to cross the 
 
 
 def sample_for(model: Model, moves: Sequence[Move], dense: Array) -> Samples:
-    """Samples of every move, closer together where a law jumps on the way, or a joint turns back on it or at its ends.
+    """Samples of every move, closer together where an effect jumps or a joint turns back on the way or at its ends.
 
     Args:
-        moves, dense: see ``sample_moves``.
+        moves: chains of moves.
+        dense: (m,) least number of intervals of each move.
     """
     dense = intervals_for_jumps(model, moves, dense)
     samples = sample_moves(model.robot, moves, dense=dense)
@@ -44,10 +45,12 @@ def sample_for(model: Model, moves: Sequence[Move], dense: Array) -> Samples:
 
 
 def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array, least: float) -> list[Transition]:
-    """Jumps of the correction inside moves in space, at a joint that turns back.
+    """Transitions inside lines and arcs where a joint turns back, as lost motion makes the correction jump there.
 
     Args:
-        T_commanded: (n, 4, 4) commanded curve; t: (n,) time [s]; least: jump [m] from which it counts.
+        T_commanded: (n, 4, 4) commanded curve.
+        t: (n,) time [s].
+        least: smallest jump that counts [m].
     """
     if not feels_sides(model):
         return []
@@ -65,6 +68,6 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
 
 
 def _turns(samples: Samples) -> Flags:
-    """(n - 1, 6) whether a joint travels the other way from one sample to the next."""
+    """(n - 1, 6) whether each joint's direction of travel reverses between a sample and the next."""
     side = approach_side(samples)
     return side[1:] * side[:-1] < 0

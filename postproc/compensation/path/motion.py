@@ -25,11 +25,13 @@ _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as a
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """n samples of a program's curves in time; states are put together for the rows that are asked for.
+    """n samples of a program's curves in time, from which the arm's state is built for chosen rows.
 
     Args:
-        place: (n,) where the samples stand on the programmed path, as move + fraction; timeline: of that path.
-        moving: effects follow speed; sides: (n, 6) of approach where effects follow that, else None.
+        place: (n,) place of each sample on the programmed path, as move index + fraction.
+        timeline: timing of that path.
+        moving: the joint speeds enter the state.
+        sides: (n, 6) direction of approach of each joint if an effect reads it, else None.
         station: where the arm stands, None where it is not carried.
     """
 
@@ -43,11 +45,11 @@ class Motion:
 
     @property
     def moves(self) -> tuple[Move, ...]:
-        """Those of the samples."""
+        """The moves of the samples."""
         return self.samples.moves
 
     def at(self, rows: slice | Index) -> State:
-        """The state at some samples."""
+        """The arm's state (joint angles, speeds, loads, channels) at samples, chosen by a slice or indices."""
         samples, timeline, place = self.samples, self.timeline, self.place[rows]
         index, of = np.unique(samples.move[rows], return_inverse=True)
         moves = [samples.moves[i] for i in index.tolist()]
@@ -77,7 +79,12 @@ class Motion:
         return self._carried(state, self.station, rows, place)
 
     def _carried(self, state: State, station: Station, rows: slice | Index, place: Array) -> State:
-        """The state on a base that moves or leans with the external axes."""
+        """The state with gravity and motion of a base that external axes move or tilt.
+
+        Args:
+            rows: the samples of the state.
+            place: (n,) their place on the programmed path, as move index + fraction.
+        """
         axes, timeline = self.samples.axes[rows], self.timeline
         gravity = station.gravity(axes) if station.carried else None
         if gravity is None:
@@ -90,9 +97,10 @@ class Motion:
         return state.with_(gravity=gravity - acceleration, **turns)
 
     def distinct(self, rows: slice) -> tuple[Index, Index]:
-        """The rows of a block that no row before them stands for, and which of them stands for each row.
+        """Rows (d,) of a block with different states, and for each row of the block its equal's position in them.
 
-        Where a move goes on with the tool and the load of the one before, its start is that move's goal.
+        Where a move continues with the tool and load of the one before, its start equals that move's goal and is left
+        out.
         """
         samples, every = self.samples, np.arange(rows.start, rows.stop)
         begins = every[1:][samples.u[every[1:]] == 0.0]
@@ -114,18 +122,23 @@ class Motion:
         return every[own], np.cumsum(own) - 1
 
     def steady(self) -> Flags:
-        """(n,) see ``Timeline.steady``."""
+        """(n,) whether the TCP keeps its speed or stands at each sample, so the load of inertia does not change."""
         return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
-        """All rows, a block at a time."""
+        """Slices that cover all rows, ``BLOCK`` samples each."""
         return blocks(len(self.place), BLOCK)
 
 
 def motion_of(
     model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
 ) -> Motion:
-    """The motion through samples; without ``place`` they are samples of the programmed path itself."""
+    """The motion through samples of a program.
+
+    Args:
+        place: (n,) place of the samples on the programmed path, as move index + fraction; without it they are samples
+            of that path itself.
+    """
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
     moving = options.inertia or any("v" in effect.reads for effect in model.effects)
     sides = approach_side(samples) if feels_sides(model) else None
@@ -134,14 +147,14 @@ def motion_of(
 
 
 def feels_sides(model: Model) -> bool:
-    """Whether the arm stands elsewhere for another side of approach."""
+    """Whether an effect of the model depends on the direction from which joints approach (lost motion)."""
     return any("approach" in effect.reads for effect in model.effects)
 
 
 def approach_side(samples: Samples) -> Array:
-    """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the start.
+    """Sign of each joint's last travel before a sample, (n, 6); 0 until the joint moves in its chain.
 
-    Where a way goes on from an earlier target, the travel to that target counts.
+    Where a chain resumes from an earlier target, the travel to that target counts.
     """
     first = np.array([m.first for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])

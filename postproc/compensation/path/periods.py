@@ -15,7 +15,10 @@ _MOST = 200  # poses at which frequencies are computed; they change slowly along
 
 
 def first_periods(model: Model, path: Path) -> Array:
-    """First natural period (n,) [s] at every sample of a path (Eq. 6 of the source paper), 0 for a rigid arm."""
+    """First natural period (n,) [s] at every sample of a path (Eq. 6 of the source paper), 0 for a rigid arm.
+
+    It is computed at no more than 200 samples and interpolated between them.
+    """
     n = len(path.q)
     if n == 0 or not carries_load(model):
         return np.zeros(n)

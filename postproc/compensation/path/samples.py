@@ -32,8 +32,10 @@ class Samples:
     """n samples of m moves.
 
     Args:
-        move, u: (n,) move index and fraction; T_work_tcp: (n, 4, 4) programmed; q: (n, 6) nominal joint angles [rad].
-        axes: (n, 6) external axes [m], [rad]; mounts: at every sample.
+        move, u: (n,) move index and fraction along it.
+        T_work_tcp: (n, 4, 4) programmed poses.
+        q: (n, 6) nominal joint angles [rad].
+        axes: (n, 6) external axes [m], [rad].
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
     """
 
@@ -48,11 +50,11 @@ class Samples:
     goal: Index
 
     def mounts_at(self, rows: slice | Index) -> Mounts:
-        """The mounts at some samples."""
+        """The mounts of tool and work at samples, chosen by a slice or indices."""
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
     def turned_aside(self) -> Index:
-        """Moves whose tool, its wrist interpolated as joints, turns farther on the way than from end to end."""
+        """Indices of moves with interpolated wrist axes whose tool turns farther on the way than from start to goal."""
         rows = np.flatnonzero(self.curves.wrist[self.move])
         of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
         from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
@@ -62,11 +64,11 @@ class Samples:
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
-    """Sample every move evenly.
+    """Sample every move at even fractions from its start to its goal.
 
     Args:
         moves: chains of moves; the first of a chain has its goal only.
-        dense: (m,) least number of intervals of a move, where more is wanted.
+        dense: (m,) least number of intervals of a line or arc.
     """
     moves = tuple(moves)
     curves = build_curves(robot, moves)

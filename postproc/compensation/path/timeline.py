@@ -27,14 +27,16 @@ IN_PLACE = 0.003
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """k samples of the programmed path, corners cut as the controller cuts them.
+    """k samples of the programmed path in time, corners cut as the controller cuts them.
 
     Args:
-        place: (k,) ascending, as move + fraction; t: (k,) [s].
+        place: (k,) ascending, as move index + fraction.
+        t: (k,) [s].
         q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
-            natural period (none while the torch turns in place); restless: (k,) whether the load of inertia changes.
-        axes_v, axes_a: (k, 6) the same of the external axes [m/s], [rad/s], and accelerations.
-        legs: rows of every leg, and its profile.
+            natural period (zero while the torch turns in place).
+        restless: (k,) whether the load of inertia changes.
+        axes_v, axes_a: (k, 6) speeds and lasting accelerations of the external axes [m or rad per s, s^2].
+        legs: rows of every leg (part of the program between two stops), and its profile.
     """
 
     place: Array
@@ -48,13 +50,13 @@ class Timeline:
     legs: tuple[tuple[slice, Profile], ...]
 
     def at(self, values: Array, place: Array) -> Array:
-        """Values (k,) or (k, j) of the samples, read at places (n,) given as move + fraction."""
+        """Values (k,) or (k, j) of the samples, interpolated at places (n,) (move index + fraction): (n,) or (n, j)."""
         if values.ndim == 1:
             return np.interp(place, self.place, values)
         return np.stack([np.interp(place, self.place, column) for column in values.T], axis=1)
 
     def steady(self, options: Options, place: Array) -> Flags:
-        """(n,) whether the TCP keeps its speed (or stands) at places; all of them without inertia.
+        """(n,) whether the TCP keeps its speed, or stands, at places (move index + fraction); true without inertia.
 
         Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
         """
@@ -97,4 +99,5 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
 
 
 def _fast_corner(trajectory: Trajectory) -> Flags:
+    """(k,) samples in a zone corner that the TCP passes faster than ``SWIFT``."""
     return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)

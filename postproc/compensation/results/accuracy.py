@@ -21,9 +21,11 @@ _MOST = 500  # targets that are asked
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """Expected position error at the targets: standard deviation per axis, and the distance that holds 95 %, [m].
+    """Expected position error at the targets [m].
 
-    The worst target counts for ``within_95``, the mean square over all for ``sigma``.
+    Args:
+        sigma: standard deviation per axis, root mean square over all targets.
+        within_95: distance that holds 95 % of the errors, at the worst target.
     """
 
     sigma: float
@@ -31,14 +33,14 @@ class Accuracy:
 
 
 def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
-    """Interval of the share of the deflection that remains where the stiffness is an estimate, else None."""
+    """Lower and upper share of the deflection expected to remain if the stiffness is an estimate, else None."""
     if model.stiffness_source != "estimated":
         return None
     return [round(x, 3) for x in remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))]
 
 
 def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
-    """Accuracy to expect (None for a model that was not fitted), and findings CMP010: outside the measured range."""
+    """Expected accuracy at the targets (None if the model was not fitted), and CMP010 outside the measured range."""
     at_goals = motion.at(_targets(motion))
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
@@ -52,7 +54,7 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
 
 
 def _targets(motion: Motion) -> Index:
-    """Samples at the targets, at most so many."""
+    """Indices of the samples at the targets, evenly reduced to at most 500."""
     rows = motion.samples.goal
     if len(rows) > _MOST:
         rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]

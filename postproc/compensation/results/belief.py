@@ -18,7 +18,10 @@ DOUBTFUL = 0.01  # [m]: most arms are off by less, calibrated or not
 
 
 def doubt_weights(model: Model, motion: Motion) -> list[Diagnostic]:
-    """MOD005 at the move on which flange and tool weigh least, where that is less than nothing."""
+    """MOD005, an error at the move with the least mass of flange and tool, if that mass is negative.
+
+    It counts what effects of the model add to the mass.
+    """
     mass = flange_mass(model, motion.at(motion.samples.goal))
     lightest = int(np.argmin(mass))
     if mass[lightest] >= 0:
@@ -31,8 +34,9 @@ def doubt_weights(model: Model, motion: Motion) -> list[Diagnostic]:
 
 
 def doubt_corrections(model: Model, plan: CorrectionPlan) -> list[Diagnostic]:
-    """CMP015 at the target with the largest correction, with the effect that does most of it: a warning above 10 mm, an
-    error beyond what the options allow.
+    """CMP015 at the target with the largest correction: a warning above 10 mm, an error beyond the options' limit.
+
+    It names the effect of the model that contributes most.
     """
     samples = plan.motion.samples
     wanted = samples.T_work_tcp[samples.goal, :3, 3]

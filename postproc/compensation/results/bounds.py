@@ -26,10 +26,12 @@ class Bound:
     """The largest correction of a statement.
 
     Args:
-        mm: at the goals of its runs [mm]; way: on the ways to them, where a circle point stands; rad: turn [rad].
+        mm: at the goals of its runs [mm].
+        rad: rotation [rad].
+        way: on the ways to these goals, where a circle point stands [mm].
         goals: (k, 3) the goals of its runs [mm], object axes.
-        slope: by how much the correction changes from place to place [mm/mm]: one that is affine in numbers of the
-            program goes on beyond the goals.
+        slope: change of the correction per distance between goals [mm/mm]: a correction that is affine in numbers of
+            the program continues beyond the goals.
     """
 
     mm: float = 0.0
@@ -39,7 +41,10 @@ class Bound:
     slope: float = 0.0
 
     def at(self, place: Vec3) -> float:
-        """The largest correction [mm] at a goal, object axes."""
+        """The largest correction [mm] at a goal ``place`` [mm] in object axes.
+
+        It grows by ``slope`` with the distance from the nearest goal of the statement's runs.
+        """
         if not self.slope:
             return self.mm
         return self.mm + self.slope * float(np.linalg.norm(self.goals - place, axis=1).min())
@@ -48,9 +53,9 @@ class Bound:
 def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPlan) -> dict[StatementKey, Bound]:
     """The bound of every statement that may be corrected.
 
-    Beside its correction here, and that of statements whose targets come from the same data, of which it may take
-    another element, these are what its tolerance leaves open and a share of the largest correction; a statement that
-    stays as it is, or stands in a file that is only read along, may follow what it is derived from.
+    It holds the corrections of its runs and of statements whose targets use the same data, plus the tolerance of its
+    goal and 10 % of the largest correction of the program. A statement that stays uncorrected, or stands in a file that
+    is only read along, may follow data that is corrected elsewhere, so it gets the largest correction.
     """
     moves = plan.motion.moves
     samples = plan.motion.samples
@@ -76,7 +81,11 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
 
 
 def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:
-    """Goals (k, 3) [mm] of the runs of a statement, and the spread of its corrections by that of the goals."""
+    """Goals (k, 3) [mm] of a statement's runs, and the range of its corrections over that of the goals [mm/mm].
+
+    Args:
+        rows: indices of the moves of its runs.
+    """
     samples, targets = plan.motion.samples, [plan.motion.moves[i].event.target for i in rows]
     goals = np.array([target.trans for target in targets if isinstance(target, RobTarget)]).reshape(-1, 3)
     at = samples.goal[list(rows)]

@@ -23,9 +23,9 @@ SCHEMA = "postproc/compensate/1"
 
 @dataclass(frozen=True, slots=True)
 class JudgedProgram:
-    """What is known of a corrected program: of its statements, its seams, the whole of it, its accuracy, its speeds.
+    """What is known of a corrected program: statements, seams, figures, expected accuracy, use of joint limits.
 
-    Of one none of whose targets is known before it runs only the statements are: nothing is measured.
+    If no target of it is known before it runs, only the statements are present, since nothing is measured.
     """
 
     outcomes: Sequence[StatementOutcome]
@@ -44,7 +44,12 @@ def document(
     plan: CorrectionPlan | None = None,
     events: Sequence[MotionEvent] = (),
 ) -> dict[str, Any]:
-    """What ``--json`` prints (docs/documents.md)."""
+    """The JSON document that ``--json`` prints, as a dictionary; its fields are described in docs/documents.md.
+
+    Args:
+        robot: name of the arm.
+        plan, events: of a program that was corrected; without them counts that need them are zero.
+    """
     outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits
     lines = unseen = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
     air = options.air_tolerance_m
@@ -82,11 +87,12 @@ def document(
 
 
 def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
-    """The document of a program that is not safe to compensate."""
+    """The document of a program that is not safe to compensate: the findings alone."""
     return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
 
 
 def _statement(outcome: StatementOutcome) -> dict[str, Any]:
+    """The entry of one statement in the document."""
     statement = outcome.statement
     return {
         "path": statement.source.path,
@@ -103,6 +109,7 @@ def _statement(outcome: StatementOutcome) -> dict[str, Any]:
 
 
 def _seam(seam: Seam) -> dict[str, Any]:
+    """The entry of one seam in the document."""
     first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
     return {
         "name": seam.name,
@@ -118,7 +125,11 @@ def _seam(seam: Seam) -> dict[str, Any]:
 
 
 def estimated_stiffness(document: Mapping[str, Any]) -> str:
-    """What an estimated stiffness means, in a sentence; empty where it is none."""
+    """A sentence that says how much deflection remains if the stiffness is estimated; empty if it is not.
+
+    Args:
+        document: as returned by ``document``.
+    """
     between = document.get("expected_remaining_fraction")
     if between is None:
         return ""
@@ -131,4 +142,5 @@ def estimated_stiffness(document: Mapping[str, Any]) -> str:
 
 
 def _mm(value: float) -> float:
+    """Metres in millimetres, rounded to 5 decimals."""
     return round(1e3 * value, 5)

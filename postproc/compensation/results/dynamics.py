@@ -15,10 +15,10 @@ _LONGER = 1.002  # factor on the cycle time worth a word
 
 
 def check_corrected(robot: Robot, plan: CorrectionPlan, source: Source) -> tuple[LimitReport, list[Diagnostic]]:
-    """Speed, acceleration and jerk of the corrected joint motion on the timing of the programmed one.
+    """Use of the speed, acceleration and jerk limits by the corrected joint motion, timed like the programmed one.
 
     Returns:
-        The report, and CMP012 where the motion has to take longer.
+        The report, and CMP012 (info) if the motion has to take longer by more than 0.2 %.
     """
     samples, timeline = plan.motion.samples, plan.motion.timeline
     shift = plan.exact.q - samples.q

@@ -20,9 +20,11 @@ class PathFigures:
     """Largest deviations [m] along the motions of the files that may change.
 
     Args:
-        before, after: along lines and arcs, at steady speed; transient: while the speed changes.
-        arc_before, arc: of those along which the arc burns, before and after; None where it never does.
-        transition: where the correction jumps; joint_move: of joint moves.
+        before, after: along lines and arcs at steady speed.
+        arc_before, arc: where the welding arc burns, before and after; None where it never does.
+        transient: while the speed changes.
+        transition: where the correction jumps.
+        joint_move: of joint moves.
     """
 
     before: float = 0.0
@@ -35,7 +37,7 @@ class PathFigures:
 
 
 def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> PathFigures:
-    """The largest deviations along a program as it was and as it is written."""
+    """The largest deviations along a program, before and after its correction."""
     own = own_moves(plan)
     mine = own[after.owner]
     passing = in_transition(plan, after)
@@ -54,12 +56,12 @@ def figures_of(plan: CorrectionPlan, before: Deviation, after: Deviation) -> Pat
 
 
 def _counted(space: Flags, steady: Flags) -> Flags:
-    """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
+    """(n,) samples whose deviation is reported: those at steady speed, or all in ``space`` if there are none."""
     return space & steady if (space & steady).any() else space
 
 
 def worsened(figures: PathFigures, plan: CorrectionPlan, source: Source) -> list[Diagnostic]:
-    """CMP013 where the corrected program would be farther off than the original."""
+    """CMP013, an error, if the corrected program deviates by more than the tolerance and twice the original."""
     burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
     found = []
     for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):

@@ -55,10 +55,11 @@ def judge_statements(
     after: Deviation,
     on_controller: Set[StatementKey] = frozenset(),
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """One outcome per motion statement of files that may change, in text order, and findings where it stays off.
+    """One outcome per motion statement of files that may change, in text order, and findings where it is off.
 
     Args:
-        events: all of the program; after: deviation of the written program, by sample and by move.
+        events: all of the program.
+        after: deviation of the written program, by sample and by move.
         on_controller: statements that a function corrects while the program runs: ``run_time`` in place of ``skipped``.
     """
     path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
@@ -105,10 +106,12 @@ def judge_statements(
 
 
 def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
-    """What keeps a statement from its tolerance.
+    """Advice that says what keeps a statement from its tolerance.
 
     Args:
-        rows: the moves that it makes; farthest: the one that is farthest off.
+        rows: the moves that it makes.
+        farthest: the one of them that is farthest off.
+        on_the_way: it is farther off on the way than at its goal.
     """
     moves = plan.motion.moves
     if moves[farthest].event.statement.key in plan.on_controller:
@@ -138,10 +141,13 @@ def _outcome(
     after: Deviation,
     shifts: Array,
 ) -> StatementOutcome:
-    """What has become of a statement.
+    """What has become of a statement: status, reason, size of the correction and remaining error [mm].
 
     Args:
-        runs: its executions; rows: the moves that they make; shifts: (m, 2) of the goals of all moves [m], [rad].
+        runs: its executions.
+        rows: indices of the moves that they make.
+        after: deviation of the written program.
+        shifts: (m, 2) correction at the goals of all moves [m], [rad].
     """
     if statement.interpolation == "none":
         return StatementOutcome(statement, "skipped", BESIDE_ARM)
@@ -176,7 +182,7 @@ def _outcome(
 def unknown_outcomes(
     program: Program, events: Sequence[MotionEvent], on_controller: Set[StatementKey]
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """As ``judge_statements`` for a program none of whose targets is known before it runs."""
+    """Outcomes and findings, like ``judge_statements``, for a program without any target known before it runs."""
     runs = executions_of(events)
     outcomes, findings = [], []
     for statement in (s for s in program.statements if not s.source.read_only):
@@ -196,12 +202,15 @@ def unknown_outcomes(
 
 
 def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
-    """CMP005."""
+    """CMP005, a warning: the statement stays uncorrected, for the reason in ``text``."""
     return replace(finding("CMP005", "warning", statement, text, help_), matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
-    """Corrected statements that also run where they or the arm cannot follow: what remains there is in no figure."""
+    """Number of corrected statements of which not all runs could be followed or measured.
+
+    Their deviation in such a run is in no figure: targets, start or load are not known there.
+    """
     moves = plan.motion.moves
     followed = {move.row for move in moves}
     astray = {e.statement.key for row, e in enumerate(events) if e.has_unresolved_runs or row not in followed}
@@ -210,14 +219,14 @@ def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]
 
 
 def _begins_anywhere(move: Move) -> bool:
-    """Whether a line or arc begins where nobody knows."""
+    """Whether the move is a line or arc whose start is not known."""
     return move.first and move.resumes_from is None and move.kind in ("line", "arc")
 
 
 def unmeasured(
     outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan
 ) -> tuple[int, int]:
-    """Lines and arcs whose way is in no figure (where they begin or end is not known), and how many there are."""
+    """Number of lines and arcs whose deviation is in no figure, as an end is unknown, and number of all of them."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
     mine = itertools.compress(plan.motion.moves, own_moves(plan))
     own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
@@ -225,11 +234,12 @@ def unmeasured(
 
 
 def _measured(plan: CorrectionPlan) -> set[StatementKey]:
+    """Statements with at least one execution whose start is known, so that the way to its goal is measured."""
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
 
 
 def correction_sizes(plan: CorrectionPlan) -> Array:
-    """(m, 2) how far the goal of every move is corrected [m], [rad]."""
+    """(m, 2) size of the correction at the goal of every move [m], [rad]."""
     samples = plan.motion.samples
     T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
     error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
@@ -237,7 +247,7 @@ def correction_sizes(plan: CorrectionPlan) -> Array:
 
 
 def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """CMP018 once for every routine whose corrected statements also run displaced by what a search has found."""
+    """CMP018, a warning, for each routine with corrected statements that also run displaced by a search result."""
     searched = {e.statement.key for e in events if e.searched}
     corrected = (o for o in outcomes if o.status == "compensated" and o.statement.key in searched)
     findings = []

@@ -18,13 +18,14 @@ MM = 1e3
 
 @dataclass(frozen=True, slots=True)
 class Seam:
-    """One seam.
+    """Consecutive weld statements of one routine, from the start of the arc to its end.
 
     Args:
-        name: of its routine; outcomes: of its statements, in the order of the text.
-        length_mm: of the way while the arc burns, in one run; before_mm, after_mm: largest deviation there, None where
-            nothing could be measured.
-        added_targets: statements added in it.
+        name: of its routine.
+        outcomes: of its statements, in the order of the text.
+        length_mm: of the way while the arc burns, in one run.
+        before_mm, after_mm: largest deviation there, None where nothing could be measured.
+        added_targets: number of statements added in it.
     """
 
     name: str
@@ -43,7 +44,11 @@ class Seam:
 def find_seams(
     outcomes: Sequence[StatementOutcome], plan: CorrectionPlan, before: Deviation, after: Deviation
 ) -> list[Seam]:
-    """The seams of a program, in the order of the text."""
+    """The seams of a program in the order of the text, with their deviations before and after the correction.
+
+    Args:
+        outcomes: of all motion statements, in the order of the text.
+    """
     moves, samples = plan.motion.moves, plan.motion.samples
     rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.resumes_from is None)
     passing = in_transition(plan, after)
@@ -63,7 +68,10 @@ def find_seams(
 
 
 def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
-    """CMP020 at weld statements that stay uncorrected in a seam whose other statements are corrected: a step."""
+    """CMP020 at weld statements that stay uncorrected in a seam that is otherwise corrected, which makes a step.
+
+    It is an error, or a warning if such seams are allowed.
+    """
     severity: Severity = "warning" if allowed else "error"
     findings = []
     for seam in seams:
@@ -76,15 +84,17 @@ def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
 
 
 def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
-    """CMP021 at seams that are not ended, and at weld statements that no start leads to, in the order of the run.
+    """CMP021, a warning, at seams that are not ended and at weld statements without a start before them.
 
-    Where the arm may come by several ways, or on a condition that is not known, nothing is said of what was before.
+    Statements are followed in the order of execution. Where the arm may come by several ways, or on a condition that is
+    not known, nothing is said about what was before.
     """
     found: dict[StatementKey, Diagnostic] = {}
     start: MotionStatement | None = None
     known = False  # whether the arc burns
 
     def report(statement: MotionStatement, text: str) -> None:
+        """Add CMP021 at a statement that may change, once."""
         help_ = "look for an instruction that was mistyped: what burns, and so what is measured, hangs on it"
         if not statement.source.read_only:
             found.setdefault(statement.key, finding("CMP021", "warning", statement, text, help_))
@@ -108,12 +118,12 @@ def unfinished_seams(events: Sequence[MotionEvent]) -> list[Diagnostic]:
 
 
 def _arc_phase(event: MotionEvent) -> str:
-    """``start``, ``weld``, ``end``; empty for what is no arc welding."""
+    """Phase of an arc-welding motion: ``start``, ``weld`` or ``end``; empty for any other motion."""
     return event.weld.phase if event.weld is not None and event.statement.instruction.startswith("Arc") else ""
 
 
 def _groups(outcomes: Sequence[StatementOutcome]) -> Iterator[list[StatementOutcome]]:
-    """Weld statements of one routine from a start to an end."""
+    """The weld statements of the seams, in text order; a seam stays within one routine."""
     group: list[StatementOutcome] = []
     for outcome in outcomes:
         statement = outcome.statement
@@ -131,4 +141,5 @@ def _groups(outcomes: Sequence[StatementOutcome]) -> Iterator[list[StatementOutc
 
 
 def _routine(outcome: StatementOutcome) -> tuple[str, str, str]:
+    """Path, module and routine of the statement: its routine's identity."""
     return outcome.statement.source.path, outcome.statement.module, outcome.statement.routine

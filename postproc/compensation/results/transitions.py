@@ -16,7 +16,7 @@ MM = 1e3
 
 
 def own_moves(plan: CorrectionPlan) -> Flags:
-    """(m,) moves of the files that may change, and those of other files from and to targets that are written."""
+    """(m,) moves of files that may change, and moves of other files whose start and goal are both corrected."""
     moves = plan.motion.moves
     mine = np.array([not move.event.statement.source.read_only for move in moves])
     known = mine | [move.event.statement.key in plan.places for move in moves]
@@ -25,7 +25,11 @@ def own_moves(plan: CorrectionPlan) -> Flags:
 
 
 def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
-    """(n,) samples at which the correction passes over from one state to another."""
+    """(n,) samples at which the correction passes from one state to another since the load or lost motion jumps.
+
+    Args:
+        after: deviation at the n samples of the written program.
+    """
     samples = plan.motion.samples
     inside = np.zeros(len(after.distance), dtype=bool)
     order = np.argsort(after.owner, kind="stable")
@@ -41,14 +45,14 @@ def in_transition(plan: CorrectionPlan, after: Deviation) -> np.ndarray:
 
 
 def for_the_next(plan: CorrectionPlan) -> Flags:
-    """(m,) moves whose targets are corrected for the state in which the next move starts."""
+    """(m,) moves whose targets are corrected for the state in which the next move starts, not for their own."""
     result = np.zeros(len(plan.motion.moves), dtype=bool)
     result[[t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]] = True
     return result
 
 
 def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
-    """CMP007 and CMP008: the largest jump of every statement."""
+    """The largest jump of the correction per statement: CMP008 (warning) while the arc burns, else CMP007 (info)."""
     largest: dict[StatementKey, Transition] = {}
     own = own_moves(plan)
     for t in plan.transitions:
@@ -75,10 +79,11 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
 
 
 def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) -> list[Diagnostic]:
-    """CMP009: the largest deviation while the arm speeds up or slows down, where that is above the tolerance.
+    """CMP009 (info) with the largest deviation while the arm speeds up or slows down, if it is above the tolerance.
 
     Args:
-        counted: (n,) samples of own moves outside transitions.
+        after: deviation at the n samples of the written program.
+        counted: (n,) samples to look at.
     """
     rows = np.flatnonzero(counted & after.space & ~after.steady)
     if not len(rows) or after.distance[rows].max() <= plan.motion.options.tolerance_m:
@@ -91,5 +96,5 @@ def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) ->
 
 
 def finding(code: str, severity: Severity, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
-    """A finding at a statement."""
+    """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
     return Diagnostic(code, severity, text, statement.source, statement.span, help_)

@@ -49,11 +49,12 @@ _Set = tuple[list[Insertion], Change | None]  # what is added before a statement
 
 @dataclass(frozen=True, slots=True)
 class AddedTargets:
-    """What is added.
+    """The statements to add.
 
     Args:
+        insertions: these statements.
         refused: moves that cannot be divided, with the reason.
-        circle_points: of divided arcs by move: what becomes of the circle point that stands in the statement.
+        circle_points: by move, the change of the circle point in the statement of a divided arc.
     """
 
     insertions: Sequence[Insertion]
@@ -62,10 +63,11 @@ class AddedTargets:
 
 
 class TargetAdder:
-    """Adds targets to divided moves.
+    """Makes the statements to add for divided moves.
 
     Args:
-        corrected: what a target is with what is written into its slot.
+        curve: (n, 4, 4) commanded poses.
+        corrected: function of a target's origin and value that returns it with the numbers written into its slot.
     """
 
     def __init__(
@@ -78,9 +80,10 @@ class TargetAdder:
         self.arc_function = free_name(program, ARC_FUNCTION)
 
     def add(self, pieces: Sequence[Pieces], path_mm: Array) -> AddedTargets:
-        """Statements to add.
+        """The statements to add, one set for all runs of a statement.
 
         Args:
+            pieces: how moves are divided.
             path_mm: (m,) largest deviation along each move [mm].
         """
         divided = {p.move: p for p in pieces if p.goals}
@@ -107,7 +110,12 @@ class TargetAdder:
         return AddedTargets(found, refused, circle_points)
 
     def _of_statement(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """One set of statements for all runs, or why there is none."""
+        """One set of added statements for all runs of a statement, or the reason why there is none.
+
+        Args:
+            parts: how each of the runs is divided.
+            allowed: how far off [mm] an added target may be in each run.
+        """
         event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
         if any(len(part.goals) != len(parts[0].goals) for part in parts):
             return UNLIKE
@@ -138,7 +146,10 @@ class TargetAdder:
         return on_arc(self.arc_function, known, added, self.requester.values(asked), allowed) or UNLIKE
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """The same between ends that are numbers: the middle of what the runs ask for."""
+        """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
+
+        The positions are half-way between the extremes that the runs require.
+        """
         moves = [(self.moves[part.move - 1].event.target, self.moves[part.move].event) for part in parts]
         if any((start, e.target, e.via) != (moves[0][0], moves[0][1].target, moves[0][1].via) for start, e in moves):
             return UNLIKE
@@ -153,20 +164,21 @@ class TargetAdder:
         return found, None
 
     def _frames(self, i: int) -> str | None:
-        """Why nothing can follow both ends of a move; None where something can.
+        """Why no expression of both ends of move i gives its added targets; None if one does.
 
-        A work object or a tool that is calibrated anew moves a line that begins in another, or at joint angles, to
-        where no text can follow.
+        If the line begins in another work object, displacement or tool, or at joint angles, a new calibration of one of
+        them moves the line in a way that no expression follows.
         """
         event, before = self.moves[i].event, self.moves[i - 1].event
         frames = [(e.wobj, e.displacement, e.tool) for e in (before, event)]
         return None if isinstance(before.target, RobTarget) and frames[0] == frames[1] else OTHER_FRAME
 
     def _run(self, part: Pieces, name: str | None) -> PathRun | str:
-        """One execution between ends that the text names.
+        """One execution of a move between ends that the text names, or the reason why there is no such text.
 
         Args:
-            name: of where it begins, None where the program has none.
+            part: how it is divided.
+            name: expression for its start, None where the program has none.
         """
         event, before = self.moves[part.move].event, self.moves[part.move - 1].event
         to, via = event.statement.argument("to"), event.statement.argument("via")
@@ -188,9 +200,12 @@ class TargetAdder:
         return PathRun(event, written, targets, u[list(part.goals)], u[list(part.vias)])
 
     def _written(self, origin: Origin, target: RobTarget) -> RobTarget:
-        """What the text of a target gives once the numbers that it comes from are corrected.
+        """The value of a target expression once the numbers that it comes from are corrected.
 
-        Numbers that stand in a statement are repeated as they were.
+        Numbers that stand in the statement itself are not corrected: added statements repeat them as they were.
+
+        Args:
+            target: its present value.
         """
         root = origin.root
         base = target if root is None else root.target
@@ -204,10 +219,11 @@ class TargetAdder:
         return replace(target, trans=(x, y, z), rot=(w, a, b, c), robconf=now.robconf)
 
     def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
-        """The statements to add before one move, their targets as numbers.
+        """The statements to add before move i, with their targets as numbers.
 
         Args:
-            shares: of the way at the targets, where these are not those of the samples (of a line).
+            part: how it is divided.
+            shares: fractions of a line at which the targets are put, instead of those of the samples.
         """
         event = self.moves[i].event
         goals = list(part.goals)
@@ -246,10 +262,10 @@ def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
 
 
 def _is_number(origin: Origin) -> bool:
-    """Whether a target stands as numbers in its statement."""
+    """Whether a target is written as numbers in its statement, not passed to it by a call."""
     return origin.kind == "inline" and origin.handed is None
 
 
 def _in_one_posture(a: TargetValue, b: TargetValue) -> bool:
-    """Whether one statement can lead to both targets: in one configuration, external axes at one place."""
+    """Whether one statement can lead to both targets: compatible configurations and equal external axes."""
     return compliant(a.robconf, b.robconf) and bool(np.abs(np.subtract(a.extax, b.extax)).max() <= STILL)

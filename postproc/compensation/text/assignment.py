@@ -39,10 +39,12 @@ ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 
 @dataclass(frozen=True, slots=True)
 class SlotValue:
-    """What is written into a slot: shift [mm] and turn [rad] of the target that stands there, and its configuration.
+    """What is written into a slot (a place in the text with the numbers of a target).
 
     Args:
-        of: the request that it serves, where it is one alone.
+        shift, turn: (3,) of the target that stands there [mm], [rad].
+        robconf: its configuration.
+        of: the request that it serves, if that is only one.
     """
 
     shift: Array
@@ -56,11 +58,12 @@ class Assignment:
     """What is written where.
 
     Args:
-        slots: values by slot; offsets: laws by argument, beside what the slots do.
+        slots: values by slot.
+        offsets: formulas of the offsets by argument, in addition to the slots.
         slot_of: the slot that serves each request, None where none does.
-        left: statements that nothing serves, with the reason: with any, this is no assignment yet.
+        left: statements that nothing serves, with the reason; the others must then be assigned again without them.
         relaxed: statements whose runs get one value that is not within the tolerance of all of them.
-        unserved: (n, 3) what stays off at each request [mm], object axes.
+        unserved: (n, 3) error that remains at each request [mm], object axes.
     """
 
     slots: Mapping[SlotKey, SlotValue]
@@ -72,11 +75,16 @@ class Assignment:
 
 
 class Assigner:
-    """Assigns the requests of one kind (goals or circle points).
+    """Assigns the requests of one kind (goals or circle points) to slots and offsets.
+
+    A slot is a place in the text that holds the numbers of a target; an offset is put around the expression of an
+    argument.
 
     Args:
-        unresolved: statements that also run elsewhere; expression: the argument of a statement as an expression.
-        closed: slots that are not to be edited; fixed: slots that have their values already.
+        unresolved: statements that also run to places that are not known.
+        expression: function that returns the argument of a statement as an expression.
+        closed: slots that must not be edited.
+        fixed: slots whose values are already decided.
     """
 
     def __init__(
@@ -103,7 +111,7 @@ class Assigner:
         }
 
     def assign(self) -> Assignment:
-        """Fill the slots, then put offsets around what they do not serve."""
+        """Assign values to slots (places that hold a target's numbers), then offsets to the other arguments."""
         self._fill_slots()
         rest = self.shift - self._moved_by_slots(range(len(self.requests)))
         off = np.linalg.norm(rest, axis=1)
@@ -142,7 +150,10 @@ class Assigner:
         return Assignment(self.slots, offsets, self.slot_of, left, frozenset(relaxed), rest)
 
     def _fill_slots(self) -> None:
-        """Give each slot the centre of what the arguments ask for that it can serve together."""
+        """Give each slot (a place that holds a target's numbers) the centre of what its arguments require.
+
+        Arguments that one value cannot serve together with the others do not count.
+        """
         of_slot: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
         others = set(self.read_only)
         for key, rows in self.arguments.items():
@@ -166,10 +177,14 @@ class Assigner:
                 self.slots[slot] = self._common(rows)
 
     def _served_together(self, arguments: Mapping[ArgumentKey, Sequence[int]]) -> set[ArgumentKey]:
-        """Arguments that one value serves: all of them, or those that need it most and are nearest to the median of
-        the strictest.
+        """Arguments that one value of their slot (place with a target's numbers) serves: all if possible.
 
-        What displaces already has another amount to displace by, if it needs one.
+        Otherwise those with the greatest need come first, then those nearest to the median of what those with the
+        greatest need and the smallest tolerance require; arguments that displace the slot's target by amounts change
+        these instead.
+
+        Args:
+            arguments: rows of the requests of each.
         """
         if self._one_value([row for own in arguments.values() for row in own]):
             return {*arguments}
@@ -193,8 +208,10 @@ class Assigner:
         return set(kept)
 
     def _need(self, key: ArgumentKey) -> int:
-        """How much an argument needs its slots: 3 where there can be no offset around it, 2 where it has several slots,
-        in each of which it asks for something else, 0 where it displaces what they hold.
+        """How much an argument needs its slot (place that holds a target's numbers), from 0 to 3.
+
+        It is 3 if no offset can be put around it, 2 if it has several slots, 0 if it displaces the slot's target by
+        amounts, which can be changed instead, else 1.
         """
         rows = self.arguments[key]
         if self._no_offset(key, rows, configured=True):
@@ -204,7 +221,7 @@ class Assigner:
         return 2 if len({self.slot_of[row] for row in rows}) > 1 else 1
 
     def _one_value(self, rows: Sequence[int]) -> bool:
-        """Whether one value of their slot is within the tolerance of all requests."""
+        """Whether one value of a slot is within tolerance of all requests ``rows``, and they have one configuration."""
         if len(rows) < 2:
             return True
         if len({self.requests[row].value.robconf for row in rows}) > 1:
@@ -213,19 +230,26 @@ class Assigner:
         return bool((np.linalg.norm(demand - _centre(demand, within), axis=1) <= within).all())
 
     def _demand(self, rows: Sequence[int]) -> Array:
-        """(k, 3) what requests ask their slot to be shifted by [mm], where it turns as most of them ask."""
+        """(k, 3) shift [mm] that each request needs of the target in its slot, if that turns by `_common_turn`."""
         chosen = np.array(rows)
         demand: Array = self.shift[chosen] - np.cross(self._common_turn(rows), self.lever[chosen])
         return demand
 
     def _common_turn(self, rows: Sequence[int]) -> Array:
-        """(3,) turn of a slot [rad]: in the middle of those that are asked for where its target is not displaced."""
+        """(3,) rotation vector [rad] for the target in a slot, half-way between those that the requests require.
+
+        Requests whose argument displaces that target count only if there are no others.
+        """
         chosen = np.array(rows)
         plain = chosen[~self.derived[chosen]]
         return midrange(self.turn[plain if len(plain) else chosen])
 
     def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what requests ask for."""
+        """The value of a slot in the centre of what requests require, with their most common configuration.
+
+        Args:
+            rows: indices of the requests.
+        """
         if len(rows) == 1 and not self.derived[rows[0]]:
             row = rows[0]
             return SlotValue(self.shift[row], self.turn[row], self.requests[row].value.robconf, self.requests[row])
@@ -234,7 +258,7 @@ class Assigner:
         return SlotValue(shift, self._common_turn(rows), max(set(confs), key=confs.count))
 
     def _moved_by_slots(self, rows: Iterable[int]) -> Array:
-        """(k, 3) how far [mm] targets move with the slots that they come from."""
+        """(k, 3) how far [mm] the targets of requests move by the values of slots (places with their numbers)."""
         moved = []
         for row in rows:
             slot = self.slot_of[row]
@@ -244,9 +268,9 @@ class Assigner:
         return np.array(moved).reshape(-1, 3)
 
     def _configured(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the configuration that the requests ask for is what stands in their slots, or as it was.
+        """Whether the runs of an argument get the configurations they require from slots or the present text.
 
-        Where the text has no place for another one, one that a controller takes for it will do.
+        If the text has no place for another configuration, one that a controller accepts for it suffices.
         """
         asked: list[tuple[Conf, Conf]] = []
         for row in rows:
@@ -259,11 +283,15 @@ class Assigner:
         return not self._stated(key, rows) and all(compliant(wanted, there) for wanted, there in asked)
 
     def _stated(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the argument can be written with one configuration for all of its runs."""
+        """Whether the argument can be rewritten with its own configuration data, the same for all of its runs."""
         return self.expression(key).stated and len({self.requests[row].value.robconf for row in rows}) == 1
 
     def _no_offset(self, key: ArgumentKey, rows: Sequence[int], configured: bool | None = None) -> str:
-        """Why there can be no offset around an argument, whatever it adds; empty where there can."""
+        """Why no offset can be put around an argument, whatever it adds; empty if one can.
+
+        Args:
+            configured: whether its runs get their configurations without the offset; None: as `_configured` says.
+        """
         if key[0] in self.unresolved or any(self.requests[row].event.has_unresolved_runs for row in rows):
             return ELSEWHERE
         configured = self._configured(key, rows) if configured is None else configured
@@ -272,9 +300,14 @@ class Assigner:
         return OWN_OFFS if configured and self.expression(key).form is None else ""
 
     def _law(self, key: ArgumentKey, rows: Sequence[int], rest: Array, leaves: float) -> OffsetLaw | None:
-        """The offset that leaves of what is asked for, (n, 3) [mm], no more than the tolerances, with as few numbers as
-        will do; else one that is affine in numbers and leaves at most half of what one value would, of an offset or
-        (``leaves`` [mm]) of each slot.
+        """The offset within the tolerances of all runs, with as few numbers as possible, or None.
+
+        If there is none, one affine in numbers of the program that leaves at most half of what a single value would
+        leave.
+
+        Args:
+            rest: (n, 3) what the runs require [mm], object axes.
+            leaves: remaining error [mm] with one value in each slot.
         """
         rest = self._turned(key, rows, rest, to_object=False)
         regressors = [dict(self.requests[row].event.numbers) for row in rows]
@@ -292,8 +325,9 @@ class Assigner:
         return nearest_law(laws[1:], Allowed(0.0, most.tolist()))
 
     def _middle(self, rows: Sequence[int]) -> tuple[dict[SlotKey, SlotValue], float]:
-        """Values of the slots of an argument that serve nothing else, and what these leave off [mm]; none where that is
-        more than half of the correction in a run.
+        """Values for the slots of an argument (places that hold a target's numbers), and the error [mm] they leave.
+
+        No values if a slot also serves others, or if in some run more than half of the correction would remain.
         """
         shares = grouped((self.slot_of[row], row) for row in rows)
         found: dict[SlotKey, SlotValue] = {}
@@ -307,26 +341,33 @@ class Assigner:
         return (found if fits else {}), leaves
 
     def _constant(self, key: ArgumentKey, rows: Sequence[int], rest: Array) -> OffsetLaw | None:
-        """The one offset for all runs, where it takes off at least half of the correction in each."""
+        """The constant offset for all runs, None if it leaves more than half of the correction in one of them.
+
+        Args:
+            rest: (n, 3) what the runs require [mm], object axes.
+        """
         return nearest_law(
             [constant_law(self._turned(key, rows, rest, to_object=False))], Allowed(0.0, self.largest[rows].tolist())
         )
 
     def _turned(self, key: ArgumentKey, rows: Sequence[int], offsets: Array, *, to_object: bool) -> Array:
-        """Offsets (n, 3) from object axes into those of the argument, which are the tool's for ``RelTool``, or back."""
+        """Offsets (n, 3) turned from object axes into those of the argument, or back with ``to_object``.
+
+        The axes of ``RelTool`` are those of the tool; those of all other arguments are the object's.
+        """
         if not self.expression(key).in_tool:
             return offsets
         tool = Rotation.from_quat(np.array([self.requests[row].target.rot for row in rows]), scalar_first=True)
         return np.asarray((tool if to_object else tool.inv()).apply(offsets))
 
     def _unlike(self, rows: Sequence[int]) -> str:
-        """Why runs that differ cannot be served."""
+        """Text that says why runs with different corrections cannot be served, by whether they have one target."""
         requests = [self.requests[row] for row in rows]
         one = len({(r.target, r.origin.base.spans) for r in requests}) == 1
         return WAYS if one and any(r.event.way for r in requests) else DIFFERENT
 
 
 def _centre(demand: Array, within: Array) -> Array:
-    """(3,) along each axis the middle of what is within the tolerances (n,) of all demands (n, 3)."""
+    """(3,) for each axis the middle of the range that is within the tolerances (n,) of all demands (n, 3)."""
     centre: Array = ((demand - within[:, None]).max(axis=0) + (demand + within[:, None]).min(axis=0)) / 2
     return centre

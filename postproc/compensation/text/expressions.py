@@ -18,11 +18,12 @@ AMOUNTS = 3  # along x, y, z
 
 @dataclass(frozen=True, slots=True)
 class TargetExpression:
-    """The text of a target argument.
+    """How the text of a target argument can be changed.
 
     Args:
-        form: how an offset is written, None where there is no way; in_tool: it goes along the axes of the tool.
-        stated: its components can be written one by one (see `components_of`), with other configuration data.
+        form: how an offset is written, None where there is no way.
+        in_tool: the offset is along the axes of the tool.
+        stated: it can be written as an aggregate of its components (by `components_of`), with other configuration data.
     """
 
     form: Form | None
@@ -31,7 +32,7 @@ class TargetExpression:
 
 
 def target_expression(source: Source, span: Span, program: Program) -> TargetExpression:
-    """How an offset goes into the target expression at ``span``."""
+    """How an offset can be put into the target expression at ``span``, also if the program hides ``Offs``."""
     text = source.data[slice(*span)].decode("latin-1")
     module, routine = program.place(source, span[0])
     own = {name for name in DISPLACING if program.hides(name, module, routine)}
@@ -51,9 +52,9 @@ def target_expression(source: Source, span: Span, program: Program) -> TargetExp
 
 
 def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
-    """The name of a target and sums that ``Offs`` adds to its coordinates, empty where it adds nothing.
+    """The name of a target and, for x, y and z, the text of the sum that ``Offs`` adds, empty if it adds nothing.
 
-    None where the text is more than a name, displaced by ``Offs`` once or several times.
+    None if the text is more than a name, displaced by ``Offs`` once or several times.
     """
     data = text.encode("latin-1")
     sums: list[list[str]] = [[], [], []]
@@ -74,7 +75,7 @@ def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
 
 
 def amounts_of(tree: Expression) -> tuple[Expression, ...]:
-    """What ``Offs``, or ``RelTool`` without rotations, displaces by along x, y, z; empty for other expressions."""
+    """The three displacements of ``Offs``, or ``RelTool`` without rotations, along x, y, z; empty for all else."""
     if isinstance(tree, Call) and tree.name in DISPLACING and not tree.options and len(tree.arguments) == 1 + AMOUNTS:
         return tree.arguments[1:]
     return ()

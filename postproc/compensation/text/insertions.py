@@ -38,7 +38,7 @@ _OPENS = re.compile(
 
 
 def added_instruction(instruction: str) -> str | None:
-    """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
+    """Name of the instruction that may be added before one, on its curve; None where nothing may be added.
 
     >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")]
     ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
@@ -53,7 +53,7 @@ def added_instruction(instruction: str) -> str | None:
 
 
 def why_indivisible(event: MotionEvent) -> str | None:
-    """Why no target may be added before a statement, or None."""
+    """Why no target may be added before a statement, by its file, instruction and options; None if one may."""
     statement = event.statement
     name = added_instruction(statement.instruction)
     if statement.source.read_only:
@@ -74,12 +74,13 @@ def why_indivisible(event: MotionEvent) -> str | None:
 
 
 class DivisibleMoves:
-    """Before which moves targets may be added, asked only of those that need some.
+    """Tells before which moves targets may be added; each is examined when it is first needed.
 
-    A target that is added lies on one line: the statement may only run from where that begins.
+    An added target lies on one line, so the statement must always be reached from the start of that line.
 
     Args:
         events: all of the program.
+        arrivals: after which motions each statement may run.
     """
 
     def __init__(self, events: Sequence[MotionEvent], samples: Samples, arrivals: Arrivals) -> None:
@@ -89,12 +90,13 @@ class DivisibleMoves:
         self._asked: dict[int, str] = {}
 
     def why_not(self, i: int) -> str:
-        """Why nothing can be added before a move, whatever it needs; empty where something can."""
+        """Why no target can be added before move i; empty if one can."""
         if i not in self._asked:
             self._asked[i] = self._reason(i)
         return self._asked[i]
 
     def _reason(self, i: int) -> str:
+        """The reason that `why_not` returns, without its cache."""
         event = self.moves[i].event
         statement = event.statement
         if statement.key in self.unresolved:
@@ -112,8 +114,10 @@ class DivisibleMoves:
 
 
 def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
-    """Statements that also run in a way that is not followed (with a payload that is not known, ..), but for those from
-    and to the places of a run that is: a target that is added for the one lies beside the way of the other.
+    """Statements that also have runs which are not followed (with an unknown payload, for example).
+
+    Runs from and to the places of a run that is followed do not count. A target added for one run would lie beside the
+    way of the other.
 
     Args:
         rows: of the events that are moves with a known start.
@@ -127,7 +131,10 @@ def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> fr
 
 
 def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
-    """What tells whether two runs of a statement lie on one line in the object frame."""
+    """A key that is equal for two runs of a statement on one line in the object frame, by start, goal and frames.
+
+    It is unique to the run if these are not known, and empty if no motion comes before.
+    """
     event, before = events[row], row - 1
     while before >= 0 and events[before].statement.interpolation == "none" and events[before].reason is None:
         before -= 1
@@ -141,7 +148,7 @@ def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
 
 
 def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
-    """Why an execution is left alone, without words."""
+    """Kind and subject of the reasons why an execution is not understood, without their wording."""
     return [(unknown.root.kind, unknown.root.subject) for unknown in event.unknowns]
 
 
@@ -158,7 +165,7 @@ def _stands_alone(data: bytes, offset: int) -> bool:
 
 
 def _spelled(statement: MotionStatement, role: str) -> str:
-    """An option as the statement writes it, ``\\T1``."""
+    r"""An option as the statement writes it, for example ``\T1``."""
     argument = statement.argument(role)
     assert argument is not None
     start = argument.whole[0]
@@ -166,7 +173,12 @@ def _spelled(statement: MotionStatement, role: str) -> str:
 
 
 def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
-    """The statement to add for a target on the way to the event's target."""
+    """The statement to add before an event's statement for a target on the way to it.
+
+    Args:
+        to, via: the added target, and its circle point on an arc.
+        zone: text of the zone argument.
+    """
     name = added_instruction(event.statement.instruction)
     assert name is not None
     if event.statement.argument("\\on") is not None:  # the older form of ArcLStart
@@ -175,7 +187,11 @@ def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, z
 
 
 def small_zone(program: Program, event: MotionEvent) -> str:
-    """A fly-by zone so small that the corner it cuts off a nearly straight path is nothing."""
+    """Name of a fly-by zone so small that it hardly cuts the corner of a nearly straight path.
+
+    It is the statement's own zone if that is at most 1 mm, else ``z1`` or ``z0`` if the program has no own data of that
+    name.
+    """
     statement = event.statement
     own = event.zone
     if not own.finep and own.pzone_tcp <= 1.0:

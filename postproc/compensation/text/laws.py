@@ -28,13 +28,13 @@ Regressors = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class OffsetLaw:
-    """An offset [mm]: a constant and, by the text of a number, what each unit of it adds."""
+    """Formula for an offset [mm]: a constant plus the sum of numbers, named by their text, times coefficients."""
 
     constant: Vec3 = (0.0, 0.0, 0.0)
     coefficients: tuple[tuple[str, Vec3], ...] = ()
 
     def at(self, regressors: Regressors) -> Vec3:
-        """The offset [mm] where the regressors have these values."""
+        """The offset [mm] for these values of the named numbers."""
         x, y, z = self.constant
         for name, (dx, dy, dz) in self.coefficients:
             value = regressors[name]
@@ -44,17 +44,19 @@ class OffsetLaw:
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """What a law may leave off [mm]: ``fine`` at once, ``most`` of each run where no law does better."""
+    """Error that a formula for an offset may leave [mm]: up to ``fine`` none other is tried; ``most`` per run."""
 
     fine: float
     most: Sequence[float]
 
 
 def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
-    """The first law that leaves no more than ``fine``, else the one that leaves least, None where that is too much.
+    """The first formula that leaves at most ``fine``, else the one that leaves least within the limits of all runs.
+
+    None if there is none. A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
 
     Args:
-        laws: the simplest first, with (n, 3) what each leaves off [mm].
+        laws: formulas, the simplest first, each with the error (n, 3) that it leaves in each run [mm].
     """
     found, least = None, np.inf
     for law, rest in laws:
@@ -77,18 +79,19 @@ def midrange(values: Array) -> Array:
 
 
 def constant_law(offsets: Array) -> tuple[OffsetLaw, Array]:
-    """The constant in the middle of offsets (n, 3) [mm], and what it leaves off."""
+    """The constant half-way between the extremes of offsets (n, 3) [mm], and the error (n, 3) that it leaves."""
     middle = midrange(offsets)
     x, y, z = middle.tolist()
     return OffsetLaw((x, y, z)), offsets - middle
 
 
 def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -> OffsetLaw:
-    """The law nearest to the offsets of n runs, affine in as few regressors as will do.
+    """The formula nearest to the offsets of n runs, affine in as few regressors as possible.
 
     Args:
-        regressors: named in each run; offsets: (n, 3) [mm] what the runs ask for.
-        least: what may be left over to do with one regressor fewer [mm].
+        regressors: named values in each run.
+        offsets: (n, 3) [mm] that the runs require.
+        least: error along an axis that may remain to use one regressor fewer [mm].
     """
     names = sorted(set(regressors[0]).intersection(*regressors[1:]), key=lambda name: _dispensable(name, regressors))
     best, off, part = _fit(names, regressors, offsets)
@@ -105,8 +108,9 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
 
 
 def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
-    """The order in which regressors are tried to do without: coordinates, which are taught and measured, before what
-    the program counts; of them those that differ least, of which a little would mean much in another run.
+    """Sort key for leaving out regressors: coordinates come first, and of these those with the smallest range.
+
+    Coordinates are taught and measured; one with a small range would mean much in another run.
     """
     values = [run[name] for run in regressors]
     coordinate = ".trans." in name
@@ -114,8 +118,11 @@ def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, flo
 
 
 def _fit(names: Sequence[str], regressors: Sequence[Regressors], offsets: Array) -> tuple[OffsetLaw, float, float]:
-    """Least squares, the constant in the middle of the residuals; the largest residual along an axis; and how much the
-    most that one regressor contributes is of the spread of the offsets.
+    """Least-squares formula in the named regressors, whose constant centres the residuals.
+
+    Returns:
+        The formula, its largest residual along an axis [mm], and the largest contribution of one regressor as a
+        multiple of the range of the offsets.
     """
     values = np.array([[run[name] for name in names] for run in regressors]).reshape(len(regressors), len(names))
     size = np.ptp(values, axis=0)

@@ -48,9 +48,9 @@ class PathRun:
     """One execution of a divided line or arc.
 
     Args:
-        texts: start and goal, of an arc with its circle point between them, as the program calls them.
-        targets: what these are now, with what is written into their numbers.
-        shares: of the way at the added goals, via_shares: at the circle points, one more.
+        texts: expressions of start and goal, for an arc with the circle point between them.
+        targets: their values after the correction of the numbers that they come from.
+        shares: fractions of the way at the added goals; via_shares: at the circle points, one more.
     """
 
     event: MotionEvent
@@ -61,19 +61,20 @@ class PathRun:
 
     @property
     def points(self) -> Array:
-        """(2 or 3, 3) the positions of the targets [mm]."""
+        """(2, 3) start and goal, or (3, 3) with the circle point between them [mm]."""
         return np.array([target.trans for target in self.targets])
 
 
 def free_name(program: Program, name: str) -> str:
-    """A name for a function that nothing in the program has."""
+    """A function name that no identifier of the program equals: ``name``, or ``name2``, ``name3``, .."""
     taken = set[str]().union(*(identifiers(source.data) for source in program.sources))
     return next(n for n in (name, *(f"{name}{k}" for k in range(2, 1000))) if n.lower() not in taken)
 
 
 def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
-    """Why a point of a line or arc cannot be worked out in a module: a built-in that its function or the call needs is
-    hidden there by a name of the program's own.
+    """Why a point of a line or arc cannot be calculated in a module, None if it can.
+
+    The reason is a built-in name, needed by the function or its call, that the program declares itself.
     """
     names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
     names += [(name, routine) for name in AROUND_ARC if arc]
@@ -82,7 +83,7 @@ def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str |
 
 
 def argument_text(text: str, program: Program, module: str) -> str | None:
-    """A target expression as it may stand in a call: on one line, and worked out as often as one likes."""
+    """A target expression on one line for use in a call; None if evaluating it several times could have an effect."""
     text = " ".join(text.split())
     data = text.encode("latin-1")
     try:
@@ -99,12 +100,13 @@ def argument_text(text: str, program: Program, module: str) -> str | None:
 def on_line(
     functions: tuple[str, str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
 ) -> list[Insertion] | str:
-    """The same statements for all runs of a line, or why there are none.
+    """Added statements for all runs of a line, or the reason why there are none.
 
     Args:
-        functions: names of that which displaces all lines alike, of that which does with the square of the length, and
-            of that which keeps the configuration of its first end.
+        functions: names of the functions with a constant displacement, with one proportional to the square of the
+            length, and with the configuration of their first end.
         added: what each run would add as numbers.
+        allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
@@ -131,7 +133,7 @@ def on_line(
 
 
 def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The same place, counted from the end that is farther away: with the configuration of that."""
+    """The place stated from the farther end of the line, so that the added target has the configuration of that end."""
     if point.share < 0.5:
         share = round(1.0 - point.share, SHARE_DECIMALS)
         return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
@@ -145,10 +147,12 @@ def on_arc(
     last: Sequence[TargetValue],
     allowed: Allowed,
 ) -> tuple[list[Insertion], Change] | None:
-    """The same for an arc, with the circle point of the part that is left.
+    """Added statements for all runs of an arc, and the change of its last circle point; None if there are none.
 
     Args:
+        added: what each run would add as numbers.
         last: the circle point of the last part in each run.
+        allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
@@ -167,6 +171,7 @@ def on_arc(
 
 
 def _share(runs: Sequence[PathRun], k: int) -> float:
+    """Median fraction of the way, over all runs of a line, at the k-th added goal, rounded to 5 decimals."""
     return round(float(np.median([run.shares[k] for run in runs])), SHARE_DECIMALS)
 
 
@@ -177,6 +182,13 @@ def _on_path(
     shares: Sequence[float],
     allowed: Allowed,
 ) -> TargetValue | None:
+    """One added target of all runs as a call of a function, None if no displacement suits all runs.
+
+    Args:
+        functions: names for a constant displacement, and for one proportional to the square of the length.
+        values: the target that each run requires.
+        shares: fraction of the way at it in each run.
+    """
     share = round(float(np.median(shares)), SHARE_DECIMALS)
     points = [point_at(run.points, own) for run, own in zip(runs, shares, strict=True)]
     offsets = np.array([value.pose.trans for value in values]) - points
@@ -189,7 +201,11 @@ def _on_path(
 
 
 def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
-    """What displaces a point of all runs, and the length of the line [mm] for which it holds, 0 for all."""
+    """Displacement of a point in all runs (None if none suits), and the line length [mm] it holds for, 0 for any.
+
+    Args:
+        offsets: (n, 3) that the runs require [mm].
+    """
     law = nearest_law(_laws(runs, offsets, allowed), allowed)
     lengths = np.linalg.norm([run.points[-1] - run.points[0] for run in runs], axis=1)
     if law is not None or len(runs[0].points) > 2 or np.ptp(lengths) < 1.0:
@@ -201,6 +217,10 @@ def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[Off
 
 
 def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator[tuple[OffsetLaw, Array]]:
+    """A constant and an affine formula for the offsets (n, 3) [mm], each with the error (n, 3) that it leaves.
+
+    The affine one does not use coordinates of the ends, from which the function calculates already.
+    """
     yield constant_law(offsets)
     # The function works with the coordinates of both ends already.
     regressors = [{n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in run.texts} for run in runs]
@@ -209,13 +229,13 @@ def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator
 
 
 def _same_axes(ends: Sequence[RobTarget], value: TargetValue, share: float) -> bool:
-    """Whether external axes that move evenly between both ends are where the added target has them."""
+    """Whether external axes that move evenly between both ends are at the added target's values at that fraction."""
     start, goal = (np.array(end.extax) for end in (ends[0], ends[-1]))
     return bool((np.abs(start + share * (goal - start) - value.extax) <= STILL).all())
 
 
 def point_at(points: Array, share: float) -> Array:
-    """(3,) the point after a share of the line between two points, or of the circle through three (k, 3)."""
+    """(3,) point at a fraction of the line between two points (2, 3), or of the arc through three (3, 3)."""
     if len(points) < 3:
         along: Array = points[0] + share * (points[1] - points[0])
         return along

@@ -29,10 +29,10 @@ Asked = tuple[int, str, Array, Conf]  # move, role, (4, 4) corrected pose, confi
 
 
 class Requester:
-    """Makes the requests of a program's moves.
+    """Makes the requests of a program's moves: the corrected targets as the program would write them.
 
     Args:
-        exact: the inverse of the model (see ``invert_model``).
+        exact: the inverse of the model, from ``invert_model``.
     """
 
     def __init__(self, robot: Robot, motion: Motion, exact: Exact) -> None:
@@ -47,7 +47,7 @@ class Requester:
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
     def goals(self, chosen: Iterable[int]) -> list[TargetRequest]:
-        """Requests for the targets of the chosen moves; none for joint targets and where the arm stands already."""
+        """Requests for the targets of the chosen moves, except joint targets and where the arm already stands."""
         asked: list[Asked] = []
         for i in chosen:
             move = self.moves[i]
@@ -64,8 +64,9 @@ class Requester:
         """Requests for the circle points of the chosen moves.
 
         Args:
-            written: goals as the text has them (see ``place_targets``); curve: (n, 4, 4) commanded poses through them.
-            pieces: how arcs are divided: the circle point of the last part is asked for.
+            written: the correction with the goals that the text has, from ``place_targets``.
+            curve: (n, 4, 4) commanded poses through them.
+            pieces: how arcs are divided; of a divided one the circle point of the last part is requested.
         """
         divided = {p.move: p for p in pieces if p.goals}
         asked: list[Asked] = []
@@ -82,6 +83,7 @@ class Requester:
         return self._requests(asked)
 
     def _requests(self, asked: Sequence[Asked]) -> list[TargetRequest]:
+        """The requests for corrected poses, in the order of ``asked``."""
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         events = [self.moves[i].event for i, *_ in asked]
         now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
@@ -92,7 +94,7 @@ class Requester:
         ]
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
-        """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
+        """Targets as the program writes them, in their work objects, from move, T_work_tcp (4, 4) and confdata."""
         events = [self.moves[i].event for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []
@@ -102,9 +104,10 @@ class Requester:
         return result
 
     def _via(self, i: int, written: Exact, curve: Array) -> Array:
-        """Circle point (4, 4): where the user put it, corrected.
+        """Corrected pose (4, 4) of the circle point of arc i, where the user put it.
 
-        Of an arc that begins nobody knows where it goes with the goal.
+        If a written end differs from the corrected curve, it lies on the circle through the written ends and the
+        corrected middle.
         """
         samples, move = self.motion.samples, self.moves[i]
         assert move.T_work_via is not None
@@ -122,12 +125,12 @@ class Requester:
 
 
 def conf_of(row: Array) -> Conf:
-    """Confdata (4,) as the program writes it."""
+    """Confdata (4,) as a tuple of integers."""
     return int(row[0]), int(row[1]), int(row[2]), int(row[3])
 
 
 def _turns(before: Sequence[Sequence[float]], after: Sequence[Sequence[float]]) -> Array:
-    """(n, 3) rotation vectors [rad], object axes, from unit quaternions to others, scalar first."""
+    """(n, 3) rotation vectors [rad] in object axes from the first unit quaternions to the second ones, scalar first."""
     if not before:
         return np.zeros((0, 3))
     a, b = (Rotation.from_quat(np.array(rot), scalar_first=True) for rot in (before, after))

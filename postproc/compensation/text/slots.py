@@ -20,27 +20,29 @@ SlotKey = tuple[Literal["numbers", "call"], str, int]
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Motion statements whose targets come from a declaration or a parameter; ``derived`` displace what they get."""
+    """Motion statements whose targets come from one declaration or parameter; those in ``derived`` displace it."""
 
     statements: frozenset[StatementKey]
     derived: frozenset[StatementKey]
 
 
 def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
-    """Users of each declaration and parameter that serves for nothing but targets; what serves for more is missing.
+    """By key, the users of each declaration and parameter that is used for targets only; others are missing.
 
-    What a call hands over to a parameter is used by those who use the parameter.
+    What a call passes to a parameter is used by the statements that use the parameter.
     """
     uses = declaration_uses(program, changes)
     found: dict[str, Users | None] = {}
 
     def users(key: str, depth: int) -> Users | None:
+        """Users of a declaration or parameter, through calls up to depth MAX_CALLS; None if not only for targets."""
         if key not in found:
             found[key] = None  # of a routine that calls itself
             found[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None
         return found[key]
 
     def joined(parts: Iterable[Use], depth: int) -> Users | None:
+        """Union of the users of several uses; None if one of them is not for a target."""
         statements: set[StatementKey] = set()
         derived: set[StatementKey] = set()
         for use in parts:
@@ -61,7 +63,7 @@ def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]
 
 
 def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
-    """Slots that could hold a corrected target, the one to prefer first; none in files that are only read along."""
+    """Places in the text that could hold a corrected target, the preferred one first; none in read-only files."""
     base = origin.base
     spans, handed = base.spans, base.handed
     found: list[SlotKey] = []
@@ -84,8 +86,10 @@ class Incidence:
     """Which requests each slot could serve.
 
     Args:
-        requests: of all executions; of_slot: rows of the requests by slot; of_argument: by statement and role.
-        slots: of each request, those that may be edited, the one to prefer first.
+        requests: of all executions.
+        of_slot: rows of the requests by slot.
+        of_argument: rows of the requests by statement and role.
+        slots: for each request, the slots that may be edited, the preferred one first.
     """
 
     requests: Sequence[TargetRequest]
@@ -100,11 +104,15 @@ def incidence(
     complete: Set[StatementKey],
     written: Set[str],
 ) -> Incidence:
-    """The slots that may be edited: those that serve for nothing but targets of statements all of whose executions are
-    corrected, and that nothing can write while the program runs.
+    """Which requests each slot (place in the text that holds a target's numbers) that may be edited could serve.
+
+    A slot may be edited if it is used only for targets of statements all of whose executions are corrected, and nothing
+    can write it while the program runs.
 
     Args:
-        complete: see ``fully_requested``; written: keys of the data that anything may write.
+        users: by declaration and parameter, from ``target_users``.
+        complete: statements all of whose executions have a request.
+        written: keys of the data that anything may write.
     """
     of_slot: dict[SlotKey, list[int]] = {}
     of_argument: dict[ArgumentKey, list[int]] = {}
@@ -121,6 +129,10 @@ def incidence(
 def _serves(
     slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
 ) -> bool:
+    """Whether a slot (place in the text that holds a target's numbers) may be edited for a request.
+
+    It may if all its users are in ``complete`` and its data is not in ``written``.
+    """
     origin = request.origin
     base = origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):
@@ -134,7 +146,7 @@ def _serves(
 
 
 def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
-    """Executions by row but for those that the arm cannot make: the controller stops there, nothing is lost by them.
+    """Executions, by row, without those that the arm cannot make, as the controller stops at these.
 
     Args:
         rows: of the events that are moves of the arm.
@@ -147,13 +159,13 @@ def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, Mo
 
 
 def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements of which every execution, by its row among the events, has a request."""
+    """Statements all of whose executions have a request; ``requested``: rows of the events that have one."""
     lacking = {e.statement.key for row, e in runs.items() if row not in requested}
     return frozenset({e.statement.key for e in runs.values()} - lacking)
 
 
 def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to a place that is not known, or to another one for which nothing is requested."""
+    """Statements that also run to an unknown place, or to another one without a request; ``requested``: rows."""
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
     return frozenset(
         e.statement.key

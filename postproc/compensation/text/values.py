@@ -24,22 +24,22 @@ UNCHANGED_RAD = 1e-7
 
 
 def compliant(a: Conf, b: Conf) -> bool:
-    """Whether a controller takes one configuration for the other (see `postproc.robot.inverse.COMPLIANT`)."""
+    """Whether a controller accepts one configuration for the other: cf1, cf4, cf6 differ by 1 at most, cfx is equal."""
     return a[3] == b[3] and all(abs(x - y) <= 1 for x, y in zip(a[:3], b[:3], strict=True))
 
 
 @dataclass(frozen=True, slots=True)
 class PathPoint:
-    """The target after a share of the line between two targets, or the point of the arc through three, as the program
-    calls them.
+    """A target stated as a point at a fraction of the line between two targets, or of the arc through three.
 
     Args:
-        function: name of the routine that works it out on the controller.
-        ends: texts of start and goal, of an arc with its circle point between them.
+        function: name of the routine that calculates it on the controller.
+        ends: texts of start and goal, for an arc with the circle point between them.
+        share: the fraction of the way.
         axes: letters of the external axes that the ends state.
-        length: of the line [mm] for which its displacement is stated, where that goes with the square of the length: a
-            correction that bends evenly; 0 where it is the same for all lines.
-        keeps: it has the configuration of the first end, wherever it is; else that of the nearer one.
+        length: line length [mm] for which the displacement is stated, if that is proportional to the square of the
+            length; 0 if the displacement is the same for all lines.
+        keeps: it has the configuration of the first end; else that of the nearer one.
     """
 
     function: str
@@ -51,7 +51,7 @@ class PathPoint:
 
     @property
     def on_arc(self) -> bool:
-        """Whether it is on an arc."""
+        """Whether the point is on an arc, not on a line."""
         return len(self.ends) > 2
 
 
@@ -60,7 +60,8 @@ class TargetValue:
     """A corrected target in its work object: pose [mm], confdata, external axes.
 
     Args:
-        point: what it is written as instead of numbers; law: what displaces that [mm].
+        point: what it is written as instead of numbers.
+        law: formula of the displacement [mm] of that point.
     """
 
     pose: Pose
@@ -72,12 +73,15 @@ class TargetValue:
 
 @dataclass(frozen=True, slots=True)
 class TargetRequest:
-    """Where one execution of a statement wants the target of one of its arguments.
+    """The corrected target for one argument in one execution of a statement.
 
     Args:
-        move: index of the move; event: the execution; role: of the argument, ``to`` or ``via``.
-        value: the corrected target; turn: rotation vector [rad] from the programmed to the corrected orientation.
-        within_mm: how far from it the target may be written.
+        move: index of the move.
+        event: the execution.
+        role: of the argument, ``to`` or ``via``.
+        value: the corrected target.
+        turn: rotation vector [rad] from the programmed to the corrected orientation.
+        within_mm: how far from ``value`` the target may be written.
     """
 
     move: int
@@ -89,21 +93,21 @@ class TargetRequest:
 
     @property
     def target(self) -> RobTarget:
-        """What the argument says now."""
+        """The programmed target of the argument."""
         target = self.event.target if self.role == "to" else self.event.via
         assert isinstance(target, RobTarget)
         return target
 
     @property
     def origin(self) -> Origin:
-        """Where that comes from."""
+        """Where the numbers of the programmed target come from in the text."""
         origin = self.event.target_origin if self.role == "to" else self.event.via_origin
         assert origin is not None
         return origin
 
     @property
     def shift(self) -> Vec3:
-        """From the programmed to the corrected position [mm], object axes."""
+        """Vector from the programmed to the corrected position [mm], object axes."""
         return subtract(self.value.pose.trans, self.target.trans)
 
 
@@ -115,13 +119,15 @@ which takes other configuration data."""
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One target to rewrite.
+    """One target expression to rewrite.
 
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
-        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on
-            an arc it stands instead of the text.
-        law: what is added to the position [mm], along the axes of the object frame or, in ``RelTool``, of the tool.
+        form: how it is rewritten.
+        value: the corrected target; ``components`` takes its configuration data from it, and if it has a ``point`` that
+            replaces the text.
+        law: formula of what is added to the position [mm], along the axes of the object or, in ``RelTool``, of the
+            tool.
     """
 
     source: Source
@@ -150,7 +156,14 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class StatementOutcome:
-    """What happened to one motion statement, why, and where it is written; shift and residual at its goal [mm]."""
+    """What happened to one motion statement.
+
+    Args:
+        status: what happened; reason: why.
+        shift_mm: size of the correction at its goal.
+        residual_mm: error that remains at its goal.
+        edited: kind of place in the text where its correction is written.
+    """
 
     statement: MotionStatement
     status: Status

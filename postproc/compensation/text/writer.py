@@ -40,7 +40,12 @@ KINDS: dict[str, Place] = {"inline": "aggregate", "declared": "declaration", "el
 
 
 class Assigned:
-    """Requests with what is written for them."""
+    """Requests together with what is written for them.
+
+    Args:
+        links: which requests each slot could serve.
+        assignment: the values of slots, and offsets.
+    """
 
     def __init__(self, requests: Sequence[TargetRequest], links: Incidence, assignment: Assignment) -> None:
         self.requests, self.links, self.assignment = requests, links, assignment
@@ -48,11 +53,11 @@ class Assigned:
 
     @property
     def served(self) -> Set[StatementKey]:
-        """Statements that are not left."""
+        """Keys of the statements whose correction is written."""
         return {request.event.statement.key for request in self.requests} - self.left.keys()
 
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
-        """The same without what changes the text of some arguments: their offsets and the numbers that stand there."""
+        """A copy without the changes to the text of some arguments: their offsets, and numbers that stand there."""
         offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
         theirs = {
             slot
@@ -64,10 +69,11 @@ class Assigned:
 
 
 class Writer:
-    """Assigns requests to the text of a program.
+    """Assigns requests to places in the text of a program and makes the changes.
 
     Args:
-        events: all of the program; motion: what the arm does.
+        events: all of the program.
+        motion: moves and samples of the program.
     """
 
     def __init__(self, program: Program, events: Sequence[MotionEvent], motion: Motion) -> None:
@@ -80,7 +86,10 @@ class Writer:
         self._expressions: dict[ArgumentKey, TargetExpression] = {}
 
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
-        """What is written for goals, or for circle points beside the ``goals`` that have been assigned."""
+        """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points.
+
+        Circle points then keep the values that were decided for goals, and their slots.
+        """
         moves = self.motion.moves
         rows = {moves[r.move].row for r in requests}
         complete: Set[StatementKey] = fully_requested(self.runs, rows) if goals is None else goals.served
@@ -92,7 +101,7 @@ class Writer:
         return Assigned(requests, links, assigner.assign())
 
     def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
-        """Slots with users that derive their target from it in a way that is not known."""
+        """Slots (places with a target's numbers) from which some statement derives its target in an unknown way."""
         if not any(known.derived for known in self.users.values()):
             return set()
         follows: dict[StatementKey, set[str]] = {}
@@ -107,7 +116,7 @@ class Writer:
         return closed
 
     def expression(self, key: ArgumentKey) -> TargetExpression:
-        """The argument of a statement as an expression."""
+        """How the text of an argument, by statement and role, can be changed; cached."""
         if key not in self._expressions:
             statement = self.statements[key[0]]
             argument = statement.argument(key[1])
@@ -117,10 +126,11 @@ class Writer:
         return self._expressions[key]
 
     def placed(self, goals: Assigned, exact: Exact) -> dict[int, Array]:
-        """Find moves whose written target misses the corrected one by more than ``EXACT_MM``.
+        """Moves whose written target misses the corrected one by more than ``EXACT_MM``.
 
         Args:
-            goals: what is written for the goals; exact: the corrected flange pose of every move.
+            goals: what is written for the goals.
+            exact: has the corrected flange pose of every move.
 
         Returns:
             By index of the move, the shift (6,) [m, rad] that the text gives the programmed goal, in the work frame.
@@ -138,9 +148,10 @@ class Writer:
         return dict(zip(moves, wanted, strict=True))
 
     def corrected(self, parts: Sequence[Assigned]) -> Callable[[Origin, RobTarget], RobTarget]:
-        """What a target is with what is written into the slot of its origin."""
+        """A function of a target's origin and value that returns the target with what is written into its slot."""
 
         def moved(origin: Origin, target: RobTarget) -> RobTarget:
+            """The target with the value of the first slot of its origin that has one, else unchanged."""
             values = (part.assignment.slots.get(slot) for part in parts for slot in slots_of(origin))
             value = next((value for value in values if value is not None), None)
             return target if value is None else _moved(target, value)
@@ -148,7 +159,7 @@ class Writer:
         return moved
 
     def changes(self, parts: Sequence[Assigned]) -> tuple[tuple[Change, ...], dict[StatementKey, Place]]:
-        """The texts to change, and where the correction of each statement is written."""
+        """The texts to change, each slot once, and the kind of place where each statement's correction is written."""
         changes: list[Change] = []
         places: dict[StatementKey, Place] = {}
         done: set[SlotKey] = set()
@@ -172,7 +183,7 @@ class Writer:
         return tuple(changes), places
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
-        """The numbers of a target, or an offset in the argument of a call."""
+        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument."""
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
@@ -189,7 +200,7 @@ class Writer:
         return self._offset(Change(source, span, "offset", whole), written, value.shift, now, value.robconf)
 
     def _around(self, part: Assigned, argument: ArgumentKey, law: OffsetLaw) -> Change:
-        """An offset around the argument of a statement."""
+        """The change that puts an offset around the argument of a statement."""
         rows = part.links.of_argument[argument]
         request = part.requests[rows[0]]
         statement: MotionStatement = request.event.statement
@@ -208,7 +219,13 @@ class Writer:
     def _offset(
         change: Change, written: TargetExpression, shift: Array, now: RobTarget, robconf: tuple[int, int, int, int]
     ) -> Change:
-        """The same with a constant offset [mm], object axes, where the text displaces by it."""
+        """The change with a constant offset ``shift`` (3,) [mm] in object axes, written as the expression allows.
+
+        Args:
+            written: how the text can be changed.
+            now: present value of the target.
+            robconf: the configuration that it shall have.
+        """
         along = shift
         if written.in_tool:
             along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(shift)
@@ -220,7 +237,7 @@ class Writer:
 
 
 def _moved(target: RobTarget, value: SlotValue) -> RobTarget:
-    """A target with what is written into its slot."""
+    """A target shifted and turned by a value for its slot (place with its numbers), with that value's configuration."""
     x, y, z = value.shift.tolist()
     w, a, b, c = Rotation.from_rotvec(value.turn).as_quat(scalar_first=True).tolist()
     return replace(

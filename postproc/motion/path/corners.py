@@ -29,10 +29,11 @@ _IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
 
 @dataclass(frozen=True, slots=True)
 class Corners:
-    """Fractions of each move that belong to a corner (m,): at its start (``after``) and at its goal (``before``).
+    """Fractions (m,) of each move that belong to the corners at its start (``after``) and at its goal (``before``).
 
     Args:
-        before, after: of the position (and of joint corners); before_turn, after_turn: of the orientation.
+        before, after: of the position, and of joint moves.
+        before_turn, after_turn: of the orientation.
         stop: (m,) the arm rests at the goal.
     """
 
@@ -44,7 +45,7 @@ class Corners:
 
 
 def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
-    """Sizes of the corner paths after reduction to half the length of both neighbours."""
+    """Fractions of each move taken by the corner paths, every zone cut to half the length of both moves there."""
     m = len(moves)
     before, after, before_turn, after_turn = (np.zeros(m) for _ in range(4))
     length, angle = curves.length, np.linalg.norm(curves.turn, axis=1)
@@ -79,16 +80,26 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
 
 
 def _share(zone_angle: Array, angle: Array) -> Array:
+    """Fraction (k,), 1/2 at most, that a zone of ``zone_angle`` [rad] takes of a reorientation by ``angle`` [rad]."""
     return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
 
 
 def fade(w: Array) -> Array:
-    """The share h (n,) of a corner at w (n,) in [0, 1], as the head of this file has it."""
+    """Share h(w) = 2 w^3 - w^4 of the outgoing move at w (n,) in [0, 1] through a corner."""
     return w**3 * (2.0 - w)
 
 
 def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, Index, Array]:
-    """Rows inside a corner, the move that comes in there, and w in [0, 1] through the corner."""
+    """Which samples lie inside a corner, and how far through it they are.
+
+    Args:
+        move: (n,) index of each sample's move.
+        u: (n,) fraction along it.
+        before, after: (m,) fractions of the moves taken by corners at their goal and at their start.
+
+    Returns:
+        Rows (k,) of the samples in a corner; index (k,) of the incoming move; w (k,) in [0, 1] through the corner.
+    """
     leaving = (before[move] > 0) & (u > 1.0 - before[move])
     entering = (after[move] > 0) & (u < after[move])
     w = np.where(leaving, 0.5 * (u - 1.0 + before[move]) / np.where(leaving, before[move], 1.0), 0.0)
@@ -98,7 +109,7 @@ def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, 
 
 
 def _blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Array:
-    """External axes (n, 6) along the path with its corners: those of joint moves are blended alike."""
+    """External axes (n, 6) along the path; within zone corners those of both moves are cross-faded."""
     axes = curves.axes_at(move, u)
     if not curves.axes_change.any():
         return axes
@@ -113,9 +124,13 @@ def blended_poses(
 ) -> tuple[Array, Array, Array, Flags]:
     """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
 
+    Args:
+        move: (n,) index of each sample's move.
+        u: (n,) fraction along it.
+
     Returns:
         T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; external axes (n, 6); blend
-        (n,) bool.
+        (n,) bool, true inside the zone of the position.
     """
     axes = _blended_axes(curves, corners, move, u)
     q, T = joints_and_poses(robot, curves, move, u)
@@ -149,12 +164,14 @@ def blended_poses(
 def _blend_wrists(
     robot: Robot, curves: Curves, corners: Corners, at: tuple[Index, Array, Array], found: tuple[Array, Array]
 ) -> None:
-    """Fill in, in place, poses and joint angles in corners of two curves along which the wrist is known as joints.
+    """Fill in, in place, poses and joint angles in the corners where both moves have known wrist angles.
 
-    The wrist passes over in the zone of the orientation, the place of the TCP is known.
+    At least one of the two is a line or arc with axes 4 to 6 interpolated as joints. The wrist is blended within the
+    orientation zone, the place of the TCP stays as it is.
 
     Args:
-        at: moves (n,), fractions (n,) and external axes (n, 6). found: T_work_tcp (n, 4, 4) and q (n, 6).
+        at: moves (n,), fractions (n,) and external axes (n, 6).
+        found: T_work_tcp (n, 4, 4) and q (n, 6), which are changed.
     """
     (move, u, axes), (T, q) = at, found
     rows, a, w = _locate(move, u, corners.before_turn, corners.after_turn)
@@ -170,17 +187,21 @@ def _blend_wrists(
 
 
 def _blended_joints(curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array) -> Array:
-    """Joint angles (n, 6) of two joint moves cross-faded; axes 4 to 6 where they are wrists on a curve."""
+    """Joint angles (n, 6) of move a at u_a cross-faded into its successor b at u_b; on lines only axes 4 to 6 count."""
     return joints_at(curves, a, u_a) + joints_at(curves, b, u_b) - curves.q_start[b]
 
 
 def _cross_fade(
     robot: Robot, curves: Curves, incoming: tuple[Index, Array], outgoing: tuple[Index, Array], owner: Mounts
 ) -> Array:
-    """Blend of two curves on the work of the incoming move, given on that of the move that owns the sample.
+    """Blended TCP poses (k, 4, 4) in the corners between two moves each.
+
+    They are calculated in the work frame of the incoming move and returned in that of the move that the sample belongs
+    to.
 
     Args:
         incoming, outgoing: moves (k,) and fractions (k,) along them.
+        owner: mounts of the moves that the k samples belong to.
     """
     (a, u_a), (b, u_b) = incoming, outgoing
     T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)

@@ -25,17 +25,18 @@ class Curves:
     """Curves of m moves; row i leads from the goal of move i - 1 to the goal of move i.
 
     Args:
-        joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) why an arc is none, into ``ARC_FAULTS``.
-        start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m]; turn: (m, 3) rotation vector
-            from start to goal in the start's axes [rad], of arcs as seen from the path.
-        center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
-            p = center + cos(u angle) radial + sin(u angle) tangent.
-        wrist: (m,) lines and arcs on which axes 4 to 6 are interpolated as joints (see ``wrist``).
-        q_start, q_change: (m, 6) [rad]; q_bend: (m, 6) of wrists on arcs.
-        mounts: of each move, whose work frame the curve is laid in, where they are at its goal.
+        joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) index into ``ARC_FAULTS`` of why an arc
+            cannot be run, 0 for none.
+        start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m].
+        turn: (m, 3) rotation vector from start to goal in the start's axes [rad]; for arcs relative to the path.
+        center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs: p = center + cos(u angle) radial + sin(u angle)
+            tangent.
+        wrist: (m,) lines and arcs on which axes 4 to 6 are interpolated as joints (``wrist.py``).
+        q_start, q_change: (m, 6) [rad]; q_bend: (m, 6) coefficient of u (1 - u) for wrists on arcs.
+        mounts: of each move, at its goal; the curve is laid in the work frame.
         length: (m,) TCP path length [m]; zero for the first move of a chain.
-        axes_start, axes_change: (m, 6) of the external axes, which go evenly with u [m], [rad].
-        frames: in which work or tools stand, by the number that ``mounts`` have.
+        axes_start, axes_change: (m, 6) of the external axes, which are linear in u [m], [rad].
+        frames: in which work or tools stand, in the order of the numbers in ``mounts``.
     """
 
     joint: Flags
@@ -66,7 +67,7 @@ class Curves:
         return self.axes_start[move] + self.axes_change[move] * u[:, None]
 
     def mounts_at(self, move: Index, axes: Array) -> Mounts:
-        """The mounts of moves (n,) where external axes stand at (n, 6)."""
+        """The mounts of moves (n,), with their frames moved to where they stand for external axes (n, 6) [m], [rad]."""
         found = self.mounts[move]
         if found.frame is None:
             return found
@@ -83,7 +84,10 @@ ARC_FAULTS = (
 
 
 def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
-    """Lay the curve of every move through the goal before it and its own goal."""
+    """The curve of every move, a line, arc or joint motion from the goal of the move before it to its own goal.
+
+    The first move of a chain has no curve, but its goal alone.
+    """
     m = len(moves)
     q = np.array([move.q for move in moves])
     mounts = mounts_of(moves)
@@ -144,7 +148,8 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
     """Circles from start over via to end, (k, 3) each [m].
 
     Returns:
-        center, radial, tangent (k, 3); angle (k,) [rad]; fraction (k,) of the angle at via; fault (k,), see above.
+        center, radial, tangent (k, 3); angle (k,) [rad]; fraction (k,) of the angle at via; fault (k,), index into
+        ``ARC_FAULTS`` (0: none).
     """
     to_via, to_end = via - start, end - start
     normal = np.cross(to_via, to_end)
@@ -157,6 +162,7 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
     tangent = np.cross(normal / np.sqrt(safe), radial)
 
     def seen(p: Array) -> Array:
+        """Angle (k,) [rad] in [0, 2 pi) of points (k, 3) on the circles, from the start in the direction of travel."""
         d = p - center
         return np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
 
@@ -178,14 +184,20 @@ def axes_of(radial: Array, tangent: Array) -> Array:
 
 
 def _carried_back(axis: Array, angle: Array, R: Array) -> Array:
-    """Orientations (k, 3, 3) turned back along the circle to its start."""
+    """Orientations (k, 3, 3) turned by -angle about the axis of the circle, from a place on the arc to its start."""
     return Rotation.from_rotvec(-angle[:, None] * axis).as_matrix() @ R
 
 
 def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Array:
-    """The rotation from start to end in the direction that passes nearer the circle point's orientation.
+    """Rotation vector (k, 3) from start to end, the short or the long way round.
 
-    The circle point only tells the two directions apart (RAPID Reference Manual, Basic Characteristics, MoveC).
+    The long way is chosen only where the orientation at the circle point is clearly nearer to it; the circle point only
+    decides the direction (RAPID Reference Manual, Basic Characteristics, MoveC).
+
+    Args:
+        turn: (k, 3) the short rotation vector, in start axes.
+        R_via: (k, 3, 3) at the circle point, turned back to the start of the arc.
+        fraction: (k,) of the arc at the circle point.
     """
     size = np.linalg.norm(turn, axis=1)
     long_way = turn * ((size - 2 * np.pi) / np.maximum(size, 1e-12))[:, None]
@@ -204,7 +216,10 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
 
 
 def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tuple[Array, Array]:
-    """Joint angles (n, 6) [rad], NaN where inverse kinematics has to find them, and T_work_tcp (n, 4, 4) there."""
+    """Joint angles (n, 6) [rad] and T_work_tcp (n, 4, 4) on the curves of ``move`` (n,) at fractions ``u`` (n,).
+
+    Joint angles are NaN where the curve is laid in space, so that inverse kinematics has to find them.
+    """
     q, T = np.full((len(u), 6), np.nan), _in_space(curves, move, u)
     rows = np.flatnonzero(curves.joint[move] | curves.wrist[move])
     if len(rows):
@@ -218,7 +233,7 @@ def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tup
 
 
 def _in_space(curves: Curves, move: Index, u: Array) -> Array:
-    """T_work_tcp (n, 4, 4) with the orientation that turns evenly from the start of each curve to its goal."""
+    """T_work_tcp (n, 4, 4) on lines and arcs, with the orientation turning evenly from start to goal."""
     T = np.zeros((len(u), 4, 4))
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = curves.start[move] + curves.chord[move] * u[:, None]
@@ -237,6 +252,9 @@ def _in_space(curves: Curves, move: Index, u: Array) -> Array:
 
 
 def joints_at(curves: Curves, move: Index, u: Array) -> Array:
-    """Joint angles (n, 6) of joint moves at fractions ``u`` (n,); axes 4 to 6 of those that are wrists on a curve."""
+    """Joint angles (n, 6) [rad] of joint moves at fractions ``u`` (n,) of ``move`` (n,).
+
+    For a line or arc on which axes 4 to 6 are interpolated as joints, only those three columns are meaningful.
+    """
     share = u[:, None]
     return curves.q_start[move] + curves.q_change[move] * share + curves.q_bend[move] * (share * (1 - share))

@@ -34,9 +34,13 @@ _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manu
 
 @dataclass(frozen=True, slots=True)
 class _Held:
-    """What is in force for moves as they have it: mount of the tool and load on the flange, speeds, zone.
+    """What is in force at a motion: mount of the tool, load on the flange, speeds and zone.
 
-    T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0; the others as in ``Move``.
+    Args:
+        T_mount_tcp: (4, 4) [m].
+        mass: [kg], tool and payload together.
+        center: (3,) its centre of gravity in tool0 [m].
+        others: as in ``Move``.
     """
 
     T_mount_tcp: Array
@@ -59,18 +63,18 @@ def read_moves(
 ) -> tuple[list[Move], list[Diagnostic]]:
     """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
 
-    An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
+    A motion that is not understood, or has an error, breaks the path: the next move starts a new chain.
 
     Args:
-        free_axes: see ``refuse_events``.
-        station: where the arm stands, what moves it and its work, for events that ``place_events`` has seen.
+        free_axes: letters of the external axes that carry neither the robot nor its work.
+        station: where the arm stands, what moves it and its work; the events have then passed ``place_events``.
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
         MOT007 tool and work object that do not fit together, MOT008 moving external axes, MOT011 and MOT012 weights;
-        KIN008 a start that is supposed, KIN009 an arm that hardly is the one of the program.
-        Moves with an error are left out, and the chain breaks there. It is a warning where nothing leads to them, or
-        where a displacement of target or work alone puts them out of reach (see ``only_displaced``).
+        KIN008 a start posture that is assumed, KIN009 an arm that is hardly that of the program. Moves with an error
+        are left out. The error becomes a warning where the arm never gets to the statement, or where a displacement of
+        target or work alone puts the target out of reach (see ``only_displaced``).
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
     held = {now: _held(now) for now in dict.fromkeys([events[i].in_force for i in known])}
@@ -120,7 +124,7 @@ _Place = tuple[WorkFrame | None, Array]  # what the work stands in, external axe
 
 
 def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
-    """Where the work of every event stands."""
+    """For every event the frame that its work stands in (None: a fixed base) and its external axes (6,) [m], [rad]."""
     units = [unit_of(e) for e in events]
     frames = {unit: WorkFrame(station, unit) for unit in dict.fromkeys(units)}
     axes = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
@@ -130,7 +134,12 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
 
 
 def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
-    """The mounts at the goals of events."""
+    """How tool and work are held at the goals of k events.
+
+    Args:
+        loads: what is in force at each event.
+        places: frame of the work and external axes at each event.
+    """
     found = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
     frames = list(dict.fromkeys(frame for frame, _ in places))
     if not any(frames):
@@ -142,7 +151,11 @@ def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
 def _beyond_limits(
     events: Sequence[MotionEvent], known: Sequence[int], station: Station, places: Sequence[_Place]
 ) -> list[tuple[int, Diagnostic]]:
-    """KIN003 where a target sends an external axis beyond its limits."""
+    """Row of the event and KIN003 where a target has an external axis more than 0.1 mm or degree beyond a limit.
+
+    Args:
+        known: (k,) rows of the events that ``places`` (k,) belong to.
+    """
     found = []
     for letter, joint in station.joints.items():
         lower, upper = (
@@ -162,30 +175,34 @@ def _beyond_limits(
 
 
 def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
-    """What keeps the arm from one motion and, for the reason that is said, nothing else from being corrected."""
+    """The finding, if it is an error, as a warning with the reason why its statement stays as it is."""
     if finding.severity != "error":
         return finding
     return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")
 
 
 def _arrives(e: MotionEvent) -> bool:
+    """Whether the programmed speed, and the duration where one is stated, is above zero."""
     return e.speed.v_tcp > 0.0 and (e.duration is None or e.duration > 0.0)
 
 
 def _never_arrives(e: MotionEvent) -> Diagnostic:
+    """MOT006, an error at the speed argument: the programmed speed is zero or negative."""
     text = "the programmed speed is zero or negative: the arm would never arrive"
     return Diagnostic("MOT006", "error", text, *place(e, "speed"), "give a speed above zero")
 
 
 def _moves_arm(event: MotionEvent) -> bool:
+    """Whether an event moves the arm, or may do so because it is not understood."""
     return event.statement.interpolation != "none" or event.reason is not None
 
 
 def _held(e: InForce) -> _Held:
-    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass; speeds and zone in SI units.
+    """Mount, load, speeds and zone of what is in force at a motion, in SI units.
 
-    The load of a stationary tool is that of the gripper which holds the work object, and the centre of GripLoad is then
-    given in the object frame (ABB RAPID reference manual, tooldata and loaddata).
+    Tool load (centre in tool0) and GripLoad (centre in the tool frame) count as one mass. The tool load of a stationary
+    tool is that of the gripper which holds the work object, and the centre of GripLoad is then stated in the object
+    frame (ABB RAPID reference manual, tooldata and loaddata).
     """
     tool, grip = e.tool, e.gripload
     T_mount_tcp = tool_matrix(tool)
@@ -214,12 +231,21 @@ def _held(e: InForce) -> _Held:
 
 
 def _programmed_speed(e: InForce) -> float:
-    """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
+    """Speed of the TCP [mm/s] with VelSet, which scales the programmed speed and sets an upper limit."""
     speed = e.speed.v_tcp * e.velocity_override / 100
     return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
 
 
 def _move(row: int, e: MotionEvent, held: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
+    """The ``Move`` of one event.
+
+    Args:
+        row: of the event in the list of events.
+        held: what is in force there.
+        place: frame of the work, and external axes (6,).
+        goal: joint angles (6,) [rad], and T_work_tcp (4, 4).
+        first: the move starts a chain.
+    """
     kind = e.statement.interpolation
     assert kind != "none"
     q, T_work_tcp = goal

@@ -26,13 +26,20 @@ from postproc.robot.kinematics import forward
 
 @dataclass(frozen=True, slots=True)
 class NominalArm:
-    """An arm in its cell; see ``rapid.data.arm.Arm``."""
+    """The arm of a task in its cell; it implements the protocol ``rapid.data.arm.Arm``."""
 
     robot: Robot
     station: Station = field(default_factory=Station)
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
-        """Where joint angles put the TCP on the work (``Arm.target``)."""
+        """The robtarget of joint angles, as CalcRobT computes it.
+
+        Args:
+            situation: tool, work object, displacement, offset of the external axes and active units in force.
+
+        Raises:
+            Unknown: an axis has no position, the configuration cannot be computed, or the work has no known place.
+        """
         if max(map(abs, joints.robax)) >= NO_AXIS or self.robot.parallelogram:
             raise Unknown(Kind.UNDEFINED, "CalcRobT")
         q = np.radians([joints.robax])
@@ -46,7 +53,14 @@ class NominalArm:
         return RobTarget(pose.trans, pose.rot, (a, b, c, d), extax)
 
     def joints(self, target: RobTarget, situation: Situation) -> JointTarget:
-        """The joint angles of a target (``Arm.joints``)."""
+        """The jointtarget of a robtarget in its configuration, as CalcJointT computes it.
+
+        Args:
+            situation: tool, work object, displacement, offset of the external axes and active units in force.
+
+        Raises:
+            Unknown: the target cannot be reached in its configuration, or the work has no known place.
+        """
         extax = _shifted(target.extax, situation.axis_offset, 1.0)
         T_frame_tcp = object_matrix(situation.wobj, situation.displacement) @ pose_matrix(target.trans, target.rot)
         T_flange = invert(self._to_frame(extax, situation)) @ T_frame_tcp @ invert(tool_matrix(situation.tool))
@@ -60,7 +74,14 @@ class NominalArm:
         return JointTarget((a, b, c, d, e, f), extax)
 
     def _to_frame(self, extax: Ax6, situation: Situation) -> Array:
-        """T_frame_base (4, 4), with the frame in which the work stands: the world, or the end of a unit."""
+        """T_frame_base (4, 4): the base in the frame that the work stands in, the world or a mechanical unit's end.
+
+        Args:
+            extax: [mm], [deg] of the external axes, 9E9 where none is stated.
+
+        Raises:
+            Unknown: the unit is not in the cell, or an axis of it has no position.
+        """
         idle = idle_axes(situation.units, self.station)
         stated = [NO_AXIS if letter in idle else axis for letter, axis in zip(LETTERS, extax, strict=True)]
         positions = self.station.positions(np.array([stated]))
@@ -74,5 +95,6 @@ class NominalArm:
 
 
 def _shifted(extax: Ax6, offset: Ax6, sign: float) -> Ax6:
+    """External axes plus ``sign`` times the offset; an axis at 9E9 stays 9E9."""
     a, b, c, d, e, f = (x if x >= NO_AXIS else x + sign * by for x, by in zip(extax, offset, strict=True))
     return a, b, c, d, e, f

@@ -23,7 +23,10 @@ NOWHERE: Ax6 = (nan,) * 6
 
 
 def place_events(events: Iterable[MotionEvent], station: Station) -> list[MotionEvent]:
-    """The events with where external axes stand at their goals; a reason where base or work stand is not known."""
+    """The events, each with the positions of the external axes at its goal.
+
+    An event whose base or work has no known place also gets the reason, so that it is not corrected.
+    """
     now = NOWHERE
     found: list[MotionEvent] = []
     for event in events:
@@ -45,9 +48,10 @@ def place_events(events: Iterable[MotionEvent], station: Station) -> list[Motion
 
 
 def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
-    """Where external axes stand after an event: those of its target, with the offset that is in force.
+    """Positions of the external axes after an event: those of its target plus the offset in force (EOffs).
 
     Args:
+        before: positions before the event, kept where the target states 9E9.
         idle: letters of axes that do not move, whatever the target says.
     """
     assert event.target is not None
@@ -59,11 +63,11 @@ def _reached(before: Ax6, event: MotionEvent, idle: str) -> Ax6:
 
 
 def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> str:
-    """Letters of the axes of units that are not active.
+    """Letters of the external axes that do not move whatever targets say, as their units are not active.
 
     Args:
-        units: those that ``ActUnit`` and ``DeactUnit`` have switched, and how; None where nobody knows: targets count.
-            What is active at the start counts where the program has not said otherwise.
+        units: units switched by ``ActUnit`` (True) and ``DeactUnit`` (False); others are as at the start. None if
+            unknown: then all axes follow the targets.
     """
     switched = dict(units or ())
     own = [(name, station.cell.unit(name)) for name in station.units]
@@ -72,7 +76,7 @@ def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> s
 
 
 def resting_place(events: Iterable[MotionEvent]) -> Ax6:
-    """Where the external axes of a task stand as long as it runs: 9E9 where it states several positions, or none.
+    """Positions at which the external axes of a task stand while it runs, 9E9 for an axis without exactly one position.
 
     Args:
         events: all of the task's program.
@@ -90,7 +94,10 @@ def resting_place(events: Iterable[MotionEvent]) -> Ax6:
 
 
 def say_resting(events: Iterable[MotionEvent], station: Station) -> list[Diagnostic]:
-    """MOT013 for each unit of another task that moves work: where it is taken to stand, at its first motion."""
+    """MOT013 (info) for each unit that another task moves and that carries work here: its assumed position.
+
+    The finding is placed at the first motion on that unit.
+    """
     first = {unit.lower(): event for event in reversed([*events]) if (unit := unit_of(event)) is not None}
     found = []
     for name, event in first.items():
@@ -104,12 +111,14 @@ def say_resting(events: Iterable[MotionEvent], station: Station) -> list[Diagnos
 
 
 def axes_between(before: MotionEvent, event: MotionEvent, share: float) -> Ax6:
-    """What to state for the external axes after a share of a move: they move evenly with it.
+    """External axes to write into a target placed inside a move, [mm] or [deg]: they move evenly with the arm.
 
     Axes that stand still, or are not active, are stated as at the goal.
 
     Args:
         before: the event whose goal the move starts at.
+        event: the event of the move.
+        share: fraction of the move, 0 at its start and 1 at its goal.
     """
     assert event.target is not None
     way = np.nan_to_num(np.subtract(event.axes or NOWHERE, before.axes or NOWHERE))
@@ -126,7 +135,7 @@ def unit_of(event: MotionEvent) -> str | None:
 
 
 def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown | None]:
-    """Why base or work of each event are nowhere; None where they are known."""
+    """Per event, the reason why the place of the base or of the work is not known; None where both are known."""
     known = station.cell.units
     positions = station.positions(np.array([e.axes or NOWHERE for e in events]).reshape(-1, 6))
     base = _finite(station.base(positions))
@@ -150,11 +159,15 @@ def _unplaced(events: Sequence[MotionEvent], station: Station) -> list[Unknown |
 
 
 def _finite(T: Array) -> list[bool]:
+    """Per pose (n, 4, 4), whether all its numbers are finite."""
     return list(np.asarray(np.isfinite(T).all(axis=(1, 2))))
 
 
 def _why(station: Station, name: str | None) -> str:
-    """Why the end of a unit is nowhere: it is not understood, or no target says where one of its axes stands."""
+    """Text that says why the end of a unit has no known place; ``name`` None stands for the base frame.
+
+    The unit cannot be interpreted, another task moves it, or no target says where one of its axes stands.
+    """
     if name is None:
         return "its base frame cannot be read"
     own = station.cell.unit(name)

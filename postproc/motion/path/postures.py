@@ -24,7 +24,16 @@ from postproc.robot.track import track
 def goal_joints(
     robot: Robot, events: Sequence[MotionEvent], known: list[int], mounts: Mounts
 ) -> tuple[Array, Array, list[UnreachedPose], list[int]]:
-    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events; rows as in `_follow`."""
+    """Joint angles of the goals of k events, in the configuration that they state or in which the arm comes.
+
+    Args:
+        known: (k,) indices of the events whose target is known.
+        mounts: at these goals.
+
+    Returns:
+        q (k, 6) [rad], NaN where none was found; T_work_tcp (k, 4, 4), NaN for joint targets; failures, sorted, whose
+        index counts within ``known``; rows at which the posture of the arm is only assumed.
+    """
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
@@ -59,7 +68,10 @@ def goal_joints(
 
 
 def any_configuration(event: MotionEvent) -> bool:
-    """ConfL or ConfJ is off: the arm keeps the configuration it comes with, whatever the target says."""
+    """Whether the configuration of a target is not monitored: ConfJ is off for a joint move, ConfL for others.
+
+    The arm then keeps the configuration in which it comes.
+    """
     name = "conf_j" if event.statement.interpolation == "joint" else "conf_l"
     return event.options.get(name) is False
 
@@ -67,14 +79,16 @@ def any_configuration(event: MotionEvent) -> bool:
 def _follow(
     robot: Robot, T_base_flange: Array, q: Array, free: Flags, again: Mapping[int, int]
 ) -> tuple[list[UnreachedPose], list[int]]:
-    """Fill in, in place, the goals that are reached in the configuration of the goal before them.
+    """Fill in, in place, the joint angles of goals that are reached in the configuration of the goal before them.
 
     Args:
-        again: rows at which the arm stands where another row has brought it.
+        q: (k, 6) [rad], which is changed.
+        free: (k,) goals whose own configuration does not count.
+        again: from rows at which the arm resumes to the row whose goal it resumes from.
 
     Returns:
-        Failures, and the rows at which the arm is supposed to start in the posture nearest to the last that is known,
-        or to all axes at zero: nothing brings it there, and what the target states does not exist.
+        Failures, and the rows at which the start posture is only assumed: it is not known and the configuration of the
+        target does not exist, so the solution nearest to the last known joint angles, or to zero, is taken.
     """
     failures: list[UnreachedPose] = []
     supposed: list[int] = []
@@ -103,9 +117,14 @@ def _follow(
 
 
 def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
-    """Joint angles (k, 6) of as many poses as the arm can follow in the configuration of ``before``."""
+    """Joint angles (j, 6) of the first j <= k poses (k, 4, 4) that the arm can follow from joint angles (6,).
+
+    Args:
+        before: (6,) joint angles in which it starts [rad].
+    """
 
     def fails(count: int) -> bool:
+        """Whether the arm cannot follow the first ``count`` poses."""
         try:
             track(robot, T_base_flange[:count], before)
         except PostprocError:
@@ -120,7 +139,7 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:
-    """KIN008: the posture in which the arm comes to a target is supposed."""
+    """KIN008, a warning: the posture in which the arm comes to this target is not known and has been assumed."""
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
     help_ = (
         "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"

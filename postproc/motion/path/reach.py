@@ -17,10 +17,10 @@ FEW = 3
 
 
 def only_displaced(runs: Reached) -> frozenset[StatementKey]:
-    """Statements that the arm can run, but for what displaces their targets or the work in some or all of their runs.
+    """Statements that are out of reach only because their target or work is displaced in some or all of their runs.
 
-    What a robtarget itself states has to exist; where a displacement carries it over a quadrant or a limit, that run
-    alone is not possible. Of a program of which nothing can be run nothing is.
+    They either succeed in another run, or never fail with a written target without displacement. If no statement of the
+    program can be run, the set is empty.
     """
     run = {e.statement.key for e, code in runs if code is None and isinstance(e.target, RobTarget)}
     lost = {e.statement.key for e, code in runs if code is not None}
@@ -29,14 +29,15 @@ def only_displaced(runs: Reached) -> frozenset[StatementKey]:
 
 
 def _as_taught(e: MotionEvent) -> bool:
+    """Whether the target is written in the program as numbers or a name, and no program displacement is in force."""
     return e.target_origin.kind != "expression" and e.displacement == Pose()
 
 
 def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
-    """KIN009 where the median target does not suit the arm in any run: the program is hardly made for it.
+    """KIN009 if more than half of the targets, and at least three, fail in every run: the program suits another arm.
 
-    Each target counts once, however many statements lead there, so one that is mistyped is one. A configuration that
-    does not exist is no sign of another arm where the target can be reached.
+    Each target counts once, however many statements lead there. If most fail only by their configuration, the finding
+    says that instead, since another arm would not explain it.
     """
     if not any(code for _, code in runs):
         return []
@@ -60,7 +61,11 @@ def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
 
 
 def _odd_configurations(runs: Reached, count: str) -> Diagnostic:
-    """Targets that can be reached, and not as their confdata says."""
+    """KIN009, an error: the targets can be reached, but not in the configurations that they state.
+
+    Args:
+        count: "n of m targets", for the message.
+    """
     unset = all(isinstance(e.target, RobTarget) and not any(e.target.robconf) for e, code in runs if code is not None)
     if unset:
         text = f"the configurations of {count}, all [0,0,0,0], do not exist"

@@ -17,15 +17,15 @@ STILL = 0.1
 
 
 def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Station) -> list[tuple[int, Diagnostic]]:
-    """Findings about motions that cannot be compensated for the arm alone, with the row of the event.
+    """Findings about motions that cannot be corrected with a model of the arm alone, each with the row of its event.
 
     Args:
         free_axes: letters of external axes that carry neither the robot nor its work: they may stand and move anywhere.
-        station: whose axes are known, wherever they stand.
+        station: its axes are known and not refused either.
 
     Returns:
-        MOT007 tool and work object that do not fit together, MOT008 external axes that move or stand away from zero,
-        where base and work are not where the program's frames say.
+        MOT007 where both or neither of tool and work object are held by the robot; MOT008 where an external axis that
+        is not known moves, or stands away from zero, by more than 0.1 mm or degree.
     """
     findings: list[tuple[int, Diagnostic]] = []
     carrying = [k for k in range(6) if not station.connected and LETTERS[k] not in {*free_axes, *station.joints}]
@@ -50,6 +50,7 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str, station: Statio
 
 
 def _carrying(event: MotionEvent, moving: list[int], standing: list[int]) -> Diagnostic:
+    """MOT008, an error: external axes (indices 0 to 5) move or stand away from zero, and what they carry is unknown."""
     assert event.target is not None
     if moving:
         text = f"external axes move ({', '.join(f'eax_{LETTERS[k]}' for k in moving)})"
@@ -63,6 +64,7 @@ def _carrying(event: MotionEvent, moving: list[int], standing: list[int]) -> Dia
 
 
 def _unfit(event: MotionEvent) -> Diagnostic:
+    """MOT007, an error at the tool argument: both or neither of tool and work object are held by the robot."""
     tool, wobj = event.tool.name, event.wobj.name
     if event.tool.robhold:
         text = f"the robot would hold both the tool `{tool}` and the work object `{wobj}`"

@@ -36,8 +36,8 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
         moves: from ``read_moves``; the first of a chain contributes its goal only.
 
     Returns:
-        The path, and findings: MOT001 no arc, MOT002 joint limit on the way, MOT003 jump of a joint,
-        MOT004 configuration not reached, MOT005 wrist singularity.
+        The path, and findings: MOT001 three points that give no arc, MOT002 joint limit on the way, MOT003 jump of a
+        joint, MOT004 goal reached in another configuration, MOT005 wrist singularity.
     """
     moves = tuple(moves)
     if not moves:
@@ -82,16 +82,20 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
 
 
 def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
-    """Samples (n,) bool before which the way of the arm is unknown."""
+    """(n,) bool: the sample is the first of a chain of moves, so the way on which the arm comes to it is not known.
+
+    Args:
+        move: (n,) index of each sample's move.
+    """
     starts = np.array([m.first for m in moves], dtype=bool)[move]
     return starts & np.append(True, np.diff(move) != 0)
 
 
 def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> tuple[Index, Array, Index]:
-    """Moves and fractions of all samples, and the sample of each goal: (n,), (n,), (m,).
+    """Move (n,) and fraction (n,) of all samples, and the sample (m,) at the goal of each move.
 
-    Every move has up to three stretches (corner, free, corner), each evenly divided; sample density follows length,
-    reorientation, curvature and joint travel, whichever asks for most.
+    Every move has up to three stretches (corner, free, corner), each evenly divided; the sample density is the highest
+    that length, reorientation, curvature or joint travel needs.
     """
     m = len(moves)
     turn = np.linalg.norm(curves.turn, axis=1)
@@ -139,7 +143,11 @@ def _corner_angles(curves: Curves) -> Array:
 
 
 def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array, move: Index) -> list[Diagnostic]:
-    """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
+    """Fill in, in place, joint angles ``q`` (n, 6) that are NaN, each stretch continuous from the sample before it.
+
+    Returns:
+        One finding per stretch that is out of reach; its samples keep the joint angles before it.
+    """
     findings = []
     for a, b in stretches(np.isnan(q[:, 0])):
         run = slice(a, b)
@@ -156,10 +164,15 @@ def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array
 
 
 def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags) -> list[Diagnostic]:
-    """Joint limits, jumps, goals in another configuration and singular wrists; one finding per move and kind."""
+    """Findings about joint limits, jumps, goals in another configuration and singular wrists, one per move and kind.
+
+    Args:
+        in_space: (n,) samples whose joint angles come from inverse kinematics.
+    """
     findings = []
 
     def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
+        """Add one finding for each move that has samples among ``rows``, at the first of them."""
         matter = Matter.UNFOLLOWABLE if severity == "error" else None
         for i in np.unique(path.move[rows], return_index=True)[1]:
             found = at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help)
@@ -199,6 +212,7 @@ def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags)
 
 
 def _limit_message(robot: Robot, q: Array, joint: int) -> str:
+    """Text of MOT002: angle of a joint (0 to 5) in posture q (6,) [rad] and the limits of it, in degrees."""
     low, high = np.degrees(robot.lower[joint]), np.degrees(robot.upper[joint])
     return (
         f"joint {joint + 1} reaches {np.degrees(q[joint]):.1f} deg on the way,"
@@ -207,6 +221,11 @@ def _limit_message(robot: Robot, q: Array, joint: int) -> str:
 
 
 def _missed_message(q: Array, q_goal: Array) -> str:
+    """Text of MOT004: the joint farthest from its goal, its angle and the wanted one in degrees.
+
+    Args:
+        q, q_goal: (6,) joint angles reached and wanted [rad].
+    """
     j = int(np.argmax(np.abs(q - q_goal)))
     arrives, wanted = np.degrees(q[j]), np.degrees(q_goal[j])
     return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f}, not at {wanted:.0f} deg"

@@ -38,6 +38,7 @@ def doubt_weights(robot: Robot, events: Sequence[MotionEvent]) -> list[Diagnosti
 
 
 def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:
+    """MOT011 and MOT012 about the tool load, the TCP and the payload of one event."""
     tool, grip = event.tool, event.gripload
     name = tool.name or "of this statement"
     where = place(event, "tool")
@@ -72,7 +73,10 @@ def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:
 
 
 def in_metres(event: MotionEvent) -> str:
-    """What of the frames of a motion is so near to where it counts from that it may be written in metres."""
+    """Text naming the TCP or work object of a motion that is less than 10 mm from its origin, perhaps in metres.
+
+    It is empty if there is none.
+    """
     frames = {f"the TCP of `{event.tool.name}`": event.tool.tframe, f"`{event.wobj.name}`": event.wobj.uframe}
     apart = {what: float(np.linalg.norm(frame.trans)) for what, frame in frames.items()}
     found = (f"{what} is {mm:.3g} mm away from its origin" for what, mm in apart.items() if 0.0 < mm < METRES_MM)

@@ -26,13 +26,14 @@ _REACHED = 1e-10  # [m]
 
 
 def arm_joints(robot: Robot, mounts: Mounts, T_work_tcp: Array, q: Array) -> Array:
-    """Joint angles (n, 6) that bring the TCP to its place with axes 4 to 6 as they are; NaN where none are found.
+    """Joint angles (n, 6) [rad] that bring the TCP to its place without changing axes 4 to 6; NaN where none are found.
 
-    Newton steps of axes 1 to 3: a point of the flange (of carried work, where the tool is stationary) is to be at a
-    place in the base.
+    Found by Newton steps of axes 1 to 3: a point of the flange (of the carried work, for a stationary tool) is to be at
+    a place in the base.
 
     Args:
-        T_work_tcp: (n, 4, 4) of which the places count. q: (n, 6) [rad], with axes 1 to 3 near what is sought.
+        T_work_tcp: (n, 4, 4); only the positions count.
+        q: (n, 6), with axes 1 to 3 near the solution.
     """
     on_flange = mounts.flange_tcp(T_work_tcp)
     place = mounts.base_tcp(T_work_tcp)[:, :3, 3]
@@ -52,10 +53,14 @@ def arm_joints(robot: Robot, mounts: Mounts, T_work_tcp: Array, q: Array) -> Arr
 
 
 def wrist_bend(robot: Robot, T_base_flange: Array, ends: tuple[Array, Array], share: float) -> Array:
-    """(6,) the bend, of axes 4 to 6, with which the wrist passes an orientation on its way; zero where no arm has it.
+    """(6,) coefficients [rad] of u (1 - u), zero for axes 1 to 3, that let the wrist pass a given orientation.
+
+    They are all zero if the arm cannot reach the pose.
 
     Args:
-        T_base_flange: (4, 4) at the circle point. ends: (6,) joint angles of both ends [rad]. share: of the way there.
+        T_base_flange: (4, 4) at the circle point.
+        ends: (6,) joint angles at both ends [rad].
+        share: fraction u of the way at the circle point.
     """
     even = ends[0] + share * (ends[1] - ends[0])
     solutions = inverse(robot, T_base_flange[None])[0]

@@ -17,7 +17,7 @@ from postproc.motion.values import Flags
 
 @contextmanager
 def _without_plots() -> Iterator[None]:
-    """Lets toppra be imported without matplotlib, which it needs for plots alone: a quarter of a second."""
+    """Context in which toppra is imported without matplotlib, which it needs only for plots; this saves 0.25 s."""
     names = ("matplotlib", "matplotlib.pyplot")
     spared = [name for name in names if not any(n in sys.modules for n in ("toppra", *names))]
     sys.modules.update({name: ModuleType(name) for name in spared})
@@ -41,12 +41,12 @@ FIRST, NEARLY = -1e-9, (-1e-6, 1e-3, -1e-3)  # weights of the path acceleration 
 
 
 class TOPPRA(_Toppra):  # type: ignore[misc]
-    """The algorithm of toppra, with fewer linear programs, and another way where one ends without solution.
+    """The algorithm of toppra with fewer linear programs, and with a second try where one ends without solution.
 
-    Where the arm may rest at a grid point and at the next, rest is the slowest speed: no program has to find it.
+    At a grid point and its successor where the arm may rest, zero is the slowest speed and no program has to find it.
     toppra starts each program from the constraints that were active before. Where a joint turns back (its row of the
-    path's first derivative is next to zero) that start may end in NaN although there is a solution. A program with next
-    to the same objective is led another way, to the same corner.
+    path's first derivative is next to zero) that start may end in NaN although there is a solution. A program with
+    almost the same objective then takes another way to the same corner of the feasible set.
 
     Args:
         may_rest: (g,) whether the arm may rest at the grid points.
@@ -59,7 +59,13 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         self.double_steps = (-2.0 * self.solver_wrapper.get_deltas()).tolist()
 
     def compute_controllable_sets(self, sdmin: float, sdmax: float) -> Array:
-        """Slowest and fastest squared speeds (g, 2) from which the end can be reached; NaN before a point without."""
+        """Slowest and fastest squared speeds (g, 2) from which the end can be reached.
+
+        NaN at the last grid point from which nothing leads on, and at all points before it.
+
+        Args:
+            sdmin, sdmax: bounds of the speed at the end.
+        """
         K = np.zeros((self._N + 1, 2))
         low, high = sdmin**2, sdmax**2
         K[self._N] = low, high
@@ -76,7 +82,10 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return K
 
     def _end(self, i: int, sign: float, ends: tuple[float, float]) -> float:
-        """The slowest (sign 1) or fastest (-1) squared speed at a grid point that leads to between ``ends``."""
+        """Slowest (sign 1) or fastest (-1) squared speed at grid point i that leads into ``ends`` (2,) at the next.
+
+        NaN if none of the linear programs has a solution.
+        """
         found = np.nan
         for weight in (FIRST if sign > 0 else -FIRST, *NEARLY):
             self.objective[:2] = weight, sign
@@ -86,13 +95,18 @@ class TOPPRA(_Toppra):  # type: ignore[misc]
         return found
 
     def _forward_step(self, i: int, x: float, K_next: Array) -> Array:
+        """Optimum (u, x) at grid point i: the path acceleration u that leads fastest on from the squared speed x.
+
+        Args:
+            K_next: (2,) range of the squared speed at the next grid point.
+        """
         self.objective[:2] = self.double_steps[i], -1.0
         found: Array = self.solver_wrapper.solve_stagewise_optim(i, None, self.objective, x, x, *K_next)
         return found
 
 
 class GridPath(AbstractGeometricPath):  # type: ignore[misc]
-    """A path that is known at the grid points alone: its coordinates and their derivatives, (g, c) each."""
+    """A path known only at the grid points: its coordinates and their first two derivatives, (g, c) each."""
 
     waypoints = None
 
@@ -110,11 +124,12 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
         return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
+        """The coordinates (order 0), or their derivative of that order, (g, c) at all grid points."""
         return self.values[order]
 
 
 class SpeedBounds(LinearConstraint):  # type: ignore[misc]
-    """Bounds (g,) of the squared path speed."""
+    """Constraint of the squared path speed between bounds (g,); dof: number of coordinates of the path."""
 
     def __init__(self, low: Array, high: Array, dof: int) -> None:
         super().__init__()
@@ -122,12 +137,17 @@ class SpeedBounds(LinearConstraint):  # type: ignore[misc]
         self.bounds = np.column_stack([low, high])
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-        """Bounds (g, 2) of the squared path speed, and none of anything else."""
+        """What toppra asks of a constraint: bounds (g, 2) of the squared path speed last, None for all else."""
         return None, None, None, None, None, None, self.bounds
 
 
 class JointLimits(LinearConstraint):  # type: ignore[misc]
-    """a u + b x + c within limits (k,), coefficients (g, k) of a path with ``dof`` coordinates."""
+    """Constraint |a u + b x + c| <= limit (k,), with path acceleration u and squared path speed x.
+
+    Args:
+        terms: a, b and c, each (g, k).
+        dof: number of coordinates of the path.
+    """
 
     def __init__(self, terms: tuple[Array, Array, Array], limit: Array, dof: int) -> None:
         super().__init__()
@@ -136,7 +156,7 @@ class JointLimits(LinearConstraint):  # type: ignore[misc]
         self.terms, self.limit = terms, np.tile(limit, 2)
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-        """Coefficients and limits of both signs, between grid points too."""
+        """What toppra asks of a constraint: coefficients and limits of both signs, to hold between grid points, too."""
         one = np.eye(self.terms[0].shape[1])
         F = np.vstack([one, -one])
         return canlinear_colloc_to_interpolate(*self.terms, F, self.limit, None, None, gridpoints, identical=True)

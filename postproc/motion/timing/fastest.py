@@ -23,14 +23,14 @@ _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try wh
 def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] at the grid points.
 
-    Stops are grid points with speed zero, so one call of toppra serves many runs: as many as have ``_MOST`` points, so
-    that what it needs does not grow with the program.
+    Stops are grid points with speed zero, so one call of toppra serves many runs, as many as have about 2000 points;
+    what it needs then does not grow with the program.
 
     Args:
         gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.
 
     Returns:
-        The speeds, and the grid point where toppra finds no way on, if there is one.
+        The speeds, and the index of the grid point where toppra finds no way on (all speeds are then zero), else None.
     """
     speed = np.zeros(len(grid.s))
     for rows in _parts(grid):
@@ -41,7 +41,7 @@ def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array
 
 
 def _parts(grid: Grid) -> Iterator[slice]:
-    """Whole runs, about ``_MOST`` grid points at a time."""
+    """Slices of the grid that hold whole runs (from standstill to standstill), 2000 points or more but for the last."""
     begin = 0
     for end in (*(np.flatnonzero(np.diff(grid.run)) + 1).tolist(), len(grid.s)):
         if end - begin >= _MOST or end == len(grid.s):
@@ -50,7 +50,10 @@ def _parts(grid: Grid) -> Iterator[slice]:
 
 
 def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
-    """The same by one call of toppra."""
+    """Fastest path speeds (g,) [m/s] of one part of the grid, and the index of the point where there is no way on.
+
+    It is one call of toppra, repeated with smaller acceleration limits (down to 97 %) if rounding stops it.
+    """
     from postproc.motion.timing.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
 
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
@@ -89,7 +92,11 @@ def _of_part(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Arra
 def _torque_terms(
     robot: Robot, runs: Runs, grid: Grid, values: list[Array], gravity: Array
 ) -> tuple[Array, Array, Array]:
-    """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
+    """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest, in toppra's path unit.
+
+    Args:
+        values: path coordinates and their first two derivatives, (g, c) each; the first six are the joint angles.
+    """
     held = runs.moves_at(grid.s)
     payload = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
     q, q1, q2 = (column[:, :6] for column in values)

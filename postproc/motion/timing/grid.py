@@ -17,12 +17,13 @@ _SLOW_RAMP = 0.45  # a ramp longer than this share of its interval needs no grid
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Where toppra decides: all knots, and the ends of short ramps between them.
+    """Points at which toppra decides on the speed: all knots, and the ends of short ramps between them.
 
     Args:
-        s: (g,) path parameter [m]; run: (g,).
-        cap, floor: (g,) highest and lowest path speed [m/s]: both zero at stops, equal where a speed is given.
-        ease: (g,) share of the joints' acceleration limits.
+        s: (g,) path parameter [m].
+        run: (g,) index of the run from standstill to standstill.
+        cap, floor: (g,) highest and lowest path speed [m/s]: both zero at stops, equal where the speed is prescribed.
+        ease: (g,) share of the joints' acceleration limits that may be used.
     """
 
     s: Array
@@ -32,14 +33,15 @@ class Grid:
     ease: Array
 
     def only(self, rows: Flags | slice) -> Grid:
-        """Some of the grid points, (g,) bool or a slice."""
+        """The grid of the chosen points, by a mask (g,) or a slice."""
         return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows], self.ease[rows])
 
 
 def programmed_speed(runs: Runs) -> Array:
-    """Highest path speeds (k - 1,) [m/s] of the intervals that the program permits; zero between runs.
+    r"""Highest path speeds (k - 1,) [m/s] that the program permits between neighbouring knots; zero between runs.
 
-    Speeds of TCP, reorientation and external axes of each move; with ``\\T`` the length of the move over its duration.
+    They follow from the speeds of TCP, reorientation and external axes of each move; with ``\T`` the speed is the
+    length of the move over its duration.
     """
     moves, index = runs.path.moves, runs.path.move[runs.sample[1:]]
     h = np.diff(runs.s)
@@ -64,15 +66,23 @@ def programmed_ease(runs: Runs) -> Array:
 
 
 def smooth_speed(runs: Runs) -> Array:
-    """Path speeds (k - 1,) [m/s] at which the curve itself uses half of a joint's jerk limit: |q'''| s_dot^3."""
+    """Path speeds (k - 1,) [m/s] at which the curvature of the path alone uses half of a joint's jerk limit.
+
+    The jerk is |q'''| s_dot^3, constant in each interval between knots.
+    """
     jerk = (np.abs(6 * runs.curve.c[0]) / runs.limits.jerk).max(axis=1)
     return np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
 
 
 def lay_grid(runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
-    """Grid points at knots, and where a ramp between two speeds starts or ends inside an interval.
+    """Grid points at all knots, and where a ramp between two speeds starts or ends inside an interval.
 
     A lower speed is reached half a window early and kept half a window longer, so that averaging does not exceed it.
+
+    Args:
+        cap: (k - 1,) highest path speed of each interval between knots [m/s].
+        ease: (k - 1,) share of the joints' acceleration limits.
+        window: (r,) averaging time of each run [s].
     """
     s, inside = runs.s, runs.inside
     slope = runs.curve.c[2]
@@ -97,9 +107,15 @@ def lay_grid(runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
 
 
 def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Array:
-    """Smallest cap of all intervals whose reach [low, high] touches an interval, within its run, (k - 1,).
+    """Smallest cap (k - 1,) among all intervals of a run whose reach [low, high] touches the interval.
 
-    A sparse table in reverse: every reach is covered by two blocks of a power of two, then the blocks are handed down.
+    Found by a sparse table in reverse: every reach is covered by two blocks of a power of two, whose caps are then
+    passed down to their halves.
+
+    Args:
+        s: (k,) path parameter of the knots [m].
+        low, high: (k - 1,) reach of each interval [m].
+        run: (k,) run of each knot.
     """
     m = len(cap)
     first = np.searchsorted(run[:-1], run[:-1], side="left")

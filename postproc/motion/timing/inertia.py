@@ -15,7 +15,13 @@ _BLOCK = 5000  # states
 
 
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
-    """Velocities (n, 3) [m/s] of flange-fixed points (n, 3): sum of v_j z_j x (p - p_j)."""
+    """Velocities (n, 3) [m/s] of flange-fixed points: sum over the joints of v_j z_j x (p - p_j).
+
+    Args:
+        T_base_body: (n, 7, 4, 4) poses of base and bodies.
+        v: (n, 6) joint speeds [rad/s].
+        point: (n, 3) positions in base axes [m].
+    """
     axes = (T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0] * v[:, :, None]
     return np.cross(axes.sum(axis=1), point) - np.cross(axes, T_base_body[:, 1:, :3, 3]).sum(axis=1)
 

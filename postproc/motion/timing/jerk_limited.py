@@ -30,29 +30,40 @@ _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """The knots of a path and the time law along it; start: (r + 1,) time at which each run begins [s]."""
+    """The time law along the runs (stretches from standstill to standstill) of a path.
+
+    Args:
+        runs: the knots of the path.
+        law: the time law.
+        start: (r + 1,) time [s] at which each run begins, and the last one ends.
+    """
 
     runs: Knots
     law: TimeLaw
     start: Array
 
     def at(self, t: Array) -> tuple[Index, Array]:
-        """Run and time in the run of times (k,) from the start of the program [s]."""
+        """Run (k,) at each time t (k,) [s] from the start of the program, and the time since it began (k,) [s].
+
+        A run is a stretch from standstill to standstill. Times before the start or after the end belong to the first or
+        last.
+        """
         run = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, max(self.runs.count - 1, 0))
         return run, t - self.start[run]
 
     def bare(self) -> Profile:
-        """The same without the curve, should it be there: what is kept of long programs."""
+        """A profile without path and curve, which are not kept for long programs."""
         return Profile(Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s), self.law, self.start)
 
 
 @dataclass(frozen=True, slots=True)
 class JointMotion:
-    """What the joints do at k instants.
+    """Motion of the joints at k instants.
 
     Args:
-        place: (k,) path parameter, path_speed: (k,) [m/s].
-        v, a: (k, 6) [rad/s], [rad/s^2]; a_slope: (k, 6) the part of a that changes the speed along the path;
+        place: (k,) path parameter [m]; path_speed: (k,) [m/s].
+        v, a: (k, 6) [rad/s], [rad/s^2].
+        a_slope: (k, 6) the part of a that changes the speed along the path.
         jerk_bend, jerk_slope: (k, 6) [rad/s^3], from the shape of the path and from the change of path acceleration.
     """
 
@@ -66,7 +77,7 @@ class JointMotion:
 
 
 def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
-    """Motion at times ``t`` (k,) from the start of each run [s].
+    """Motion of the joints at times ``t`` (k,) [s] since the start of ``run`` (k,), from standstill to standstill.
 
     The joints follow the curve over the path parameter:
     qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
@@ -80,7 +91,11 @@ def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) 
 
 
 def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
-    """``JointMotion.a_slope`` alone, (k, 6) [rad/s^2]."""
+    """Part (k, 6) [rad/s^2] of the joint accelerations that changes the path speed: ``JointMotion.a_slope``.
+
+    Args:
+        run, t: (k,) run (stretch from standstill to standstill), and time since it began [s].
+    """
     s, _, sdd, _ = evaluate(law, run, t)
     result = np.zeros((len(t), runs.curve.c.shape[2]))
     rows = np.flatnonzero(sdd)
@@ -90,14 +105,23 @@ def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
 
 
 def _place(runs: Knots, run: Index, s: Array) -> Array:
-    """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
+    """Path parameter (k,) of distances s (k,) [m] from the start of runs (k,) from standstill to standstill.
+
+    It is kept just inside each run, as at the end of a run the curve already belongs to the gap behind it.
+    """
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
     low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
     return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
 
 
 def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
-    """The jerk-limited time law of all runs; where averaging passes a limit, that stretch is slowed and solved again.
+    """The jerk-limited time law of all runs.
+
+    Where the averaged motion exceeds a limit, the speed of that stretch is lowered and solved again, up to six times;
+    what then still exceeds one makes its whole run slower.
+
+    Args:
+        gravity: (3,) in base axes [m/s^2].
 
     Raises:
         PostprocError: MOT010, no speed keeps the limits of a joint.
@@ -109,6 +133,7 @@ def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     grid = lay_grid(runs, np.minimum(stated[0], smooth_speed(runs)), stated[1], window)
 
     def solve(part: Grid) -> tuple[Array, int | None]:
+        """Fastest speeds (g,) [m/s] on a part of the grid, and the point where there is no way on."""
         return fastest(robot, runs, part, gravity)
 
     speed, blocked = solve(grid)
@@ -139,11 +164,13 @@ def _slowed(
     allowed: Array,
     solve: Callable[[Grid], tuple[Array, int | None]],
 ) -> tuple[Grid, Array, Flags]:
-    """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around there.
+    """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around them.
 
     Args:
         now: the grid, and its speeds (g,) [m/s].
-        solve: the speeds of a grid, see ``fastest``.
+        excess: (k - 1,) factor by which each interval is passed too fast.
+        allowed: (k - 1,) path speed to allow instead [m/s].
+        solve: function that returns the speeds of a grid, and where it is blocked, as ``fastest`` does.
 
     Returns:
         The grid, its speeds, and which of its points (g,) bool were solved again.
@@ -171,7 +198,12 @@ def _slowed(
 
 
 def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: Flags) -> Array:
-    """Averaging windows (r,) at which speeding up or slowing down takes no joint past its jerk limit."""
+    """Averaging windows (r,) [s] long enough that no joint exceeds its jerk limit by a change of path acceleration.
+
+    Args:
+        window: (r,) windows to start from.
+        changed: (g,) grid points to look at.
+    """
     rows = np.flatnonzero(changed)
     run = grid.run[rows]
     for _ in range(3):
@@ -191,13 +223,14 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
 
 
 def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index, excess: Array) -> Array:
-    """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
+    """Write into ``excess`` (k - 1,) the factor by which some intervals are passed too fast, 1 at a limit.
 
     Args:
         stated: ``programmed_speed`` and ``programmed_ease`` of the intervals, (k - 1,) each.
+        rows: indices of the grid points to look at.
 
     Returns:
-        (k - 1,) path speed [m/s] to allow instead.
+        (k - 1,) path speed [m/s] to allow instead, infinite where no limit is exceeded.
     """
     program, ease = stated
     allowed = np.full(len(program), np.inf)
@@ -225,6 +258,11 @@ def _examine(runs: Runs, law: TimeLaw, stated: tuple[Array, Array], rows: Index,
 
 
 def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
+    """MOT010, an error at the move at path parameter s: at no speed does the arm keep its limits there.
+
+    It names the joint or axis that uses most of its torque limit (by its weight), or without torque limits, of its
+    acceleration limit.
+    """
     (move,) = runs.moves_at(np.array([s]))
     place = np.array([min(s, np.nextafter(runs.s[-1], 0.0))])
     if robot.torque is None:

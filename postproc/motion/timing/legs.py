@@ -14,12 +14,13 @@ MOST = 10_000  # samples after which the next stop ends a leg
 
 
 def cut_legs(moves: tuple[Move, ...], size: Index, most: int = MOST) -> Iterator[tuple[int, tuple[Move, ...]]]:
-    """Moves of every leg, and the index of the first; a leg that goes on from a stop begins with that stop's goal.
+    """Divide a program at stops, once ``most`` samples are reached, into legs of consecutive moves.
 
-    A program without a stop is one leg, however long it is.
+    Each leg comes as the index of its first move, and its moves; a leg that starts where the arm has stopped begins
+    with the move to that stop. A program without a stop is one leg, however long it is.
 
     Args:
-        size: (m,) how many samples a move gets, about.
+        size: (m,) approximate number of samples of each move.
     """
     begin, load = 0, 0
     for i in range(1, len(moves) + 1):

@@ -21,7 +21,8 @@ class LimitReport:
 
     Args:
         use: (3, 6) largest ratios to the limits of speed, acceleration and jerk, 1 = at the limit.
-        cycle_time: [s] as planned; slower: [s] with every run stretched as far as its own worst place asks for.
+        cycle_time: [s] as planned.
+        slower: [s] if every run were stretched until its worst place keeps the limits.
     """
 
     use: Array
@@ -56,11 +57,12 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
 
 
 def join_reports(reports: Sequence[LimitReport]) -> LimitReport:
-    """The report on parts of a program that follow each other."""
+    """One report for parts of a program that follow each other: largest use, sums of the times."""
     use = np.max([r.use for r in reports], axis=0)
     return LimitReport(use, sum(r.cycle_time for r in reports), sum(r.slower for r in reports))
 
 
 def _ratios(robot: Robot, m: JointMotion) -> tuple[Array, Array, Array]:
+    """Ratios (k, 6) of joint speed, acceleration and jerk to the limits of the robot, 1 = at the limit."""
     jerk = np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk
     return np.abs(m.v) / robot.speed, np.abs(m.a) / robot.acceleration, jerk

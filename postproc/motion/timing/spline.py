@@ -38,20 +38,23 @@ class Limits:
 
 
 def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
-    """The external axes that move along a path, by their number."""
+    """The external axes whose known positions change along a path, by their index 0 to 5 (eax_a to eax_f)."""
     found = {LETTERS.index(letter): joint for letter, joint in (station.joints if station else {}).items()}
     known = {k: path.axes[np.isfinite(path.axes[:, k]), k] for k in found}
     return {k: found[k] for k in sorted(found) if len(known[k]) and np.ptp(known[k]) > STILL}
 
 
 def _known(column: Array) -> Array:
-    """(n,) with the next known value where there is none."""
+    """(n,) column in which each NaN is replaced by the next known value, or by the last one at the end."""
     at = np.flatnonzero(np.isfinite(column))
     return np.asarray(column[at[np.minimum(np.searchsorted(at, np.arange(len(column))), len(at) - 1)]])
 
 
 def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
-    """Those of the arm, and of external axes."""
+    """Limits of the arm's six joints, then of the external axes, with usual values where an axis states none.
+
+    Usual are 1 m/s or 90 deg/s, reached in 0.5 s, and that acceleration in 0.1 s.
+    """
     speed = [joint.speed or SPEED[joint.kind] for joint in axes]
     acceleration = [joint.acceleration or v / RISE for joint, v in zip(axes, speed, strict=True)]
     jerk = [a / JERK for a in acceleration]
@@ -61,10 +64,10 @@ def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
 
 @dataclass(frozen=True, slots=True)
 class Knots:
-    """Where a path is cut at its stops.
+    """The samples of a path, divided into runs from standstill to standstill.
 
     Args:
-        sample: (k,) sample behind each knot; a stop between two runs stands for two knots.
+        sample: (k,) index of the sample at each knot; a stop between two runs stands for two knots.
         run: (k,) index of the run of each knot; count: number of runs.
         s: (k,) path parameter [m], increasing, ``GAP`` between runs.
     """
@@ -76,7 +79,7 @@ class Knots:
 
     @property
     def inside(self) -> Flags:
-        """(k - 1,) True for intervals inside a run."""
+        """(k - 1,) True for intervals inside a run from standstill to standstill, False for the gaps between runs."""
         return np.diff(self.run) == 0
 
     @property
@@ -88,13 +91,16 @@ class Knots:
 
 @dataclass(frozen=True, slots=True)
 class Runs(Knots):
-    """A path in runs from rest to rest.
+    """A path divided into runs from standstill to standstill, with splines of joint angles and external axes.
 
     Args:
-        path: that is cut.
+        path: the path that is divided.
         travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
-        slides: (k - 1, c) change of each external axis from knot to knot [m], [rad]; kinds: (c,) of those.
-        curve: (q, external axes)(s) [rad], [m]; axes: the numbers of the latter; limits: of all of them.
+        slides: (k - 1, c) change of each external axis that moves, from knot to knot [m], [rad]; kinds: (c,) their
+            kinds.
+        curve: joint angles and then external axes as functions of s [rad], [m].
+        axes: indices of these external axes, 0 to 5.
+        limits: of the joints and of these axes.
     """
 
     path: Path
@@ -107,17 +113,17 @@ class Runs(Knots):
     limits: Limits
 
     def name(self, column: int) -> str:
-        """What a column of the curve is called."""
+        """Name, for messages, of a column of the curve: "joint 1" or "eax_a"."""
         return f"joint {column + 1}" if column < 6 else f"eax_{LETTERS[self.axes[column - 6]]}"
 
     def moves_at(self, s: Array) -> list[Move]:
-        """The move behind each path parameter (n,)."""
+        """The move to which the path at each parameter (n,) belongs."""
         knot = np.minimum(np.searchsorted(self.s, s), len(self.s) - 1)
         return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
 
 
 def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
-    """q', q'', q''' (n, c) at path parameters (n,): one look-up for all three."""
+    """First, second and third derivative (n, c) of a piecewise cubic curve at path parameters ``place`` (n,)."""
     i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
     cubic, square, linear, _ = curve.c[:, i]
     x = (place - curve.x[i])[:, None]
@@ -128,10 +134,11 @@ def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
 
 
 def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
-    """Cut a path at its stops and spline the joint angles of each run over its own travel.
+    """Divide a path at its stops and lay splines of the joint angles over the travel in each run.
 
-    The parameter grows by the TCP travel, the reorientation (on 30 mm), the turn of the joints (on 20 mm) and that of
-    external axes (their slide counts in full), squares added: smooth where one takes over from the other.
+    The parameter grows by the root of the sum of squares of TCP travel, reorientation (at a radius of 30 mm), joint
+    travel (at 20 mm) and travel of the external axes (linear axes count in full), so it stays smooth where one of them
+    takes over.
     """
     n = len(path.q)
     travel = np.diff(path.s)
@@ -176,7 +183,7 @@ def rotation_angle(R: Array) -> Array:
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
-    """Cubic splines through (k, c) values, twice differentiable inside each run, independent between runs.
+    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run, independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
     slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.

@@ -27,9 +27,9 @@ class TimeLaw:
 
     Args:
         run: (g,) run of every grid point; first, last: (r,) grid points where each run begins and ends.
-        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s];
-            area: (g,) integral of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
-        window: (r,) W [s].
+        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s]; area: (g,)
+            integral of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
+        window: (r,) averaging time [s].
     """
 
     run: Index
@@ -49,7 +49,7 @@ class TimeLaw:
 
 
 def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
-    """The law through grid points with path speeds.
+    """The time law of runs from standstill to standstill, through grid points with prescribed path speeds.
 
     Args:
         run: (g,) run of each grid point, ascending; s: (g,) path parameter [m]; speed: (g,) [m/s], zero at run ends.
@@ -69,13 +69,24 @@ def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
 
 
 def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
-    """Sum of the pieces before each grid point, from the start of its run (kept short: long sums lose digits)."""
+    """(g,) sum of ``piece`` (g,) over all earlier grid points of the run (stretch from standstill to standstill).
+
+    Args:
+        first: (r,) first grid point of each run.
+        run: (g,) run of each grid point.
+    """
     total = np.concatenate([[0.0], np.cumsum(piece)[:-1]])
     return total - total[first][run]
 
 
 def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Area, distance, speed and acceleration before averaging at times ``t`` (n,) in runs; at rest before and after."""
+    """Integral of distance [m s], distance [m], speed and acceleration along the path before averaging, (n,) each.
+
+    Before and after its run (from standstill to standstill) the arm is at rest.
+
+    Args:
+        run, t: (n,) run, and time since it began [s].
+    """
     end = law.t[law.last][run]
     inner = np.clip(t, 0.0, end)
     # One ascending key for all runs: the time in the run, runs apart by more than the longest lasts.
@@ -93,7 +104,11 @@ def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Arr
 
 
 def evaluate(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Distance [m], speed, acceleration and jerk along the path at times ``t`` (n,) from the start of each run [s]."""
+    """Distance [m], speed, acceleration and jerk along the path, (n,) each.
+
+    Args:
+        run, t: (n,) run (stretch from standstill to standstill), and time since it began [s].
+    """
     W = law.window[run]
     area1, s1, v1, a1 = _sharp(law, run, t)
     area0, s0, v0, a0 = _sharp(law, run, t - W)
@@ -101,7 +116,10 @@ def evaluate(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, A
 
 
 def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
-    """When each run has covered the distances ``s`` (n,) [m]: Newton inside a bracket that halves, in seconds."""
+    """Times (n,) [s] since the start of ``run`` (n,) at which the arm has covered the distances ``s`` (n,) [m].
+
+    Found by Newton steps, with bisection where these leave the bracket. A run goes from standstill to standstill.
+    """
     low, high = np.zeros(len(s)), law.duration[run]
     whole = law.s[law.last][run]
     t = high * np.clip(s / np.maximum(whole, 1e-300), 0.0, 1.0)

@@ -31,13 +31,13 @@ def retime(
     gravity: Array = GRAVITY,
     station: Station | None = None,
 ) -> Trajectory:
-    """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
+    """Time, speed and acceleration of the samples under joint limits and programmed speeds, at rest at every stop.
 
     toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
     the averaged motion would pass a limit the speed is lowered and solved again.
 
     Args:
-        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one.
+        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one; None: 0.1 s.
         gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
         station: whose external axes keep their limits, too.
 
@@ -85,7 +85,13 @@ def retime(
 
 
 def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Array:
-    """Velocities (k, 3) [m/s] in the base of points (k, 3) that stand still in the frame of work or tool."""
+    """Velocities (k, 3) [m/s] in the base of points fixed in the frame of the work or of the stationary tool.
+
+    Args:
+        part: the k samples.
+        axes_v: (k, 6) speeds of the external axes [m/s], [rad/s].
+        point: (k, 3) positions in the base [m].
+    """
     mounts = path.mounts[part]
     if mounts.T_base_frame is None or mounts.frame is None or not axes_v.any():
         return np.zeros_like(point)
@@ -99,19 +105,19 @@ def _frame_velocity(path: Path, part: slice, axes_v: Array, point: Array) -> Arr
 
 
 def changes_speed(tcp_speed: Array) -> Flags:
-    """(n,) whether the speed of the TCP changes; at a stop nothing loads the arm but its weight."""
+    """(n,) whether the TCP moves and its speed [m/s] changes by more than 0.1 % to a neighbouring sample."""
     change = np.abs(np.diff(tcp_speed, prepend=tcp_speed[:1], append=tcp_speed[-1:]))
     return (np.maximum(change[:-1], change[1:]) > STEADY * tcp_speed) & (tcp_speed > STANDSTILL)
 
 
 def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
-    """Accelerations (n, 6) with zone corners bridged from their ends.
+    """Accelerations (n, 6), interpolated inside zone corners between the values at both ends of the corner.
 
-    The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides.
-    Where only one side counts (a joint move has no line to keep, and a line does not follow what happens while its
-    speed changes) the corner has the load of that side.
+    The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides. If
+    only one side is a line or arc at constant speed, the corner has the value at its end.
 
     Args:
+        blend: (n,) samples inside a zone corner.
         kept: (n,) samples of a line or an arc at constant speed.
     """
     if blend.all() or not blend.any():

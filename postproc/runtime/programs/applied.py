@@ -25,10 +25,11 @@ NO_TOOL = 2  # `ppReason` of a tool that the robot does not hold
 
 @dataclass(frozen=True)
 class Applied:
-    """Events with the targets that the function gives.
+    """Events with the targets that the function returns.
 
     Args:
-        corrected: number of executions whose target it corrects; returned: those that come back, by `ppReason`.
+        corrected: number of executions whose target it corrects.
+        returned: number of those returned unchanged, by the value of `ppReason`.
     """
 
     events: Sequence[MotionEvent]
@@ -39,10 +40,12 @@ class Applied:
 def apply_module(
     module: Source, model: Model, events: Sequence[MotionEvent], chosen: Set[int], free_axes: str = ""
 ) -> Applied:
-    """Run the function on the targets of chosen events, in single precision; other targets stay.
+    """Run the module's function on the targets of chosen events, in single precision; other targets stay.
 
     Args:
-        events: all of a program. chosen: which of them go through the function. free_axes: see ``read_moves``.
+        events: all of a program.
+        chosen: indices of those that go through the function.
+        free_axes: letters of external axes that carry neither the robot nor its work.
 
     Raises:
         PostprocError: RUN003, the module holds what cannot be calculated.
@@ -69,14 +72,17 @@ def apply_module(
 
 
 def _call(move: Move, q: Array, end: Array | None = None) -> FunctionCall:
-    """The target of a move, or with ``end`` the circle point at joint angles (6,) [rad], as the function is asked."""
+    """Arguments of the function for the target of a move at joint angles q (6,) [rad].
+
+    With ``end`` (6,) [rad], the joint angles at the goal of an arc, q are those at its circle point.
+    """
     event = move.event
     welding = event.statement.signature.phase in WELDING
     return FunctionCall(q, event.tool, event.gripload, welding, end, event.in_force.total_load)
 
 
 def _circle_points(caller: Caller, model: Model, group: Sequence[Move]) -> list[tuple[Move, RobTarget]]:
-    """The circle points of moves as the function gives them, where it corrects them."""
+    """The arcs whose circle point the function corrects, each with the corrected circle point."""
     found = []
     for move in group:
         via = move.event.via
@@ -93,6 +99,6 @@ def _circle_points(caller: Caller, model: Model, group: Sequence[Move]) -> list[
 
 
 def _on_work(moves: Sequence[Move], T_base_tcp: Array) -> Array:
-    """Poses (n, 4, 4) in the frames in which the work of moves stands."""
+    """T_work_tcp (n, 4, 4) for T_base_tcp (n, 4, 4), in the frame of each move's work."""
     mounts = mounts_of(moves)
     return mounts.work(T_base_tcp @ invert(mounts.T_mount_tcp))

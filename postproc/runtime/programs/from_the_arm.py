@@ -28,7 +28,10 @@ Flow = tuple[str, str]
 
 
 class FromTheArm:
-    """The data, parameters and functions of a program that may hold where the arm has stood."""
+    """Finds the data, parameters and functions of a program that may hold a position where the arm has stood.
+
+    It follows assignments, arguments and results from functions such as ``CRobT`` and from searches.
+    """
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -43,16 +46,24 @@ class FromTheArm:
             pending += more
 
     def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
-        """Whether a piece of text inside a routine names such data."""
+        """Whether text in a routine names data, a parameter or a function that may hold a position of the arm.
+
+        That is a position where the arm has stood, or one found by a search, possibly passed on by assignments and
+        calls.
+        """
         own = self.program.routine(routine, module)
         return bool(own and self._keys(own, source, span) & self.keys)
 
     def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
+        """Keys of data, parameters and functions named in a piece of text of a routine that may hold a position."""
         found = (self._key(routine, name) for name, _ in names_at(source, span))
         return {key for key in found if key is not None}
 
     def _key(self, routine: Routine, name: str) -> str | None:
-        """What a name in a routine stands for; None for what can hold no position."""
+        """Key of the parameter, data or function that a name in a routine means; None if its type holds no position.
+
+        Functions that return where the arm stands, or a corrected target, have the key ``ARM``.
+        """
         parameter = next((p for p in routine.parameters if p.name == name), None)
         if parameter is not None:
             return None if parameter.type.lower() in UNPLACED else routine.parameter_key(name)
@@ -65,6 +76,7 @@ class FromTheArm:
         return ARM if name in FROM_THE_ARM else None
 
     def _flows(self, routine: Routine) -> Iterator[Flow]:
+        """Pairs of keys (from, to) of data, parameters or functions between which a routine may pass a value."""
         source = routine.source
         for declaration in routine.declarations:
             if declaration.init is not None:
@@ -73,6 +85,10 @@ class FromTheArm:
             yield from self._of_statement(routine, statement)
 
     def _of_statement(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
+        """Pairs of keys (from, to) of data between which one statement may pass a value.
+
+        It may be a search, an assignment, a RETURN, a call, or have functions in its expressions.
+        """
         source = routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
@@ -98,7 +114,11 @@ class FromTheArm:
             yield from self._of_functions(routine, source, span)
 
     def _of_call(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
-        """What a call hands over and gets back; what data whose name is put together gets and gives."""
+        """Pairs of keys (from, to) between which a procedure call may pass a value.
+
+        These are arguments and parameters, and back if passed by reference. ``GetDataVal`` and ``SetDataVal`` pass
+        values from and to all data whose name they may compose.
+        """
         source, word = routine.source, statement.word
         pieces = read_arguments(source.data, statement.span[0] + len(word), statement.span[1])
         called = self.program.routine(word, routine.module)
@@ -115,7 +135,11 @@ class FromTheArm:
             yield from self._of_functions(routine, source, span)
 
     def _of_functions(self, routine: Routine, source: Source, span: Span) -> Iterator[Flow]:
-        """Functions of the program in an expression: all that is named in it may be handed over, and come back."""
+        """Pairs of keys (from, to) between which calls of the program's functions in an expression may pass a value.
+
+        Everything named in the expression counts as an argument of each, and may be changed by parameters passed by
+        reference.
+        """
         names = dict(names_at(source, span))
         functions = [f for name in names if (f := self.program.routine(name, routine.module)) is not None]
         if not functions:

@@ -50,8 +50,11 @@ class OnTheController:
     """What of a program is corrected while it runs.
 
     Args:
-        name: of the module. keys: statements whose targets go through its function.
-        edits: that put the function there and tell it the payload. loads: number of `GripLoad` that do so.
+        name: of the module.
+        module: its text and what is known of its errors.
+        keys: statements whose targets go through its function.
+        edits: that put the function into the statements and pass the payload to it.
+        loads: number of `GripLoad` statements behind which the payload is passed.
     """
 
     name: str
@@ -62,15 +65,21 @@ class OnTheController:
     findings: tuple[Diagnostic, ...]
 
     def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int], options: Options) -> Applied:
-        """What the function makes of the targets of chosen events."""
+        """Events with the targets that the function returns for chosen ones, and how many it corrects.
+
+        Args:
+            events: all of a program.
+            chosen: indices of those that go through the function.
+        """
         source = Source(f"{self.name}.sys", self.module.text)
         return apply_module(source, model, events, chosen, options.free_axes)
 
     def as_json(self, mode: str, after: Deviation | None = None, plan: CorrectionPlan | None = None) -> dict[str, Any]:
-        """The key ``run_time`` of the ``postproc/compensate/1`` document.
+        """The value of the key ``run_time`` in the ``postproc/compensate/1`` document.
 
         Args:
-            after, plan: how far off the targets are that are known, None where none is.
+            mode: the option, where-needed or all.
+            after, plan: deviation at the targets that are known before the program runs; None if none is.
         """
         known = [i for i, m in enumerate(plan.motion.moves) if m.event.statement.key in self.keys] if plan else []
         checks = [check for _, check in self.module.checks]
@@ -93,9 +102,9 @@ class OnTheController:
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
-    """CMP001 at files that say so in their header, and at those that hold one of the functions or call it.
+    """CMP001, an error, at files that were compensated before: by their header, or functions they hold or call.
 
-    A file whose header is gone and in which only numbers were changed shows nothing.
+    A file without its header in which only numbers were changed is not recognised.
     """
     own = "the program was compensated before", "start from the original, or take the postproc lines out"
     read_only = (
@@ -110,7 +119,7 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
 
 
 def _mark(source: Source) -> Span | None:
-    """Where a file shows that it was corrected."""
+    """The place in a file that shows that it was compensated before; None if there is none."""
     for marker in (HEADER, ADDED, re.compile(re.escape(MARKER).encode())):
         if (found := marker.search(source.data)) is not None:
             return found.span()
@@ -127,7 +136,7 @@ def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], optio
         keys: statements whose targets go through the function; at least one.
 
     Raises:
-        PostprocError: as ``write_module``.
+        PostprocError: RUN001, RUN003, RUN006, REN001, REN002 or MOD010, the module cannot be made.
     """
     program = reach.program
     name = NAME if options.run_time_module is None else options.run_time_module.stem
@@ -141,7 +150,7 @@ def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], optio
 
 
 def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
-    """RUN011 where external axes tilt the arm: the module knows one direction of gravity."""
+    """RUN011, an error, if external axes tilt the arm: the module has one constant direction of gravity."""
     station = model.station
     pull = None if station is None else station.gravity(np.random.default_rng(1).uniform(-1.0, 1.0, (TRIED, 6)))
     if pull is not None and np.ptp(pull, axis=0).max() > LEVEL:
@@ -150,7 +159,10 @@ def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
 
 
 def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:
-    """What the module is made for: a tool of the statements that use it, forces and channels as stated."""
+    """The conditions that the module is made for: tool of the statements, forces and channels of the options.
+
+    Without a tool in the program it is the model's; without a tool load it is half of the arm's payload.
+    """
     robot = model.robot
     tool = next((e.tool for e in events if e.statement.key in keys and e.tool.name != "tool0" and e.tool.robhold), None)
     frame = model.T_flange_tcp if tool is None else tool_matrix(tool)
@@ -165,7 +177,10 @@ def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[Stateme
 
 
 def reads_back(drafts: Program, written: Program, count: int) -> bool:
-    """Whether a text holds the motion statements of its draft, with the function around the targets of ``count``."""
+    """Whether the written program has the motion statements of its draft, unchanged but for ``count`` of them.
+
+    In these the function stands around arguments.
+    """
     pairs = [[s for s in program.statements if not s.source.read_only] for program in (drafts, written)]
     if len(pairs[0]) != len(pairs[1]):
         return False
@@ -181,7 +196,7 @@ def reads_back(drafts: Program, written: Program, count: int) -> bool:
 
 
 def _calls(text: str, argument: str) -> bool:
-    """Whether a text is a call of the function with an argument first."""
+    """Whether a text is a call of the correcting function whose first argument is ``argument``."""
     data = text.encode("latin-1")
     try:
         tree = read_whole_expression(data, 0, len(data))
@@ -193,7 +208,7 @@ def _calls(text: str, argument: str) -> bool:
 
 
 def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
-    """Edits that tell the function what `GripLoad` takes up, for each in the files that may change."""
+    """Edits behind each `GripLoad` in files that may change, that assign its load to the function's payload."""
     for routine in program.all_routines():
         for body in (routine.body, *routine.handlers):
             if not routine.source.read_only:
@@ -201,7 +216,7 @@ def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]
 
 
 def _reset_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
-    """The edit by which `main` begins without payload, as the controller does at PP to Main."""
+    """The edit that starts `main` with an empty payload, as the controller does at PP to Main; none without `main`."""
     main = next((r for r in program.all_routines() if r.name.lower() == "main" and not r.source.read_only), None)
     if main is not None and main.body:
         start = main.body[0].span[0]
@@ -212,10 +227,10 @@ def _reset_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
 def _in_body(
     program: Program, routine: Routine, body: Sequence[Statement], around: Statement | None
 ) -> Iterator[tuple[tuple[Source, Edit], ...]]:
-    """The same in a list of statements.
+    """The edits of `_payload_edits` in a list of statements and in their branches.
 
     Args:
-        around: the IF that it belongs to, if it is one without THEN and ENDIF.
+        around: the one-line IF (without THEN and ENDIF) that the list belongs to, which then gets both.
     """
     source = routine.source
     for statement in body:
@@ -236,17 +251,19 @@ def _in_body(
 
 
 def _grips(program: Program, routine: Routine, statement: Statement) -> bool:
+    """Whether a statement is a call of the built-in `GripLoad`."""
     own = program.routine(statement.word, routine.module)
     return statement.kind == "call" and statement.word == "gripload" and own is None
 
 
 def _loaded(source: Source, statement: Statement) -> str:
+    """The load argument of a `GripLoad` statement as text, `load0` without one."""
     pieces = read_arguments(source.data, statement.span[0] + len(statement.word), statement.span[1])
     return source.data[slice(*pieces[0][1])].decode("latin-1") if pieces else "load0"
 
 
 def _lent_loads(program: Program) -> Iterator[Diagnostic]:
-    """RUN010 where a file that stays as it is takes up loads."""
+    """RUN010, a warning, at the first `GripLoad` in a read-only file, as the function does not get that load."""
     for routine in program.all_routines():
         if not routine.source.read_only:
             continue
@@ -259,7 +276,12 @@ def _lent_loads(program: Program) -> Iterator[Diagnostic]:
 
 
 def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnostic]:
-    """RUN008 where the program gives another meaning to a name that the module or its calls use."""
+    """RUN008 for each declaration of the program with a name that the module or its calls use.
+
+    Args:
+        text: of the module.
+        name: of the module.
+    """
     source = Source(f"{name}.sys", text)
     (made,), _ = parse(source)
     own = {name.lower(), *(r.name.lower() for r in made.routines if not r.local)}
@@ -284,5 +306,6 @@ def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnos
 
 
 def _clash(name: str, source: Source, span: tuple[int, int]) -> Diagnostic:
+    """RUN008, an error: the program declares a name that the run-time module uses."""
     text = f"`{name}` is a name that the module for run time uses, too"
     return Diagnostic("RUN008", "error", text, source, span, "give it another name, or convert with `--run-time off`")

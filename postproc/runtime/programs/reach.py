@@ -31,10 +31,11 @@ _WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
 
 @dataclass(frozen=True)
 class Reach:
-    """What the function can correct in a program.
+    """Decides which statements of a program the run-time function can correct on the controller.
 
     Args:
-        events: all of the program. scope: ``welds`` corrects what welds alone.
+        events: all of the program.
+        scope: ``welds`` corrects weld statements only.
     """
 
     program: Program
@@ -43,25 +44,27 @@ class Reach:
     _known: dict[StatementKey, tuple[Edit, ...] | str] = field(default_factory=dict)
 
     def takes(self, key: StatementKey) -> bool:
-        """Whether the function can correct a statement."""
+        """Whether the run-time function can correct the targets of a statement on the controller."""
         return not isinstance(self._asked(key), str)
 
     def edits(self, key: StatementKey) -> tuple[Edit, ...]:
-        """The edits that send the targets of a statement through the function; none where it cannot correct it."""
+        """The edits that send a statement's targets through the run-time function; none if it cannot correct it."""
         found = self._asked(key)
         return () if isinstance(found, str) else found
 
     def why_not(self, key: StatementKey) -> str:
-        """Why the function cannot correct a statement; empty where it can."""
+        """Why the run-time function cannot correct a statement; empty if it can."""
         found = self._asked(key)
         return found if isinstance(found, str) else ""
 
     def _asked(self, key: StatementKey) -> tuple[Edit, ...] | str:
+        """The edits for a statement, or the reason why it cannot be corrected; cached."""
         if key not in self._known:
             self._known[key] = self._of(self._statements[key])
         return self._known[key]
 
     def _of(self, statement: MotionStatement) -> tuple[Edit, ...] | str:
+        """The edits for a statement, or the reason why it cannot be corrected."""
         if statement.source.read_only:
             return "it stands in a file that is only read along"
         if statement.key in self._barred:
@@ -84,38 +87,42 @@ class Reach:
 
     @cached_property
     def _statements(self) -> Mapping[StatementKey, MotionStatement]:
+        """The program's motion statements by key."""
         return {s.key: s for s in self.program.statements}
 
     @cached_property
     def _held(self) -> FromTheArm:
+        """Data of the program that may hold where the arm has stood."""
         return FromTheArm(self.program)
 
     @cached_property
     def _barred(self) -> Mapping[StatementKey, str]:
+        """Statements that lead to the start of a search, with the reason why they stay uncorrected."""
         return search_starts(self.events)
 
     @cached_property
     def _welds(self) -> bool:
+        """Whether the program welds."""
         return any(event.weld is not None for event in self.events)
 
     @cached_property
     def _found(self) -> frozenset[StatementKey]:
-        """Statements that go with what a search has found, as far as the program was followed."""
+        """Statements with a run whose target or displacement comes from a search or from where the arm stood."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _FOUND for u in e.unknowns))
 
     @cached_property
     def _wrong(self) -> frozenset[StatementKey]:
-        """Statements whose own text is wrong: at run time, too, the target stays what it is."""
+        """Statements whose text is wrong (an impossible target or a wrong type), so that they fail at run time, too."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _WRONG for u in e.unknowns))
 
     @cached_property
     def _soft(self) -> frozenset[StatementKey]:
-        """Statements that run with a soft servo: the module does not know it."""
+        """Statements that run with a soft servo, whose deflection the module does not include."""
         return frozenset(e.statement.key for e in self.events if any(u.kind is Kind.SOFT_SERVO for u in e.unknowns))
 
     @cached_property
     def _moved(self) -> bool:
-        """Whether the program sets a displacement from a search or from where the arm stands."""
+        """Whether the program sets a displacement from a search or from where the arm stands (PDispOn, PDispSet)."""
         for routine in self.program.all_routines():
             for statement in statements_of(routine):
                 if statement.kind != "call" or self.program.routine(statement.word, routine.module) is not None:
@@ -132,7 +139,7 @@ class Reach:
 
     @cached_property
     def _in_place(self) -> frozenset[StatementKey]:
-        """Statements that are only run where the displacement is known."""
+        """Statements all of whose runs are followed and have a known displacement."""
         doubtful = {
             e.statement.key
             for e in self.events
@@ -142,10 +149,9 @@ class Reach:
 
 
 def without_shared_values(program: Program, events: Sequence[MotionEvent], reach: Reach) -> list[MotionEvent]:
-    """Events whose target is named by data that this task declares without a value, as not known.
+    """Events in which targets named by ``PERS`` data without a value in this task count as not known.
 
-    Such data is ``PERS`` data of several tasks: another one gives it its value, and what the files say is what was
-    there when they were saved.
+    Another task gives such data its value, and the files only state what it was when they were saved.
     """
     names = {d.name.lower() for d in program.declarations if _open(d.storage, d.scope) and d.init is None}
     return [
@@ -157,11 +163,12 @@ def without_shared_values(program: Program, events: Sequence[MotionEvent], reach
 def without_unreachable(
     events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reach: Reach, everything: bool
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events of statements that errors of the motion name, as not known; RUN009 says how many, if any are.
+    """Events in which targets of statements with errors count as not known, and RUN009 with their number, if any.
 
     Args:
-        findings: of the motion. everything: all that can be goes through the function, not only ``PERS`` data, whose
-            value in the files may be that of no run.
+        findings: of the motion.
+        everything: for all targets that the function can correct; otherwise only for ``PERS`` data, whose value in the
+            files may belong to no run.
     """
     wrong = {(d.source.path, d.span[0]) for d in findings if d.severity == "error" and d.source and d.span}
     bad: dict[StatementKey, MotionEvent] = {}
@@ -183,7 +190,7 @@ def without_unreachable(
 
 
 def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
-    """RUN007: how many statements a function on the controller would correct, where it is off."""
+    """RUN007 (info) with the number of statements that a function on the controller would correct if it were on."""
     if not keys:
         return []
     statements = [s for s in program.statements if s.key in keys]
@@ -196,20 +203,22 @@ def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
 
 
 def counted(number: int, what: str) -> str:
+    """A number and a noun, with an s unless the number is 1."""
     return f"{number} {what}{'s' * (number != 1)}"
 
 
 def hidden(event: MotionEvent, reason: str) -> MotionEvent:
-    """An event as one whose target is known at run time alone."""
+    """The event without its target, as one whose target is known only at run time, for that reason."""
     return replace(event, target=None, via=None, reason=reason)
 
 
 def _open(storage: str, scope: str) -> bool:
+    """Whether a declaration is ``PERS`` without LOCAL or TASK, so that other tasks may share it."""
     return storage.upper() == "PERS" and not scope
 
 
 def _names(event: MotionEvent) -> set[str]:
-    """Names of the data that the target of an event comes from."""
+    """Lower-case names of the data that the target and circle point of an event come from."""
     statement, found = event.statement, set[str]()
     for role, origin in (("to", event.target_origin), ("via", event.via_origin)):
         argument = statement.argument(role)

@@ -27,7 +27,7 @@ WELDING = ("start", "weld", "end")
 
 
 class LeftAlone(Exception):
-    """A statement whose targets are not sent through the function; the argument completes "left as it is: ..."."""
+    """A statement's targets are not sent through the function; the argument completes "left as it is: ..."."""
 
 
 def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
@@ -37,11 +37,11 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
     while the arc burns.
 
     Returns:
-        One edit for each target, none where the statement has them already.
+        Two edits for each target, around it; none where the statement calls the function already.
 
     Raises:
-        LeftAlone: why the statement stays as it is: its target is none in a frame, is where the arm stands, is hidden
-            (``*``), or would be worked out twice by a function that does more than calculate.
+        LeftAlone: the target is not in a work object, is where the arm stands, is hidden (``*``), or would be evaluated
+            twice by a function that may have other effects.
     """
     signature = motion.signature
     to, tool = motion.argument("to"), motion.argument("tool")
@@ -65,6 +65,7 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
 
 
 def _around(argument: Argument, function: str, rest: str) -> tuple[Edit, Edit]:
+    """The two edits that put a call around an argument; ``rest``: text of the further arguments."""
     start, end = argument.span
     return Edit(start, start, f"{function}(".encode()), Edit(end, end, f"{rest})".encode("latin-1"))
 
@@ -75,10 +76,12 @@ def _object(motion: MotionStatement) -> str:
 
 
 def _load(motion: MotionStatement) -> str:
+    r"""The option ``\TLoad`` as the statement writes it, empty without one."""
     return _option(motion, "\\tload", "\\TLoad")
 
 
 def _option(motion: MotionStatement, role: str, name: str) -> str:
+    r"""An option with its value as the statement writes it, ``\Name:=value`` or ``\Name?value``; empty without one."""
     given = motion.argument(role)
     if given is None:
         return ""
@@ -88,6 +91,11 @@ def _option(motion: MotionStatement, role: str, name: str) -> str:
 
 
 def _tree(motion: MotionStatement, argument: Argument) -> Expression:
+    """The syntax tree of an argument.
+
+    Raises:
+        LeftAlone: it is no expression that the reader knows.
+    """
     try:
         return read_whole_expression(motion.source.data, *argument.span, what="the target")
     except Unknown:
@@ -95,6 +103,11 @@ def _tree(motion: MotionStatement, argument: Argument) -> Expression:
 
 
 def _refuse(tree: Expression) -> None:
+    """Check a target expression.
+
+    Raises:
+        LeftAlone: it is ``*``, or calls a function that returns where the arm stands.
+    """
     if isinstance(tree, Star):
         raise LeftAlone("the position is stored without a name (`*`)")
     if names_in(tree) & POSITIONS:

@@ -32,14 +32,15 @@ ERRORS = frozenset({
 
 
 class RapidError(Exception):
-    """An error that no handler has taken so far."""
+    """A RAPID error that no ERROR handler has taken so far."""
 
 
 class Calculation(Flow):
-    """The functions of modules, called again and again; module data keeps its values from call to call.
+    """Runs the functions of RAPID modules again and again; module data keeps its values between calls.
 
     Args:
-        sources: the files; data and routines have names of their own in all of them. arm: see `rapid.data.arm`.
+        sources: the files; no two of them declare data or routines of one name.
+        arm: calculates CalcRobT and CalcJointT (protocol `rapid.data.arm.Arm`).
 
     Raises:
         PostprocError: a file cannot be read, or holds what is not calculated here (RUN003).
@@ -58,25 +59,25 @@ class Calculation(Flow):
         self.taken = 0
 
     def declaration(self, name: str) -> Declaration | None:
-        """The data of a module that has a name."""
+        """The declaration of module data with that name, None if there is none."""
         return next((d for d in self.program.declarations if not d.routine and d.name.lower() == name.lower()), None)
 
     def set(self, name: str, data: Data) -> None:
-        """Give data of a module a value, where it has data of that name."""
+        """Assign a value to module data; nothing happens if there is none of that name."""
         declaration = self.declaration(name)
         if declaration is not None:
             self.outside.changed[declaration.key] = data
 
     def get(self, name: str) -> Data:
-        """The value of data of a module, None where there is none of that name."""
+        """The value of module data, None if there is none of that name."""
         declaration = self.declaration(name)
         return None if declaration is None else self.outside.value(declaration).data
 
     def run(self, name: str) -> int:
-        """Run a procedure without parameters; the number of statements that it takes.
+        """Run a procedure without parameters, and return the number of statements executed.
 
         Raises:
-            RapidError: an error leaves it.
+            RapidError: an error is not handled.
         """
         routine = self.program.routine(name)
         assert routine is not None
@@ -85,6 +86,7 @@ class Calculation(Flow):
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        """Run a routine; an error in it is taken by its first ERROR handler, whose RETURN then gives the value."""
         try:
             return super().enter(routine, memory)
         except RapidError:
@@ -95,6 +97,11 @@ class Calculation(Flow):
         return exits[-1].value if exits else None
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
+        """Run one statement and count it.
+
+        Raises:
+            PostprocError: RUN003, it is no assignment, IF, FOR, RETURN or call.
+        """
         self.taken += 1
         self.values.place = statement.span
         if statement.kind not in ("assign", "if", "for", "return", "call"):
@@ -102,6 +109,11 @@ class Calculation(Flow):
         return super().statement(statement, memory)
 
     def call(self, statement: Statement, memory: Memory) -> None:
+        """Run a procedure call; those that only write to the operator do nothing.
+
+        Raises:
+            PostprocError: RUN003, the procedure is not in the program.
+        """
         if statement.word in SILENT:
             return
         if self.program.routine(statement.word, memory.frame.routine.module) is None:
@@ -109,11 +121,11 @@ class Calculation(Flow):
         super().call(statement, memory)
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
-        """Nothing: functions run where they are called."""
+        """Do nothing, as calls are executed and need no estimate of the data that they may write."""
 
 
 class _Values(Accessor):
-    """Values of expressions, each of which there is."""
+    """Evaluates expressions, all of which must have a value."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -123,7 +135,8 @@ class _Values(Accessor):
         """The value of an expression.
 
         Raises:
-            RapidError: it has none on a controller. PostprocError: none here (RUN003).
+            RapidError: it is an error on a controller, too.
+            PostprocError: RUN003, it cannot be evaluated here.
         """
         place = self.place
         try:
@@ -135,9 +148,14 @@ class _Values(Accessor):
 
 
 class _Data(Memory):
-    """Data with the value of its declaration until something is assigned to it."""
+    """Memory in which data has the value of its declaration until something is assigned to it."""
 
     def value(self, declaration: Declaration) -> Value:
+        """The current value of declared data.
+
+        Raises:
+            Unknown: it has none.
+        """
         data = without_causes(self.changed.get(declaration.key))[0]
         if data is None:
             return self.declared(declaration)
@@ -146,9 +164,11 @@ class _Data(Memory):
         return Value(data, declaration.type, len(declaration.dims))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        """The value of one element of array data."""
         return pick(self.lookup(name), indices)
 
 
 def _cannot(memory: Memory, span: Span, text: str) -> PostprocError:
+    """RUN003 at a place in the routine that runs: ``text`` says what cannot be calculated."""
     help_ = "check modules that `postproc runtime write` wrote"
     return PostprocError([Diagnostic("RUN003", "error", text, memory.frame.routine.source, span, help_)])

@@ -42,6 +42,7 @@ def _caller() -> Source:
 
 
 def _procedure(weld: bool, load: bool, circle: bool) -> str:
+    """Name of the test procedure with these options: `Weld`, `TLoad`, and a circle point instead of a target."""
     return f"pp{'Weld' * weld}{'Load' * load}{'Circle' if circle else 'Target'}"
 
 
@@ -52,11 +53,15 @@ NOT_HANDLED = -1
 
 @dataclass(frozen=True)
 class FunctionCall:
-    """What the function is asked for; work objects stand in the base.
+    """The arguments of one call of the function; work objects stand in the base.
 
     Args:
-        q: (6,) nominal joint angles at the target [rad], at the circle point with ``end``: those at the end of the arc.
-        tool: with its load. payload: what is gripped. weld: whether `Weld` is given. load: `TLoad`, None for none.
+        q: (6,) nominal joint angles at the target [rad], or at the circle point if there is an ``end``.
+        tool: with its load.
+        payload: what is gripped.
+        weld: whether `Weld` is given.
+        end: (6,) joint angles at the end of the arc [rad].
+        load: `TLoad`, None for none.
     """
 
     q: Array
@@ -69,7 +74,7 @@ class FunctionCall:
 
 @dataclass(frozen=True)
 class Answer:
-    """What it gives: a target and its pose T_base_tcp (4, 4) [m], `ppReason`, and the statements that it took."""
+    """Result of one call: target, its pose T_base_tcp (4, 4) [m], `ppReason`, and the number of statements run."""
 
     target: RobTarget
     pose: Array
@@ -78,7 +83,7 @@ class Answer:
 
 
 class Caller:
-    """A module on a controller that can be called.
+    """A run-time module with the nominal arm of a controller, whose function can be called.
 
     Raises:
         PostprocError: RUN003, the module holds what is not calculated here.
@@ -95,11 +100,11 @@ class Caller:
             raise PostprocError.of("RUN003", text, module, help=help_)
 
     def stated(self, name: str) -> Array:
-        """(3,) numbers of the module's own data; zero where it has none of that name."""
+        """(3,) value of the module's data of that name; zeros if it has none."""
         return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
 
     def call(self, asked: FunctionCall) -> Answer:
-        """Ask the function."""
+        """Call the function once; an unhandled error gives the reason ``NOT_HANDLED`` and the target unchanged."""
         run, tool = self.run, asked.tool
         run.set("ppTool", rounded_tool(tool))
         run.set("ppPayload", _load(asked.payload))
@@ -119,51 +124,57 @@ class Caller:
         return Answer(target, pose_matrix(target.trans, target.rot), reason, steps)
 
     def calls(self, every: Sequence[FunctionCall]) -> list[Answer]:
-        """Ask it for one after the other."""
+        """Call the function for each of the arguments, in order."""
         return [self.call(asked) for asked in every]
 
 
 def rounded_tool(tool: ToolData) -> Data:
-    """A tool as data in single precision."""
+    """Tool data as the interpreter's value, in single precision."""
     frame = rounded((tool.tframe.trans, tool.tframe.rot))
     return (tool.robhold, frame, _load(tool.tload))
 
 
 def _load(load: LoadData) -> Data:
+    """Load data as the interpreter's value, in single precision, without moments of inertia."""
     return rounded((load.mass, load.cog, (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0))
 
 
 class _Arm:
-    """CalcJointT and CalcRobT of the nominal arm; targets are solved near joint angles (6,) [rad]."""
+    """The nominal arm for CalcJointT and CalcRobT; solutions are the nearest to joint angles ``near`` (6,) [rad]."""
 
     def __init__(self, model: Model) -> None:
         self.model = rigid(model)
         self.near = np.zeros(6)
 
     def data(self, q: Array, tool: ToolData) -> Data:
-        """The robtarget in single precision at joint angles."""
+        """The robtarget of joint angles (6,) [rad] as the interpreter's value, in single precision."""
         place = self._place(q, tool)
         return rounded((place.trans, place.rot, tuple(map(float, place.robconf)), place.extax))
 
     def _place(self, q: Array, tool: ToolData) -> RobTarget:
+        """The robtarget of joint angles (6,) [rad], without external axes."""
         robot = self.model.robot
         pose = matrix_pose(forward(robot, q[None])[0] @ tool_matrix(tool))
         a, b, c, d = confdata(robot, q[None])[0].tolist() if robot.opw is not None else (0, 0, 0, 0)
         return RobTarget(pose.trans, pose.rot, (a, b, c, d), NO_AXES)
 
     def _solved(self, T_base_tcp: Array, T_flange_tcp: Array) -> Array:
-        """Joint angles (6,) [rad] of a pose, NaN where there are none; by steps where the arm has no closed form."""
+        """Joint angles (6,) [rad] of a TCP pose, NaN if there are none; iterative if the arm has no closed form."""
         if self.model.robot.opw is not None:
             return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
         found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
         return np.asarray(np.where(found.residual_m[0] <= REACHED_M, found.q[0], np.nan))
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
-        """See `rapid.data.arm.Arm`."""
+        """The robtarget of joint angles, as CalcRobT computes it."""
         return self._place(np.radians(joints.robax), situation.tool)
 
     def joints(self, target: RobTarget, situation: Situation) -> JointTarget:
-        """See `rapid.data.arm.Arm`."""
+        """The jointtarget of a robtarget, as CalcJointT computes it.
+
+        Raises:
+            Unknown: the pose is out of reach or beyond a joint limit.
+        """
         q = self._solved(pose_matrix(target.trans, target.rot), tool_matrix(situation.tool))
         if not ((q >= self.model.robot.lower) & (q <= self.model.robot.upper)).all():
             raise Unknown(Kind.UNDEFINED, "CalcJointT")

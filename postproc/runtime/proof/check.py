@@ -29,13 +29,15 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Check:
-    """What a module does with targets of the region.
+    """How a module corrects targets of the region.
 
     Args:
-        corrected: number of targets that it corrects; returned: those that it returns as they came, by `ppReason`.
+        corrected: number of targets that it corrects.
+        returned: number of those that it returns unchanged, by the value of `ppReason`.
         raised: number of targets at which an error leaves the function.
-        largest_m, rms_m: distance from the exact correction; correction_m: largest correction.
-        steps: most statements of a target that is corrected.
+        largest_m, rms_m: distance from the exact correction [m].
+        correction_m: largest correction [m].
+        steps: largest number of statements run for a corrected target.
     """
 
     corrected: int
@@ -48,7 +50,7 @@ class Check:
 
 
 def said(found: Check, done: Conditions) -> str:
-    """What a check found, as one line."""
+    """One line of text with number of targets, largest and rms error, largest correction and targets returned."""
     returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
     return (
         f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
@@ -64,10 +66,11 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
     Args:
         model: the arm with the effects that are corrected (`CorrectedModel`).
-        every: loads and regions, with how many targets.
+        every: conditions (load, region) to check, each with the number of targets.
 
     Raises:
-        PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010.
+        PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
+            deflection does not settle.
     """
     if MARKER.encode() not in source.data:
         text, help_ = f"`{source.path}` is no module that corrects targets", "name one of `postproc runtime write`"
@@ -77,7 +80,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
 
 def _chosen(model: Model, done: Conditions, count: int) -> Array:
-    """Joint angles (count, 6) [rad]: half fill the region, half are those of many more with the largest corrections."""
+    """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections of 12 times as many."""
     q = done.spread(AMONG * count)
     half = count - count // 2
     desired = forward(model.robot, q) @ done.T_flange_tcp
@@ -88,6 +91,10 @@ def _chosen(model: Model, done: Conditions, count: int) -> Array:
 
 
 def _check(caller: Caller, model: Model, done: Conditions, q: Array) -> Check:
+    """Call the function at joint angles q (n, 6) [rad] and compare its results with the exact correction.
+
+    The force is the one that the module states.
+    """
     done = replace(done, force=caller.stated("ppForce"), moment=caller.stated("ppMoment"))
     tool = ToolData("", True, matrix_pose(done.T_flange_tcp), LoadData(done.mass, tuple(1e3 * done.center)))
     answers = [caller.call(FunctionCall(one, tool, weld=True)) for one in q]

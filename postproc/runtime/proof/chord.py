@@ -20,7 +20,7 @@ FOLLOWED = np.radians(90.0)
 
 @dataclass(frozen=True)
 class ChordError:
-    """Deviation in the middle of lines of `LINE_M` between two corrected ends, over those drawn from the region [m]."""
+    """Error in the middle of lines of length `LINE_M` between two corrected ends [m]; count: number of lines."""
 
     count: int
     largest_m: float
@@ -28,10 +28,11 @@ class ChordError:
 
     @property
     def per_square_metre(self) -> float:
-        """The largest in parts of the square of the length [m/m2]: the correction bends evenly along a line."""
+        """The largest error over the square of the length [m/m2], as the correction bends evenly along a line."""
         return self.largest_m / LINE_M**2
 
     def __str__(self) -> str:
+        """The result in one line of text, with lengths in mm."""
         return (
             f"in the middle of {self.count} lines of {1e3 * LINE_M:g} mm between corrected ends: largest error "
             f"{1e3 * self.largest_m:.3f} mm, rms {1e3 * self.rms_m:.3f} mm; of 1 m, as it grows with the square of "
@@ -40,12 +41,13 @@ class ChordError:
 
 
 def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 6) -> ChordError:
-    """How far the exact correction in the middle of lines is from the mean of those at their ends.
+    """Distance of the exact correction in the middle of lines from the mean of the corrections at their ends.
 
-    The lines have any direction and one orientation; only those count that the arm can follow from end to end.
+    The lines have random directions and constant orientation; only those count that the arm can follow entirely.
 
     Args:
         model: with the effects that are corrected.
+        count: number of lines drawn.
     """
     rigid, q = model.with_effects(), done.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))
