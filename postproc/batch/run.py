@@ -199,7 +199,7 @@ def _named(root: Path, finding: Values) -> Values:
 
 
 def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:
-    """Copy a file into the tree; returns what went wrong or was edited by hand.
+    """Copy a file into the tree; return findings of what failed, and of an edited copy, which was kept beside it.
 
     Args:
         modules: (task, path) to add to the lists, where the file is a backinfo.txt.

@@ -46,11 +46,11 @@ class RobotOptions:
     effects: EffectFiles = ()
 
     def _stated(self) -> dict[str, Any]:
-        """Return the options that were given, by the keys of ``postproc.toml``."""
+        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
         return {"model": self.model and str(self.model), "robot": self.robot}
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
-        """Return the settings of programs in a folder: the nearest ``postproc.toml``, overridden by these options."""
+        """Return the settings of programs in a folder: its ``postproc.toml``, then these options and `entry`."""
         from postproc.choices import StatedSettings, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())
@@ -76,7 +76,7 @@ class ProgramOptions(RobotOptions):
     free_axes: FreeAxes = ""
 
     def _stated(self) -> dict[str, Any]:
-        """Return the options that were given, by the keys of ``postproc.toml``."""
+        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
         return {
             **super()._stated(),
             "side_files": list(map(str, self.side_files)) or None,
@@ -122,7 +122,7 @@ class ConvertOptions(ProgramOptions):
     channel: Names = ()
 
     def _stated(self) -> dict[str, Any]:
-        """Return the options that were given, by the keys of ``postproc.toml``."""
+        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
         return {
             **super()._stated(),
             "force": None if self.force is None else parse_vector("--force", self.force),

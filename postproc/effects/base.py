@@ -281,7 +281,10 @@ class Effect:
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Return (p,) which parameters no arm can have beside other effects (by key); a diagnosis keeps them null."""
+        """Return (p,) which of its present values no arm can have, such as a negative mass, given the other effects.
+
+        None of them by default. A diagnosis keeps these parameters at `null_vector`.
+        """
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod

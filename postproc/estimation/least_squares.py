@@ -111,8 +111,11 @@ def _quieter(fit: Fit) -> Noise | None:
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
     """Fit a problem from its starting frames on, with the likeliest smoothness of each free function.
 
+    Where a smoothness is not stated, a rough fit comes first, then the choice, then the fit.
+
     Args:
-        figures: the noise; fresh: keys of effects that no fit has seen.
+        figures: the noise; fresh: keys of effects that no fit has seen, which start at null where the rows do not
+            determine them. terms: which parameters are free, stated smoothness, and when to stop.
     """
     problem, figures = blurred(start_frames(problem), figures)
     every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere

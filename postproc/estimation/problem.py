@@ -179,7 +179,9 @@ class Problem:
 
     @property
     def lever(self) -> Array:
-        """(n, 6, 60) derivative of the pose by a move of every place [m], [rad], whatever was measured."""
+        """(n, 6, 60) derivative of the pose [m], [rad], whatever was measured, by a turn of each of the 6 joints and by
+        a shift and turn (6 each) of each of the 7 bodies, of the tool and of the instrument.
+        """
         return sensitivity(self.model, self.rest).matrix[:, :6]
 
     @cached_property

@@ -217,7 +217,9 @@ class Solution:
 
     @cached_property
     def held_out_rms(self) -> float:
-        """Root mean square error per axis [m], [rad] of angles, of rows predicted without their block."""
+        """Root mean square over rows and axes of the error of rows predicted without their block: [m] where positions
+        were observed, else [rad].
+        """
         return rms(self.held_out_error)
 
     @cached_property

@@ -25,10 +25,12 @@ WAYS = 4
 
 
 def pulls(state: State, position: Array) -> Iterator[Block]:
-    """Yield curves of the components, in tool axes, of the forces of `felt_by_tool`: the tool may lie loosely.
+    """Yield candidate patterns in each component, along the tool's axes, of weight and acceleration (`felt_by_tool`).
+
+    A tool that is not held firmly moves with them. Components that do not vary are passed over.
 
     Args:
-        position: (n, 3) of the tool in base axes [m].
+        position: (n, 3) of the tool in base axes [m], from which its acceleration is worked out.
     """
     for what, names, felt, code in felt_by_tool(state, position):
         for k, axis in enumerate("xyz"):

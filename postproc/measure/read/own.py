@@ -20,7 +20,8 @@ MOST_LEVELS = 12
 def own_channels(table: Table) -> dict[str, Array]:
     """Return the channels (n,) of the table's own columns, by name; what is left out is reported (DAT015).
 
-    A column of numbers is one channel, a column of at most 12 words one for each: 1 where the word stands, else 0.
+    A column of numbers without gaps is one channel, by its name. A column of at most 12 words is one for each word,
+    ``column=word``: 1 where the word stands, else 0.
     """
     found: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells

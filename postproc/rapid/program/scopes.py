@@ -125,5 +125,5 @@ def _value_text(declaration: Declaration) -> bytes:
 
 
 def _shared(declaration: Declaration) -> bool:
-    """Whether data is global PERS data, which all tasks of a controller share."""
+    """Return whether data is PERS data that is known beyond its module: of the task (TASK PERS), or of all tasks."""
     return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine

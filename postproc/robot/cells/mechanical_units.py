@@ -52,7 +52,7 @@ def read_cell(backup: Backup) -> Cell:
 
 
 def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
-    """Yield (other name, name) of units: a unit is also referred to by the SINGLE or ROBOT that it uses."""
+    """Yield (a name by which others refer to it, name) of units: that of the SINGLE or ROBOT it uses, and its own."""
     for entry in motion.get("MECHANICAL_UNIT", []):
         for key in ("use_single_0", "use_robot", "name"):
             if key in entry:
@@ -89,7 +89,11 @@ def _units(motion: Entries) -> Iterator[Unit]:
 
 
 def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
-    """Return the unit of a SINGLE entry: one joint along x or about z of its frame."""
+    """Return the unit `name` of a SINGLE entry: a linear joint along x, or a rotating one about z, of its frame.
+
+    Args:
+        active: whether the unit is activated at start-up.
+    """
     type_ = entry.get("use_single_type", "")
     kind, doubt = _mechanics(motion, type_)
     joint = _joint(motion, entry.get("use_joint", name), kind)

@@ -42,7 +42,7 @@ def _caller() -> Source:
 
 
 def _procedure(weld: bool, load: bool, circle: bool) -> str:
-    """Name of the test procedure with these options: `Weld`, `TLoad`, and a circle point instead of a target."""
+    """Return the name of the test procedure for these options of the function, such as ``ppWeldLoadCircle``."""
     return f"pp{'Weld' * weld}{'Load' * load}{'Circle' if circle else 'Target'}"
 
 
