@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from postproc.diagnostics import Source
@@ -461,6 +463,17 @@ def test_a_name_twice_in_one_module_is_an_error() -> None:
     assert [(d.code, d.severity) for d in found] == [("RAP012", "error")]
     alike = program(module("", P + P)).diagnostics
     assert [(d.code, d.severity) for d in alike] == [("RAP012", "warning")]
+
+
+def test_two_modules_of_one_name_are_an_error() -> None:
+    """An older copy in the folder of a task: its routines have the names of the others. What is read along is no copy."""
+    files = [Source(f"{name}.mod", module("MoveL p,v5,z0,tool0;", P)) for name in ("a", "old a")]
+    shouted = replace(files[1], data=files[1].data.replace(b"MODULE M", b"MODULE m"))
+    for other in (files[1], shouted):
+        [found] = read_program([files[0], other]).diagnostics
+        assert (found.code, found.severity, found.source) == ("RAP012", "error", other)
+        assert "stands in `a.mod` too" in found.message
+    assert read_program([files[0], replace(files[1], read_only=True)]).diagnostics == ()
 
 
 def test_a_typing_error_in_an_instruction_is_a_warning() -> None:

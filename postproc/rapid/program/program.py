@@ -174,6 +174,7 @@ def read_program(
         found, problems = _read_source(source)
         modules += found
         diagnostics += problems
+    diagnostics += _named_twice(modules)
     modules = without_aliases(modules)
     names = declared_names(modules, diagnostics)
     diagnostics += check_taught(taught, names)
@@ -250,6 +251,17 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
         help = "give a file with MODULE .. ENDMODULE"
         problems.append(_no_module("RAP011", "there is no MODULE in the file", source, help))
     return modules, problems
+
+
+def _named_twice(modules: Sequence[Module]) -> Iterator[Diagnostic]:
+    """Yield RAP012, an error, at each module of the program that has the name of one before it, whatever its case."""
+    first: dict[str, Module] = {}
+    for module in modules:
+        known = first.setdefault(module.name.lower(), module) if not module.source.read_only and module.name else module
+        if known is not module:
+            text = f"the module `{module.name}` stands in `{known.source.path}` too: a controller loads one of them"
+            help_ = "leave one of the two out, or give it a name of its own"
+            yield Diagnostic("RAP012", "error", text, module.source, module.head, help_)
 
 
 def _no_module(code: str, text: str, source: Source, help_: str) -> Diagnostic:
