@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.summary import finding_line, result_line
 from postproc.batch.values import TaskOutcome
-from postproc.cli.report import MOST, aside, say, width_of
+from postproc.cli.report import MOST, print_aside, say, width_of
 from postproc.diagnostics import PostprocError, visible
 from postproc.grouping import grouped
 
@@ -59,7 +59,7 @@ class Reporter:
     def _say(self, text: str) -> None:
         """Print a line, over the line that shows the progress."""
         if self.watch is not None:
-            aside(CLEAR, end="")
+            print_aside(CLEAR, end="")
         say(text)
 
     def time_line(self) -> str:
@@ -125,12 +125,12 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
             line = work.line(time.monotonic())
             if terminal:  # what wraps could not be taken back
                 line = line[: (width_of(sys.stderr) or len(line) + 1) - 1]
-                aside(f"\r{line}\x1b[K", end="")
+                print_aside(f"\r{line}\x1b[K", end="")
             else:
-                aside(line)
+                print_aside(line)
             pause *= 1 if terminal else 2
         if terminal and time.monotonic() - work.begun > 1:
-            aside(CLEAR, end="")
+            print_aside(CLEAR, end="")
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()

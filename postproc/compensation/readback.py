@@ -52,16 +52,12 @@ def run_again(
     written = read_again(program, drafts)
     planned = _planned(program, insertions)
     pairs = zip(written.statements, planned, strict=False)  # ``owners_of`` sees where there are not as many
-    known = {routine.key for routine in program.all_routines()}
-    added = AddedMotions(
-        frozenset(statement.key for statement, (_, own) in pairs if not own),
-        frozenset(routine.key for routine in written.all_routines()) - known,
-    )
+    added = AddedMotions.between(program, written, (statement.key for statement, (_, own) in pairs if not own))
     ran = place_events(walk(written, options.entry, added), station or Station())
     if len(planned) != len(written.statements):
         return ran, None
     original = dict(zip((s.key for s in written.statements), planned, strict=True))
-    ran = _that_lead_on(ran, original)
+    ran = _without_unpaired(ran, original)
     return ran, owners_of(original, events, ran)
 
 
@@ -74,7 +70,7 @@ def _planned(program: Program, insertions: Sequence[Insertion]) -> list[tuple[St
     return [(s.key, own) for s in program.statements for own in [False] * added[s.key] + [True]]
 
 
-def _that_lead_on(
+def _without_unpaired(
     ran: Sequence[MotionEvent], original: Mapping[StatementKey, tuple[StatementKey, bool]]
 ) -> list[MotionEvent]:
     """Events without those of added statements whose original statement does not run after them.

@@ -23,6 +23,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.path.curves import circle_through
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import Quat, RobTarget
+from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.worlds import World
 from postproc.rapid.flow.effects import StatementEffects, comes_back
@@ -106,14 +107,14 @@ def check_worlds(
     inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in returning}
     traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
     taught = frozenset(d.key for d in program.declarations)
-    foreign = {r.key for r in written.all_routines()} - {r.key for r in program.all_routines()}
+    routines = AddedMotions.between(program, written)
     pairing = Pairing(own, numbers, bounds, traps)
     words = sorted({m[1].decode("latin-1") for s in program.sources for m in _TEXT.finditer(s.data)})[:MOST_WORDS]
     findings: dict[StatementKey, Diagnostic] = {}
     differing = 0
     for seed in SEEDS:
         before = follow(program, entry, World(seed, taught, words), numbers, effects[0])
-        after = follow(written, entry, World(seed, taught, words), own, effects[1], foreign)
+        after = follow(written, entry, World(seed, taught, words), own, effects[1], routines)
         found = list(_differences(before, after, pairing))
         differing += bool(found)
         for motion, text in found:

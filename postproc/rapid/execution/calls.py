@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, Matter, Source
@@ -46,6 +46,12 @@ class AddedMotions:
 
     motions: frozenset[StatementKey] = frozenset()
     routines: frozenset[str] = frozenset()
+
+    @classmethod
+    def between(cls, program: Program, written: Program, motions: Iterable[StatementKey] = ()) -> AddedMotions:
+        """Return the routines that ``written`` has and ``program`` has not, with the given motions."""
+        own = {routine.key for routine in program.all_routines()}
+        return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - own)
 
 
 class Execution(ABC):

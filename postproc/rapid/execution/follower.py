@@ -6,7 +6,7 @@ decided here by the world.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
@@ -15,6 +15,7 @@ from postproc.rapid.data.values import to_tool, to_wobj
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
 from postproc.rapid.evaluation.memory import Binding, Memory
 from postproc.rapid.evaluation.state import AT_START
+from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.program.instructions import KNOWN, MOVING
@@ -59,7 +60,7 @@ def follow(
     world: World,
     ordinals: Mapping[StatementKey, int],
     changes: WriteEffects | None = None,
-    foreign: Set[str] = frozenset(),
+    added: AddedMotions | None = None,
 ) -> list[WorldMotion]:
     """The motions that a program makes in a world, which draws at random, repeatably, all that the text leaves open.
 
@@ -69,9 +70,9 @@ def follow(
         ordinals: numbers of the motion statements that the original program has; others (added ones) cost no steps, and
             no trap runs behind them.
         changes: of the program, where they are known already.
-        foreign: keys of the routines that the original does not have, in which statements cost no steps.
+        added: routines that the original does not have, in which statements cost no steps.
     """
-    follower = _Follower(program, world, ordinals, changes, foreign)
+    follower = _Follower(program, world, ordinals, changes, added)
     chosen = program.routine("main" if entry is None else entry)
     started = [r for r in program.all_routines() if _runs_alone(r)]
     if chosen is not None:
@@ -102,17 +103,16 @@ class _Follower(Flow):
         world: World,
         ordinals: Mapping[StatementKey, int],
         changes: WriteEffects | None,
-        foreign: Set[str],
+        added: AddedMotions | None,
     ) -> None:
         """Set up the walk of a program in a world, with nothing executed yet.
 
         Args:
             ordinals: numbers of the original's motion statements by key; others cost no steps.
             changes: write effects of the program, worked out if None.
-            foreign: keys of the routines that the original does not have.
+            added: routines that the original does not have.
         """
-        super().__init__(program, changes, oracle=world)
-        self.foreign = foreign
+        super().__init__(program, changes, added, world)
         self.world = world
         self.ordinals = ordinals
         self.constants = WorldDeclared(program, world, self.changes.may_be_written)
@@ -146,7 +146,7 @@ class _Follower(Flow):
         Raises:
             _Stop: it ends the program, or ``MOST_STATEMENTS`` have been run.
         """
-        self.count += memory.frame.routine.key not in self.foreign and not self.moves(statement, memory)
+        self.count += memory.frame.routine.key not in self.added.routines and not self.moves(statement, memory)
         if self.count > MOST_STATEMENTS or statement.kind == "leave":
             raise _Stop
         return super().statement(statement, memory)

@@ -95,15 +95,10 @@ class World(Oracle):
             data = zero(kind, records)
         if isinstance(data, tuple):
             kinds = [part for _, part in records.get(kind, ())]
-            if any(isinstance(x, Unknown) for x in data):  # a quaternion is known as a whole, or not at all
-                parts = zip(data, kinds, strict=True)
-                data = (
-                    ()
-                    if kind == "orient"
-                    else tuple(zero(k, records) if isinstance(x, Unknown) else x for x, k in parts)
-                )
-            if kind == "orient":
-                return data if any(data) else (1.0, 0.0, 0.0, 0.0)
+            if kind == "orient":  # known as a whole, or not at all
+                known = any(data) and not any(isinstance(x, Unknown) for x in data)
+                return data if known else (1.0, 0.0, 0.0, 0.0)
+            data = tuple(zero(k, records) if isinstance(x, Unknown) else x for x, k in zip(data, kinds, strict=True))
             if kind in ("confdata", "extjoint"):
                 return data
             if kind == "pos":

@@ -257,7 +257,9 @@ def _named_twice(modules: Sequence[Module]) -> Iterator[Diagnostic]:
     """Yield RAP012, an error, at each module of the program that has the name of one before it, whatever its case."""
     first: dict[str, Module] = {}
     for module in modules:
-        known = first.setdefault(module.name.lower(), module) if not module.source.read_only and module.name else module
+        if module.source.read_only or not module.name:
+            continue
+        known = first.setdefault(module.name.lower(), module)
         if known is not module:
             text = f"the module `{module.name}` stands in `{known.source.path}` too: a controller loads one of them"
             help_ = "leave one of the two out, or give it a name of its own"
