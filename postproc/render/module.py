@@ -22,7 +22,6 @@ from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import literal
-from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.syntax.trees import Number
 from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
@@ -89,8 +88,8 @@ def _amount_edits(change: Change) -> Iterator[Edit]:
             _only(axis, change.law.constant), tuple((n, _only(axis, d)) for n, d in change.law.coefficients)
         )
         text = data[slice(*part.span)].decode("latin-1")
-        if isinstance(part, Number) and _plain(text):
-            amount = number_like(text.replace(" ", ""), part.value + law.constant[axis], MM_DECIMALS)
+        if isinstance(part, Number):
+            amount = number_like(text, part.value, part.value + law.constant[axis], MM_DECIMALS)
             rest = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
             text = amount if rest == "0" else f"{amount}+{rest}".replace("+-", "-")
         else:
@@ -104,15 +103,6 @@ def _only(axis: int, values: Vec3) -> Vec3:
     """The vector with all components but the one of ``axis`` (0 to 2) set to zero."""
     x, y, z = (value if k == axis else 0.0 for k, value in enumerate(values))
     return x, y, z
-
-
-def _plain(text: str) -> bool:
-    """Whether a text is a decimal number, with or without exponent, as opposed to ``0x1F``."""
-    try:
-        float(text.replace(" ", ""))
-    except ValueError:
-        return False
-    return True
 
 
 def _sums(law: OffsetLaw, text: str) -> list[str]:
@@ -132,7 +122,8 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 
 def _number_edit(change: Change) -> Edit | None:
     """One edit from the first number that changes to the last, None if none changes; programs have many targets."""
-    value, data, found = change.value, change.source.data, literal(change.source.data, *change.span)
+    value, data = change.value, change.source.data
+    found = literal(data, *change.span)
     assert found is not None
     before = numbers_of(found)
     kept = _same_rotation(before[3:7], value.pose.rot)
@@ -141,10 +132,10 @@ def _number_edit(change: Change) -> Edit | None:
     for i, (number, decimals) in enumerate(zip(numbers, _DECIMALS, strict=True)):
         if before[i] == number or (kept and 3 <= i < 7):
             continue
-        place = found.span(i + 1)
-        old = number_text(data, place)
-        after = number_like(old, number, decimals)
+        old = found[i + 1].decode("latin-1")
+        after = number_like(old, before[i], number, decimals)
         if after != old:
+            place = found.span(i + 1)
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
             text += [data[end : place[0]], after.encode("latin-1")]
             end = place[1]

@@ -26,18 +26,17 @@ def _shortened(text: str) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def number_like(original: str, value: float, least_decimals: int) -> str:
+def number_like(original: str, before: float, value: float, least_decimals: int) -> str:
     """Text of a new value in the format of the number it replaces; the original if both agree at that precision.
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
 
-    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
-    ('600.412', '600.00', '9E+09')
+    Args:
+        original: the text of the number; before: its value.
+
+    >>> number_like("600.00", 600, 600.4124, 3), number_like("600.00", 600, 600.0001, 3)
+    ('600.412', '600.00')
     """
-    try:
-        before = float(original)
-    except ValueError:
-        before = float(int(original, 0))  # 0x1F
     if before == value:
         return original
     fraction = original.partition(".")[2]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,7 +25,7 @@ from postproc.compensation.text.path_points import (
     UNLIKE,
     PathRun,
     argument_text,
-    free_name,
+    free_names,
     hidden_name,
     on_arc,
     on_line,
@@ -75,9 +76,11 @@ class TargetAdder:
     ) -> None:
         self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
-        point, bend, keep = LINE_FUNCTIONS
-        self.line_functions = free_name(program, point), free_name(program, bend), free_name(program, keep)
-        self.arc_function = free_name(program, ARC_FUNCTION)
+
+    @cached_property
+    def functions(self) -> list[str]:
+        """Names of the functions of points on a line (three) and on an arc, none of which the program has yet."""
+        return free_names(self.program, (*LINE_FUNCTIONS, ARC_FUNCTION))
 
     def add(self, pieces: Sequence[Pieces], path_mm: Array) -> AddedTargets:
         """The statements to add, one set for all runs of a statement.
@@ -138,12 +141,12 @@ class TargetAdder:
         if event.via is None:
             shares = np.median([run.shares for run in known], axis=0)
             added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
-            lines = on_line(self.line_functions, [replace(run, shares=shares) for run in known], added, allowed)
+            lines = on_line(self.functions[:3], [replace(run, shares=shares) for run in known], added, allowed)
             return lines if isinstance(lines, str) else (lines, None)
         confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         added = [self._numbers(part.move, part) for part in parts]
-        return on_arc(self.arc_function, known, added, self.requester.values(asked), allowed) or UNLIKE
+        return on_arc(self.functions[3], known, added, self.requester.values(asked), allowed) or UNLIKE
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.

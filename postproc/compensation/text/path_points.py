@@ -8,7 +8,7 @@ goes to the point after a quarter of the line, displaced by the correction, wher
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,10 +65,11 @@ class PathRun:
         return np.array([target.trans for target in self.targets])
 
 
-def free_name(program: Program, name: str) -> str:
-    """A function name that no identifier of the program equals: ``name``, or ``name2``, ``name3``, .."""
+def free_names(program: Program, names: Iterable[str]) -> list[str]:
+    """For each name one that no identifier of the program equals: ``name``, or ``name2``, ``name3``, .."""
     taken = set[str]().union(*(identifiers(source.data) for source in program.sources))
-    return next(n for n in (name, *(f"{name}{k}" for k in range(2, 1000))) if n.lower() not in taken)
+    numbered = ((name, *(f"{name}{k}" for k in range(2, 1000))) for name in names)
+    return [next(name for name in several if name.lower() not in taken) for several in numbered]
 
 
 def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
@@ -98,12 +99,12 @@ def argument_text(text: str, program: Program, module: str) -> str | None:
 
 
 def on_line(
-    functions: tuple[str, str, str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
+    functions: Sequence[str], runs: Sequence[PathRun], added: Sequence[Sequence[Insertion]], allowed: Allowed
 ) -> list[Insertion] | str:
     """Added statements for all runs of a line, or the reason why there are none.
 
     Args:
-        functions: names of the functions with a constant displacement, with one proportional to the square of the
+        functions: names of three functions: with a constant displacement, with one proportional to the square of the
             length, and with the configuration of their first end.
         added: what each run would add as numbers.
         allowed: how far off [mm] an added target may be in each run.
@@ -176,7 +177,7 @@ def _share(runs: Sequence[PathRun], k: int) -> float:
 
 
 def _on_path(
-    functions: tuple[str, str],
+    functions: Sequence[str],
     runs: Sequence[PathRun],
     values: Sequence[TargetValue],
     shares: Sequence[float],
