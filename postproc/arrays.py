@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 
 SAME = 2e-3
 """Angles [rad] that are readings of one place differ by no more."""
+BLOCK = 2000
+"""Poses or instants taken at once: their arrays stay in the processor's cache."""
 
 
 def invert(T: Array) -> Array:
@@ -45,7 +47,12 @@ def finest(angle: Array) -> float:
     return float(np.pi / np.min(steps[steps > SAME], initial=np.inf))
 
 
-def blocks(n: int, size: int) -> Iterator[slice]:
-    """Yield slices of at most ``size`` rows that cover rows 0 to n, to bound the memory that long programs need."""
+def blocks(n: int, size: int = 0) -> Iterator[slice]:
+    """Yield slices of at most ``size`` rows that cover rows 0 to n, to bound the memory that long programs need.
+
+    Args:
+        size: 0 for ``BLOCK``; less for rows that hold matrices of the whole arm.
+    """
+    size = size or BLOCK
     for start in range(0, n, size):
         yield slice(start, min(start + size, n))

@@ -23,7 +23,6 @@ SWEEPS = 120
 EVEN = 8
 WIDER = 1.2
 """From the eighth sweep on, what turns back goes half as far as it came, what does not by so much farther."""
-BATCH = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,8 +135,7 @@ def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
         settled: [m] what a further sweep of `equilibrium` may still move.
     """
     result = np.empty((len(state), 4, 4))
-    # Batches that stay in the processor's cache are faster.
-    for rows in blocks(len(state), BATCH):
+    for rows in blocks(len(state)):
         result[rows] = equilibrium(model, state.rows(rows), settled=settled).T_instrument_tcp
     return result
 

@@ -13,12 +13,11 @@ from postproc.arrays import Array, blocks
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.derivatives.places import PLACES, flat, placed
+from postproc.model.derivatives.places import BATCH, PLACES, flat, placed
 from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import predict
 from postproc.model.reference import as_written
 
-BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
 
 

@@ -13,7 +13,6 @@ from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
 from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
-from postproc.robot.kinematics import BLOCK
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
 BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
@@ -67,7 +66,7 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
     q, failures = np.empty((len(poses), 6)), []
-    for rows in blocks(len(poses), BLOCK):
+    for rows in blocks(len(poses)):
         q[rows], found = _solve(robot, poses[rows], wanted[rows])
         failures += [replace(f, index=rows.start + f.index) for f in found]
     return JointSolution(q, tuple(failures))

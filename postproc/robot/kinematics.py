@@ -9,8 +9,6 @@ import numpy as np
 from postproc.arrays import Array, blocks
 from postproc.robot.arm import Robot
 
-BLOCK = 5000  # poses whose bodies are held at a time: long programs need little memory
-
 
 def skew(vector: Array) -> Array:
     """Return cross-product matrices of vectors, (..., 3) -> (..., 3, 3)."""
@@ -108,7 +106,7 @@ def forward(robot: Robot, q: Array) -> Array:
     """Return flange poses T_base_flange (n, 4, 4) at joint angles q (n, 6) [rad], by the chain of `Robot`."""
     q = np.asarray(q, dtype=float).reshape(-1, 6)
     T = np.empty((len(q), 4, 4))
-    for rows in blocks(len(q), BLOCK):
+    for rows in blocks(len(q)):
         T[rows] = body_poses(robot, q[rows])[:, 6] @ robot.link[6]
     return T
 

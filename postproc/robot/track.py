@@ -10,7 +10,7 @@ from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch
 from postproc.robot.inverse import TAUGHT_WRIST
-from postproc.robot.kinematics import BLOCK, forward, jacobian
+from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.opw import wrist_place
 from postproc.robot.pose import pose_error
 
@@ -38,7 +38,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.stack(_stepwise(robot, poses, q_start))
     arm = _arm(robot, robot.opw, np.asarray(q_start, dtype=float), poses[:1])
     wrists = np.empty((len(poses), 2, 6))
-    for rows in blocks(len(poses), BLOCK):
+    for rows in blocks(len(poses)):
         wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, rows.start)
     options = _wrist_pair(wrists, q_start)
     # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on

@@ -51,7 +51,7 @@ def test_long_motions_in_pieces_equal_one_piece(monkeypatch: pytest.MonkeyPatch)
     a = np.sin(np.pi * t / t[-1]) + np.where((t % 3) < 0.03, 2.0, 0.0)
     # Pieces start at other instants, so bursts are cut at other steps; what lasts is the same.
     whole = kept(a, 0.2, 0.01)
-    monkeypatch.setattr("postproc.motion.timing.sustained._BLOCK", 64)
+    monkeypatch.setattr("postproc.arrays.BLOCK", 64)
     assert np.abs(kept(a, 0.2, 0.01) - whole).max() < 0.06
 
 

@@ -284,8 +284,7 @@ def test_failures_are_counted_over_the_blocks_in_which_poses_are_solved(monkeypa
     poses = np.tile(forward(robot, np.radians([[0.0, 20, 10, 5, 40, 5]])), (7, 1, 1))
     whole = joint_solution(robot, poses, np.zeros((7, 4)))
     poses[4, 0, 3] = 9.0
-    monkeypatch.setattr("postproc.robot.inverse.BLOCK", 3)
-    monkeypatch.setattr("postproc.robot.track.BLOCK", 3)
+    monkeypatch.setattr("postproc.arrays.BLOCK", 3)
     parts = joint_solution(robot, poses, np.zeros((7, 4)))
     assert [f.index for f in parts.failures] == [4]
     assert np.abs(np.delete(parts.q - whole.q, 4, axis=0)).max() == 0.0

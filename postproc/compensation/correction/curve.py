@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array, blocks
 from postproc.compensation.correction.inverse import command
 from postproc.compensation.options import Options
-from postproc.compensation.path.motion import BLOCK, Motion
+from postproc.compensation.path.motion import Motion
 from postproc.compensation.path.samples import Samples
 from postproc.model.arm import Model
 from postproc.motion.smoothing import transition
@@ -183,7 +183,7 @@ def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
     m = len(samples.moves)
     before = np.maximum(np.arange(m) - 1, 0)
     at_start, at_goal = np.empty((2, m, 6))
-    for rows in blocks(m, BLOCK):
+    for rows in blocks(m):
         start, goal = samples.start[rows], samples.goal[rows]
         begins = samples.mounts_at(start).work(exact.T_base_flange[before[rows]])
         at_start[rows] = pose_error(exact.T_work_tcp[start], begins)

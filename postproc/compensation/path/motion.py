@@ -18,7 +18,6 @@ from postproc.motion.path.places import unit_of
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.cells.station import Station
 
-BLOCK = 4_000  # samples whose states are held at a time
 _SAME = 1e-9  # [m], [rad]: nearer than that the arm stands at one place
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
@@ -126,8 +125,8 @@ class Motion:
         return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
-        """Slices that cover all rows, ``BLOCK`` samples each."""
-        return blocks(len(self.place), BLOCK)
+        """Slices that cover all rows, each of some thousand samples."""
+        return blocks(len(self.place))
 
 
 def motion_of(

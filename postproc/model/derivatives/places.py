@@ -9,6 +9,7 @@ from postproc.effects.contract import Displacement, Load
 
 JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
 """First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
+BATCH = 500  # poses taken at once whose matrices of the whole arm are held: 48 coordinates squared, a few times
 LOADS = 54
 """Columns of a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
 

@@ -8,11 +8,10 @@ from postproc.arrays import Array, blocks
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
+from postproc.model.derivatives.places import BATCH
 from postproc.model.derivatives.tangent import RestingArm, tangent
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.loads import payload_point
-
-BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 
 
 def tcp_compliance(model: Model, state: State) -> Array:

@@ -11,7 +11,6 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_motions, body_poses
 
 NO_GRAVITY = np.zeros(3)
-_BLOCK = 5000  # states
 
 
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
@@ -39,7 +38,7 @@ def inertial_torque(
     (q, v, a), (mass, center) = motion, payload
     arm = Multibody(robot, gravity, ())
     result = np.empty((len(q), 6))
-    for rows in blocks(len(q), _BLOCK):
+    for rows in blocks(len(q)):
         T = body_poses(robot, q[rows])
         flange = T[:, 6] @ robot.link[6]
         point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]

@@ -12,8 +12,6 @@ from postproc.motion.timing.jerk_limited import JointMotion, Profile, joint_moti
 from postproc.motion.timing.spline import fit_spline
 from postproc.robot.arm import Robot
 
-_BLOCK = 10_000  # instants
-
 
 @dataclass(frozen=True, slots=True)
 class LimitReport:
@@ -45,7 +43,7 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
         law = profile.law
         begin = profile.start[law.run] + law.t
         moments = np.unique(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
-        for part in blocks(len(moments), _BLOCK):
+        for part in blocks(len(moments)):
             run, inner = profile.at(moments[part])
             ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve))
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):

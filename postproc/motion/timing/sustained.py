@@ -15,10 +15,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.ndimage import grey_opening
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 
 _STEPS = 8  # time steps per natural period
-_BLOCK = 2000  # instants taken together
 _LEVELS = np.log(1.1)  # periods within 10 % share a window
 
 
@@ -40,8 +39,8 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
     # A step of the exact period would move every instant of a long program with the last digit of the model.
     step = float(np.exp(level.min() * _LEVELS)) / _STEPS
     # Only the surroundings of the instants are looked at, in blocks: memory does not grow with the program.
-    for first in range(0, len(t), _BLOCK):
-        rows = np.arange(first, min(first + _BLOCK, len(t)))
+    for block in blocks(len(t)):
+        rows = np.arange(block.start, block.stop)
         reach = int(np.ceil(1.05 * period[rows].max() / step)) + 2  # a window is rounded up
         near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
         even = np.asarray(near * step, dtype=float)

@@ -20,7 +20,6 @@ SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleratio
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
 NEGLIGIBLE = 1e-4  # [rad/s^2], [m/s^2]: no arm bends by a hundredth of a micrometre under so little
-_BLOCK = 5000  # samples
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
@@ -63,7 +62,7 @@ def retime(
     axes_v, axes_kept = np.zeros((2, n, 6))
     axes_v[:, runs.axes] = v[:, 6:]
     tcp_speed = np.empty(n)
-    for part in blocks(n, _BLOCK):
+    for part in blocks(n):
         # The work goes past a stationary tool as fast as the tool goes over the work.
         point = path.mounts[part].base_tcp(path.T_work_tcp[part])[:, :3, 3]
         velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part, :6], point)

@@ -23,7 +23,6 @@ from postproc.report.blocks import Values
 from postproc.report.drawing.columns import chain_of, exact, packed
 
 MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
-BLOCK = 10_000
 LONGEST = 60  # characters of a target's name
 
 
@@ -143,7 +142,7 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
     rigid, motion = model.with_effects(), plan.motion
     timeline, moves = motion.timeline, motion.moves
     torque = np.empty((len(q), 6))
-    for rows in blocks(len(q), BLOCK):
+    for rows in blocks(len(q)):
         of = places.move[rows]
         place = of + places.u[rows]
         loaded = np.array([motion.options.force_on == "all" or moves[i].welding for i in of])
