@@ -119,7 +119,7 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return FOLLOWS
-    if not on_the_way and any(i in plan.relaxed for i in rows):
+    if not on_the_way and not plan.relaxed.isdisjoint(rows):
         return SHARED
     key = start.event.statement.key
     if on_the_way and start.event.statement.source.read_only and key not in plan.places:
@@ -173,7 +173,7 @@ def _outcome(
     begun = [_begins_anywhere(moves[i]) for i in rows]
     if any(begun):
         reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
-    if any(i in plan.relaxed for i in rows):
+    if not plan.relaxed.isdisjoint(rows):
         reason = SHARED
     reason = FOLLOWS if edited == "derived" else reason
     return StatementOutcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
