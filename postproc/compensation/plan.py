@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.correction.circles import behind_the_unknown, spoiled_starts
+from postproc.compensation.correction.circles import arcs_without_start, spoiled_starts
 from postproc.compensation.correction.curve import (
     Exact,
     Transition,
@@ -198,7 +198,7 @@ class Planner:
         scope = in_scope(self.moves, self.motion.options)
         within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
         self.unasked = {key: OUT_OF_SCOPE for key in self.keys if key not in within}
-        left = {**self.unasked, **search_starts(self.events), **behind_the_unknown(self.motion)}
+        left = {**self.unasked, **search_starts(self.events), **arcs_without_start(self.motion)}
         if self.on_controller.everything:
             left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}
         return left
