@@ -23,7 +23,7 @@ NOWHERE: Ax6 = (nan,) * 6
 
 
 def place_events(events: Iterable[MotionEvent], station: Station) -> list[MotionEvent]:
-    """The events, each with the positions of the external axes at its goal.
+    """The events, each with the positions of the external axes at its goal where these are known.
 
     An event whose base or work has no known place also gets the reason, so that it is not corrected.
     """

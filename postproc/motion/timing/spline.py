@@ -45,13 +45,13 @@ def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
 
 
 def _known(column: Array) -> Array:
-    """(n,) column in which each NaN is replaced by the next known value, or by the last one at the end."""
+    """The column (n,) in which each NaN is replaced by the next finite value, or by the last one where none follows."""
     at = np.flatnonzero(np.isfinite(column))
     return np.asarray(column[at[np.minimum(np.searchsorted(at, np.arange(len(column))), len(at) - 1)]])
 
 
 def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
-    """Limits of the arm's six joints, then of the external axes, with usual values where an axis states none.
+    """Limits of the arm's six joints, then of the external axes ``axes``, with usual values where an axis states none.
 
     Usual are 1 m/s or 90 deg/s, reached in 0.5 s, and that acceleration in 0.1 s.
     """
@@ -183,7 +183,7 @@ def rotation_angle(R: Array) -> Array:
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
-    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run, independent between runs.
+    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run (k,), independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
     slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.
