@@ -97,10 +97,10 @@ class Motion:
         return state.with_(gravity=gravity - acceleration, **turns)
 
     def distinct(self, rows: slice) -> tuple[Index, Index]:
-        """Rows (d,) of a block with different states, and for each row of the block its equal's position in them.
+        """Indices (d,) of the samples of a block without repetitions, and which of these each sample equals.
 
         Where a move continues with the tool and load of the one before, its start equals that move's goal and is left
-        out.
+        out. The second array (rows of the block,) holds positions in the first.
         """
         samples, every = self.samples, np.arange(rows.start, rows.stop)
         begins = every[1:][samples.u[every[1:]] == 0.0]
@@ -133,9 +133,10 @@ class Motion:
 def motion_of(
     model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
 ) -> Motion:
-    """The motion through samples of a program.
+    """The motion through samples of a program, with the approach of the joints if an effect of the model reads it.
 
     Args:
+        timeline: timing of the programmed path.
         place: (n,) place of the samples on the programmed path, as move index + fraction; without it they are samples
             of that path itself.
     """

@@ -133,7 +133,11 @@ def on_line(
 
 
 def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The place stated from the farther end of the line, so that the added target has the configuration of that end."""
+    """The point stated from the farther end of the line, so that the added target has the configuration of that end.
+
+    Args:
+        function: name of the function whose result has the configuration of its first end.
+    """
     if point.share < 0.5:
         share = round(1.0 - point.share, SHARE_DECIMALS)
         return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
@@ -147,9 +151,12 @@ def on_arc(
     last: Sequence[TargetValue],
     allowed: Allowed,
 ) -> tuple[list[Insertion], Change] | None:
-    """Added statements for all runs of an arc, and the change of its last circle point; None if there are none.
+    """Added statements for all runs of an arc, and the change of the circle point that its own statement states.
+
+    None if no displacement of some point suits all runs.
 
     Args:
+        function: name of the function that calculates a point on the arc.
         added: what each run would add as numbers.
         last: the circle point of the last part in each run.
         allowed: how far off [mm] an added target may be in each run.
@@ -202,6 +209,8 @@ def _on_path(
 
 def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
     """Displacement of a point in all runs (None if none suits), and the line length [mm] it holds for, 0 for any.
+
+    A displacement that holds for one length is to be multiplied by the square of the ratio of lengths.
 
     Args:
         offsets: (n, 3) that the runs require [mm].
