@@ -169,7 +169,7 @@ def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
 def _row(
     statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
 ) -> Row:
-    """The row of one statement; posture, tool and position are those of its first execution.
+    """The row of one statement: the tool of its first execution, and the posture of the first that the arm can make.
 
     Args:
         executions: indices of its executions in ``events``.

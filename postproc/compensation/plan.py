@@ -92,7 +92,7 @@ class CorrectionPlan:
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
-    """Statements before a search instruction, with the reason why they stay uncorrected.
+    """Motion statements that are executed right before a search instruction, with the reason to leave them uncorrected.
 
     With one end of its line corrected, the search would find another place.
     """

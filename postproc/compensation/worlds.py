@@ -40,7 +40,10 @@ NO_CORRECTION = Bound()
 
 @dataclass(frozen=True, slots=True)
 class Worlds:
-    """Number of worlds in which the programs were compared, and of those in which they differed."""
+    """Number of worlds in which the programs were compared, and of those in which they differed.
+
+    A world is one choice of all that the text leaves open: inputs, operator data, unknown values.
+    """
 
     count: int
     differing: int
@@ -67,7 +70,8 @@ def check_written(
 ) -> tuple[Worlds, list[Diagnostic]]:
     """Compare the written program with the original in several worlds, as ``check_worlds`` does.
 
-    Nothing is compared if the text determines all ways and targets of the program.
+    A world is one choice of all that the text leaves open. Nothing is compared if the text determines all ways and
+    targets of the program.
 
     Args:
         events: all of the program.

@@ -106,7 +106,10 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
 
 
 def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
-    """KIN018: the joint compliances come from the controller's configuration, with the entries that were not read."""
+    """KIN018 if the joint compliances come from the controller's configuration, with its entries that were not read.
+
+    It is a warning if there are such entries, else an info.
+    """
     if UNREAD not in model.robot.sources:
         return
     text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]

@@ -87,7 +87,8 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 def invert_model(model: Model, motion: Motion) -> Exact:
     """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal.
 
-    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles.
+    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles. A move
+    that only restates an earlier goal, from which the program resumes, has the values of that goal.
     """
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
@@ -183,6 +184,9 @@ def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
     """Pose differences (m, 6) [m], [rad] at the start and at the goal of each move, zero where nothing jumps.
 
     They lead from the corrected curve of the move to the corrected target where it starts, and to that of its goal.
+
+    Args:
+        exact: the correction with all targets corrected, or with those that the text can have.
     """
     m = len(samples.moves)
     before = np.maximum(np.arange(m) - 1, 0)

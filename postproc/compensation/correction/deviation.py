@@ -51,7 +51,7 @@ class Deviation:
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
     def largest_of_moves(self, rows: Flags) -> Array:
-        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,)."""
+        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,), 0 without any."""
         worst = np.zeros(len(self.goal_distance))
         np.maximum.at(worst, self.owner[rows], self.distance[rows])
         return worst

@@ -19,7 +19,7 @@ _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the sma
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
-    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); all for a zero direction."""
+    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); unchanged for zero."""
     return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
 
 

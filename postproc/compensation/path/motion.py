@@ -122,7 +122,10 @@ class Motion:
         return every[own], np.cumsum(own) - 1
 
     def steady(self) -> Flags:
-        """(n,) whether the TCP keeps its speed or stands at each sample, so the load of inertia does not change."""
+        """(n,) whether the load of inertia stays the same at each sample; all are true if inertia is not compensated.
+
+        It changes where the TCP speeds up or slows down, and in zone corners passed faster than 0.1 m/s.
+        """
         return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
@@ -153,9 +156,10 @@ def feels_sides(model: Model) -> bool:
 
 
 def approach_side(samples: Samples) -> Array:
-    """Sign of each joint's last travel before a sample, (n, 6); 0 until the joint moves in its chain.
+    """Sign of each joint's last travel before a sample, (n, 6), within its chain of connected moves.
 
-    Where a chain resumes from an earlier target, the travel to that target counts.
+    It is 0 until the joint first moves in the chain. Where a chain resumes from an earlier target, the travel to that
+    target counts.
     """
     first = np.array([m.first for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])

@@ -80,11 +80,13 @@ class TargetAdder:
         self.arc_function = free_name(program, ARC_FUNCTION)
 
     def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
-        """The statements to add, one set for all runs of a statement.
+        """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
+
+        Moves whose runs cannot share one set are refused, with the reason.
 
         Args:
-            pieces: how moves are divided.
-            tolerance_mm: (m,) allowed deviation along each move [mm].
+            pieces: how moves are divided, one for each move that may be.
+            tolerance_mm: (m,) allowed deviation [mm] from the commanded curve along each move of the program.
         """
         divided = {p.move: p for p in pieces if p.goals}
         if not divided:
@@ -254,6 +256,9 @@ class TargetAdder:
 
         The interpolation is between the corrections at start and goal of the move: what the path lacks without added
         targets. ``add`` derives from it how far an added target may be off in each run.
+
+        Args:
+            part: how the move is divided.
         """
         samples, goals, i = self.samples, list(part.goals), part.move
         shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]

@@ -116,6 +116,10 @@ class Requester:
 
         If a written end differs from the corrected curve, it lies on the circle through the written ends and the
         corrected middle.
+
+        Args:
+            written: the correction with the goals that the text has.
+            curve: (n, 4, 4) commanded poses at all samples.
         """
         samples, move = self.motion.samples, self.moves[i]
         assert move.T_work_via is not None

@@ -57,7 +57,10 @@ class Assigned:
         return {request.event.statement.key for request in self.requests} - self.left.keys()
 
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
-        """A copy without the changes to the text of some arguments: their offsets, and numbers that stand there."""
+        """A copy without the changes to the text of some arguments (each a statement and a role).
+
+        These are their offsets, and the values of numbers that stand in the argument itself.
+        """
         offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
         theirs = {
             slot
@@ -88,7 +91,8 @@ class Writer:
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
         """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points.
 
-        Circle points then keep the values that were decided for goals, and their slots.
+        A slot (place in the text with a target's numbers) that got a value for goals then keeps it, and one that could
+        serve goals but got no value is not used.
         """
         moves = self.motion.moves
         rows = {moves[r.move].row for r in requests}
@@ -197,7 +201,11 @@ class Writer:
         return tuple(changes), places
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
-        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument."""
+        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument.
+
+        Args:
+            request: one that the slot serves.
+        """
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:

@@ -78,6 +78,8 @@ def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> s
 def resting_place(events: Iterable[MotionEvent]) -> Ax6:
     """Positions at which the external axes of a task stand while it runs, 9E9 for an axis without exactly one position.
 
+    All are 9E9 if some target of the task is not known.
+
     Args:
         events: all of the task's program.
     """

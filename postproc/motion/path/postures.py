@@ -141,7 +141,10 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:
-    """KIN008, a warning: the posture in which the arm comes to this target is not known and has been assumed."""
+    """KIN008, a warning: the posture nearest to the last known one is assumed at this target.
+
+    The posture in which the arm comes is not known, and the configuration that the target states does not exist.
+    """
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
     help_ = (
         "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"

@@ -168,7 +168,7 @@ def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array
 
 
 def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags) -> list[Diagnostic]:
-    """Findings about joint limits, jumps, goals in another configuration and singular wrists, one per move and kind.
+    """MOT002 to MOT005: joint limits, jumps, goals in another configuration, singular wrists; one per move and kind.
 
     Args:
         in_space: (n,) samples whose joint angles come from inverse kinematics.

@@ -139,6 +139,9 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     The parameter grows by the root of the sum of squares of TCP travel, reorientation (at a radius of 30 mm), joint
     travel (at 20 mm) and travel of the external axes (linear axes count in full), so it stays smooth where one of them
     takes over.
+
+    Args:
+        station: states the external axes that move along with the joints.
     """
     n = len(path.q)
     travel = np.diff(path.s)
@@ -177,7 +180,7 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
 
 
 def rotation_angle(R: Array) -> Array:
-    """Angles (n,) [rad] of rotations (n, 3, 3), exact for small ones."""
+    """Angles (n,) [rad] of rotation matrices (n, 3, 3), accurate also where they are small."""
     axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
     return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
 
