@@ -14,7 +14,6 @@ from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
 from postproc.motion.values import Index
 
-MM = 1e3
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 _MOST = 500  # targets that are asked
 

@@ -51,7 +51,7 @@ class Bound:
 
 
 def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPlan) -> dict[StatementKey, Bound]:
-    """The bound of every statement that may be corrected.
+    """The bound of every statement that may be corrected, except those that a function on the controller corrects.
 
     It holds the corrections of its runs and of statements whose targets use the same data, plus the tolerance of its
     goal and 10 % of the largest correction of the program. A statement that stays uncorrected, or stands in a file that

@@ -42,7 +42,6 @@ from postproc.robot.configuration import confdata
 NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
-SHARE_DECIMALS = 4
 
 _Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves
 
