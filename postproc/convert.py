@@ -22,7 +22,7 @@ from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
-from postproc.compensation.results.belief import doubt_corrections, doubt_weights
+from postproc.compensation.results.belief import doubt_corrections, doubt_flange_mass
 from postproc.compensation.results.document import JudgedProgram, document, refused
 from postproc.compensation.results.dynamics import check_corrected
 from postproc.compensation.results.figures import figures_of, worsened
@@ -254,7 +254,7 @@ def _without_errors(
 
 def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
     """The commanded poses along the whole way, and MOD005 if the model makes the tool weigh less than nothing."""
-    return invert_model(model, motion), doubt_weights(model, motion)
+    return invert_model(model, motion), doubt_flange_mass(model, motion)
 
 
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:

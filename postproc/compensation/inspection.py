@@ -157,7 +157,7 @@ def _decided(row: Row, outcome: StatementOutcome | None) -> Row:
 
 
 def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
-    """Joint angles, TCP positions in base axes, singularity and kind of tool at the goals of moves."""
+    """The postures of the arm at the goals of moves."""
     q = np.array([move.q for move in moves]).reshape(-1, 6)
     if not moves:
         return _Postures(q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool))
@@ -169,7 +169,7 @@ def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
 def _row(
     statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
 ) -> Row:
-    """The row of one statement; posture, tool and position are those of its first execution.
+    """The row of one statement: the tool of its first execution, and the posture of the first that the arm can make.
 
     Args:
         executions: indices of its executions in ``events``.
@@ -197,7 +197,12 @@ def _row(
 
 
 def _reason(event: MotionEvent, known: bool) -> str | None:
-    """Why the statement stays uncorrected, None if it is corrected; ``known``: the arm can make the motion."""
+    """Why the statement would stay uncorrected, None if it would be corrected.
+
+    Args:
+        event: its first execution.
+        known: the arm can make that motion.
+    """
     if event.reason is not None:
         return event.reason
     if event.statement.interpolation == "absjoint":

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.correction.circles import behind_the_unknown, spoiled_starts
+from postproc.compensation.correction.circles import arcs_without_start, spoiled_starts
 from postproc.compensation.correction.curve import (
     Exact,
     Transition,
@@ -63,7 +63,7 @@ class CorrectionPlan:
         transitions: where the correction jumps.
         refused: moves that need added targets for which there is no text, with the reason.
         why_whole: returns why nothing can be added before a move, empty if something can.
-        path_tolerance: (m,) largest deviation along each move [m].
+        path_tolerance: (m,) allowed deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
         arrivals: after which motions each statement may run.
     """
@@ -92,7 +92,7 @@ class CorrectionPlan:
 
 
 def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
-    """Statements before a search instruction, with the reason why they stay uncorrected.
+    """Motion statements that are executed right before a search instruction, with the reason to leave them uncorrected.
 
     With one end of its line corrected, the search would find another place.
     """
@@ -137,10 +137,10 @@ class Planner:
         self.unasked: Mapping[StatementKey, str] = {}
 
     def plan(self) -> CorrectionPlan:
-        """Find what is written where.
+        """Decide which texts get which corrections and which statements are added.
 
-        It repeats until no more statements have to stay uncorrected and no more arcs undivided; both sets only grow, so
-        it ends.
+        That repeats as long as further statements have to stay uncorrected or further arcs undivided; both sets only
+        grow, so it ends.
         """
         left, whole = self._left_by_choice(), dict[int, str]()
         while True:
@@ -193,12 +193,13 @@ class Planner:
     def _left_by_choice(self) -> dict[StatementKey, str]:
         """Statements that stay uncorrected whatever their correction is, with the reason.
 
-        They are out of scope, lead to a search, are arcs with an unknown start, or are corrected by the function.
+        They are out of scope, come before a search, are arcs with an unknown start, or are left to a function on the
+        controller.
         """
         scope = in_scope(self.moves, self.motion.options)
         within = {key for key, inside in zip(self.keys, scope, strict=True) if inside}
         self.unasked = {key: OUT_OF_SCOPE for key in self.keys if key not in within}
-        left = {**self.unasked, **search_starts(self.events), **behind_the_unknown(self.motion)}
+        left = {**self.unasked, **search_starts(self.events), **arcs_without_start(self.motion)}
         if self.on_controller.everything:
             left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}
         return left
@@ -233,12 +234,16 @@ class Planner:
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
         """By move, the shift (6,) [m], [rad] of targets that are not where the correction wants them, in work axes.
 
-        It is zero for statements that stay uncorrected.
+        It is zero for statements that stay uncorrected, but not for those that a function on the controller corrects.
+
+        Args:
+            left: statements that are not corrected by changed numbers.
+            goals: what is written for the goals.
         """
         stays = {key for key in left if not self._taken(key)}
         placed = self.writer.placed(goals, self.exact)
         return placed | {i: np.zeros(6) for i, key in enumerate(self.keys) if key in stays}
 
     def _taken(self, key: StatementKey) -> bool:
-        """Whether the function on the controller corrects a statement, and the scope includes it."""
+        """Whether a function on the controller can correct a statement, and the scope includes it."""
         return key not in self.unasked and self.on_controller.takes(key)

@@ -44,6 +44,8 @@ def run_again(
         drafts: new content of the changed files, by path.
         insertions: the statements that were added.
         events: of the original program.
+        options: of these the routine to start from counts.
+        station: where the arm stands, and its external axes.
 
     Returns:
         Its events, and for each the index of the original event that it belongs to; None in place of the indices if the
@@ -77,6 +79,10 @@ def _without_unpaired(
 
     Of a program too long to be followed entirely, only runs to new places are events; an added statement may then
     appear without the motion to whose goal it leads.
+
+    Args:
+        ran: events of the written program.
+        original: for each statement of the written text its original, and whether it is that one or an added one.
     """
     kept, behind = [False] * len(ran), None
     for j in range(len(ran) - 1, -1, -1):
@@ -139,10 +145,11 @@ def drive(
     """Samples and states of the written program, part by part, so that memory does not grow with the program.
 
     Args:
-        ran, owners: events and original events, from ``run_again``.
+        ran, owners: events of the written program and their original events, from ``run_again``.
 
     Raises:
-        PostprocError: the arm cannot run it, or it does not run what was planned.
+        PostprocError: the arm cannot run the written program, or it does not run what was planned; the diagnostics may
+            be empty.
     """
     index = {move.row: i for i, move in enumerate(plan.motion.moves)}
     missing = Counter({i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces})
@@ -202,7 +209,7 @@ def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
 
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
-    """Ranges [a, b) of about ``MOST`` events, cut where load and tool stay the same and the goal is known by itself."""
+    """Ranges [a, b) of ``MOST`` events or a few more, cut between motions with the same tool, load and weld state."""
     # Nor does a way that goes on from an earlier event (``resumes_from``) lead from one part into another.
     back = [i if e.resumes_from is None else e.resumes_from for i, e in enumerate(events)]
     earliest = np.minimum.accumulate(back[::-1])[::-1]

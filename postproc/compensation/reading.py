@@ -42,17 +42,20 @@ def read_samples(
         return None, findings
     moves = told_joints(model, moves, options)
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
-    dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
+    intervals = np.where(
+        changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0)
+    )
     try:
-        return sample_for(model, moves, dense), findings
+        return sample_for(model, moves, intervals), findings
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
 
 
 def told_joints(model: Model, moves: list[Move], options: Options) -> list[Move]:
-    """The moves, those to joint angles with the nominal angles of the pose that the controller assigns to them.
+    """The moves as a controller that corrects by itself sees them; unchanged if it does not correct.
 
-    If the controller corrects by itself, a line that follows begins at that pose. Without this nothing changes.
+    It assigns to the joint angles of a MoveAbsJ the pose of its own model, at which a line that follows begins. Such
+    moves get the nominal joint angles of that pose.
     """
     rows = [i for i, move in enumerate(moves) if move.kind == "absjoint"]
     if model.controller is None or not rows:
@@ -99,10 +102,11 @@ def without_impossible(
     """Events without the targets of statements that the arm cannot run as they are programmed.
 
     Args:
-        findings: of the motion; their errors name these statements.
+        findings: of the motion; the places of their errors lie in these statements.
 
     Returns:
-        The events, and the findings as warnings; no findings if there is no error or one of them names no statement.
+        The events, and the findings with errors as warnings. If there is no error, or one of them has no place in a
+        statement, the events are unchanged and there are no findings.
     """
     errors = [d for d in findings if d.severity == "error"]
     wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
@@ -124,7 +128,7 @@ def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> b
     """Whether all errors are ways to targets that the arm cannot follow, and these are few.
 
     Such a way is a line through a wrist singularity, or a goal in another configuration than the line leads to. Few
-    means at most 5 % of the program's motion statements, with those that already stay uncorrected for it.
+    means at most 5 % of the program's motion statements, counted with those already left out as impossible.
     """
     errors = [d for d in findings if d.severity == "error"]
     left = {e.statement.key for e in events if IMPOSSIBLE in e.unknowns}
@@ -146,9 +150,11 @@ def with_way_out(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) 
 def no_known_target(
     program: Program, events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reachable: int = 0
 ) -> Diagnostic:
-    """CMP003, an error: no target can be corrected; with the reason that most statements have and the first remedy.
+    """CMP003, an error: no target can be corrected; with the commonest reason and one remedy.
 
     Args:
+        events: all of the program.
+        findings: of the program so far, from which reason and remedy are taken.
         reachable: number of statements that a function on the controller could correct.
     """
     own = [e for e in events if not e.statement.source.read_only and e.statement.interpolation != "none"]

@@ -40,7 +40,10 @@ NO_CORRECTION = Bound()
 
 @dataclass(frozen=True, slots=True)
 class Worlds:
-    """Number of worlds in which the programs were compared, and of those in which they differed."""
+    """Number of worlds in which the programs were compared, and of those in which they differed.
+
+    A world is one choice of all that the text leaves open: inputs, operator data, unknown values.
+    """
 
     count: int
     differing: int
@@ -67,7 +70,8 @@ def check_written(
 ) -> tuple[Worlds, list[Diagnostic]]:
     """Compare the written program with the original in several worlds, as ``check_worlds`` does.
 
-    Nothing is compared if the text determines all ways and targets of the program.
+    A world is one choice of all that the text leaves open. Nothing is compared if the text determines all ways and
+    targets of the program.
 
     Args:
         events: all of the program.
@@ -152,7 +156,11 @@ class Pairing:
 def _differences(
     before: Sequence[WorldMotion], after: Sequence[WorldMotion], pairing: Pairing
 ) -> Iterator[tuple[WorldMotion, str]]:
-    """Motions of the original that the written program does not make, each with what it does instead."""
+    """Motions of the original that the written program does not make, each with what it does instead.
+
+    Args:
+        before, after: motions of the original and of the written program in one world, in the order of execution.
+    """
     own, numbers, bounds = pairing.own, pairing.numbers, pairing.bounds
     at, last = 0, None
     largest = max((bound.mm for bound in bounds.values()), default=0.0)  # of an added goal, too
@@ -183,7 +191,7 @@ def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMoti
     """What a motion of the written program does differently from its original, as text; empty if nothing.
 
     Args:
-        start: the motion before it, at whose goal an arc begins.
+        start: the motion before it in the original, at whose goal an arc begins; None if not known.
         bound: largest correction of the statement.
     """
     if (before.wobj, before.displacement) != (after.wobj, after.displacement):
@@ -209,6 +217,9 @@ def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion)
     """Distance [mm] of the new circle point from the original's arc, anywhere on it; 0 without circle points.
 
     If the start of the arc is not known, it is the distance of the two circle points.
+
+    Args:
+        start: the motion before the original's one, to the start of the arc.
     """
     if before.via is None or after.via is None:
         return 0.0
@@ -233,7 +244,12 @@ def _angle(a: Quat, b: Quat) -> float:
 
 
 def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion) -> float:
-    """Distance [mm] of an added goal from the straight line of the original motion; 0 for motions that are no line."""
+    """Distance [mm] of an added goal from the straight line of the original motion; 0 for motions that are no line.
+
+    Args:
+        start: the motion before the original's one, to the start of the line; 0 is returned if it is not known.
+        extra: the motion to the added goal.
+    """
     if start is None or motion.statement.interpolation != "line":
         return 0.0
     places = [_in_base(m) for m in (start, motion, extra)]

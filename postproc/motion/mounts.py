@@ -85,14 +85,14 @@ class Mounts:
     def flange_tcp(self, T_work_tcp: Array) -> Array:
         """T_flange_tcp (n, 4, 4): the TCP in the flange for T_work_tcp (n, 4, 4).
 
-        For a held tool it is constant; for a stationary tool it moves over the work piece, which the flange carries.
+        A tool on the flange has a constant one; a stationary tool moves over the work piece, which the flange carries.
         """
         return self._chosen(self.T_mount_tcp, T_work_tcp)
 
     def seen(self, T_base_tcp: Array, T_work_tcp: Array) -> Array:
         """T_work_tcp (n, 4, 4) of a deflected arm, whose flange brings its nominal TCP point to T_base_tcp (n, 4, 4).
 
-        A held tool is then at T_base_tcp. A stationary tool stays in place and the work that the flange carries is
+        A tool on the flange is then at T_base_tcp. A stationary tool stays in place and the work on the flange is
         displaced: T_flange_tcp T_base_tcp^-1 T_base_frame T_mount_tcp, with T_flange_tcp equal to the nominal
         T_work_tcp passed.
         """
@@ -109,20 +109,20 @@ class Mounts:
         """
         J = jacobian(robot, q, self.flange_tcp(T_work_tcp))
         inverse = np.asarray(np.linalg.pinv(J, rcond=_SINGULAR), dtype=float)
-        held = inverse if self.T_base_frame is None else inverse @ _turning(self.T_base_frame)
+        on_flange = inverse if self.T_base_frame is None else inverse @ _turning(self.T_base_frame)
         if not self.stationary.any():
-            return held
-        return self._chosen(held, inverse @ -_turning(forward(robot, q)))
+            return on_flange
+        return self._chosen(on_flange, inverse @ -_turning(forward(robot, q)))
 
-    def _chosen(self, held: Array, stationary: Array) -> Array:
-        """Matrices (n, 4, 4) or (n, 6, 6) of ``stationary`` where the tool is stationary, else of ``held``."""
+    def _chosen(self, on_flange: Array, stationary: Array) -> Array:
+        """Matrices (n, 4, 4) or (n, 6, 6) of ``stationary`` where the tool is stationary, else of ``on_flange``."""
         if not self.stationary.any():
-            return held
-        return np.where(self.stationary[:, None, None], stationary, held)
+            return on_flange
+        return np.where(self.stationary[:, None, None], stationary, on_flange)
 
 
 def _turning(T: Array) -> Array:
-    """(n, 6, 6) block-diagonal, the rotation of each pose (n, 4, 4) twice: it turns shift and rotation vector."""
+    """(n, 6, 6) block-diagonal matrices that turn shifts and rotation vectors by the rotations of poses (n, 4, 4)."""
     found = np.zeros((len(T), 6, 6))
     found[:, :3, :3] = found[:, 3:, 3:] = T[:, :3, :3]
     return found

@@ -38,7 +38,10 @@ class Nearest:
 
 
 def nearest_to(robot: Robot, path: Path) -> tuple[Nearest, ...]:
-    """The places of a path nearest to a joint limit and, with a spherical wrist, to a wrist and an arm singularity."""
+    """The places of a path nearest to a joint limit and, with a spherical wrist, to a wrist and an arm singularity.
+
+    Empty if no sample has known joint angles.
+    """
     known = np.flatnonzero(np.isfinite(path.q).all(axis=1))
     if not len(known):
         return ()

@@ -65,7 +65,7 @@ def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: flo
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:
-    """Ruckig trajectory from 0 to 1 and from rest to rest under the three limits, without way-points.
+    """Ruckig trajectory of one coordinate from 0 to 1, from rest to rest under the three limits, without way-points.
 
     Ruckig would calculate way-points through a cloud service.
     """

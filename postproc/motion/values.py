@@ -100,7 +100,7 @@ def goal_axes(moves: Sequence[Move]) -> Array:
 
 
 def mounts_of(moves: Sequence[Move], axes: Array | None = None) -> Mounts:
-    """The mounts of moves, in their order.
+    """How tool and work are mounted at the goals of moves, in their order.
 
     Args:
         axes: (m, 6) positions of the external axes; without them those at the goals of the moves.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensation.correction.inverse import DAMPING, _newton, command
+from postproc.compensation.correction.inverse import DAMPING, _damped_inverses, command
 from postproc.effects.base import Effect
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
@@ -145,7 +145,7 @@ def test_steps_near_a_straight_wrist_are_damped() -> None:
     q[:, 4] = [1.0, 3e-3, 1e-3, 0.0]
     size = np.linalg.svd(jacobian(model.robot, q), compute_uv=False)
     assert size.min() < DAMPING < size[1].min()
-    damped = np.linalg.svd(_newton(model, model.state(q), q), compute_uv=False)
+    damped = np.linalg.svd(_damped_inverses(model, model.state(q), q), compute_uv=False)
     np.testing.assert_allclose(damped, -np.sort(-size / (size**2 + DAMPING**2), axis=1), rtol=1e-6, atol=1e-9)
 
 

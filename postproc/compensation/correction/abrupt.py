@@ -24,35 +24,35 @@ SHARP = 1e-5  # [m] by which it may leave the straight line through two of them
 CLOSE = 0.0005  # [m] between samples of a move on which it leaves that
 
 
-def intervals_for_jumps(model: Model, moves: Sequence[Move], dense: Array) -> Array:
-    """(m,) least number of sample intervals per move, more where a user's own effect jumps or bends sharply.
+def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -> Array:
+    """(m,) sample intervals per move: those passed, or as many of 0.5 mm where a user's effect jumps or bends sharply.
 
-    Only effects that read nothing but the commanded joint angles are examined.
+    Only the user's own effects that read nothing but the commanded joint angles are examined, along lines and arcs.
 
     Args:
-        dense: (m,) number of intervals that is wanted without such effects.
+        intervals: (m,) least number of intervals per move without regard to such effects.
     """
     own = [e for e in model.effects if type(e) not in BUILT_IN and set(e.reads) == {"q"}]
     if not own or not moves:
-        return dense
-    length = sample_moves(model.robot, moves, dense=dense).curves.length
-    probes = sample_moves(model.robot, moves, dense=np.ceil(length / PROBED))
+        return intervals
+    length = sample_moves(model.robot, moves, intervals).curves.length
+    probes = sample_moves(model.robot, moves, np.ceil(length / PROBED))
     state = model.felt(State(q=probes.q))
     inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
     sharp = np.zeros(len(inside), dtype=bool)
     for effect in own:
-        for part in _parts(effect, state):
+        for part in _displacements(effect, state):
             sharp |= np.abs(np.diff(part, 2, axis=0)).max(axis=1) > SHARP
-    wanted = dense.astype(float)
+    wanted = intervals.astype(float)
     jumping = np.unique(probes.move[2:][sharp & inside])
     wanted[jumping] = np.maximum(wanted, np.ceil(length / CLOSE))[jumping]
     return wanted
 
 
-def _parts(effect: Effect, state: State) -> list[Array]:
-    """Displacements (n, 6) [m] by an effect, one array for each of joints, tool, instrument and bodies.
+def _displacements(effect: Effect, state: State) -> list[Array]:
+    """Displacements (n, 6) [m] by one effect: an array for each of joints, tool, instrument and bodies that it moves.
 
-    Rotations are counted as displacements at the reach of the arm.
+    Joint angles and rotations [rad] are multiplied by the reach of the arm.
     """
     share = displacement_of(effect, state)
     twist = np.array([1.0, 1.0, 1.0, REACH, REACH, REACH])

@@ -29,14 +29,18 @@ SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; far
 def applicable_model(model: Model, events: Sequence[MotionEvent], options: Options) -> tuple[Model, list[Diagnostic]]:
     """The part of a model that holds for a program, with the calibration error of the measured tool carried over.
 
-    Effects that move the instrument's frame are left out, and those that read channels which nobody states. The
-    measured TCP is the model's nominal tool moved by ``tool_frame``: a program whose TCP is within ``SAME_TOOL`` of it
-    is taken to use that tool; any other tool is taken as calibrated.
+    Left out are effects on the measured data or on the instrument's frame, and effects that read channels which neither
+    a program nor the options state. The measured TCP is the model's nominal tool moved by ``tool_frame``: a program
+    whose TCP is within ``SAME_TOOL`` of it is taken to use that tool; any other tool is taken as calibrated.
+
+    Args:
+        events: all of the program, at least one.
+        options: of these the channels, the process force and what the controller corrects by itself count.
 
     Returns:
         The model, and findings: CMP011 what was done about the measured tool, CMP014 in which axes an arm whose base is
         turned is programmed, CMP016 what is left out for a channel, MOD005 implausible parameters, KIN010 an arm
-        without weight, MOD006 a model in which nothing yields to a load.
+        without masses, KIN018 compliances from the controller, MOD006 a model in which nothing yields to a load.
 
     Raises:
         PostprocError: MOD012, the controller cannot correct by itself what the options say.
@@ -72,7 +76,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
 
 
 def _no_such_axis(effect: Effect, unknown: Sequence[str], source: Source) -> Diagnostic:
-    """CMP016, a warning: the effect depends on external axes (letters) of which nobody says what they carry."""
+    """CMP016, a warning: the effect depends on external axes (letters) that neither model nor cell describes."""
     names = " and ".join(f"`eax_{axis}`" for axis in unknown)
     text = f"`{effect.key}` speaks of {names}, and nobody says what carries the arm or its work there: it is left out"
     help_ = "describe the axis in `[[external_axes]]` of the model or with `--cell` (docs/my-cell.md)"
@@ -102,7 +106,10 @@ def _without_load(model: Model, options: Options, source: Source) -> Iterator[Di
 
 
 def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
-    """KIN018: the joint compliances come from the controller's configuration, with the entries that were not read."""
+    """KIN018 if the joint compliances come from the controller's configuration, with its entries that were not read.
+
+    It is a warning if there are such entries, else an info.
+    """
     if UNREAD not in model.robot.sources:
         return
     text, unread = f"the joint compliances are those of {model.robot.sources[STIFFNESS]}", model.robot.sources[UNREAD]
@@ -115,9 +122,9 @@ def _of_controller(model: Model, source: Source) -> Iterator[Diagnostic]:
 
 
 def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
-    """CMP014 for an arm whose base is turned: an error where model and cell disagree on gravity.
+    """CMP014: an error where model and cell state different directions of gravity in the base.
 
-    Without a cell it is a warning that work objects are read in axes of the base.
+    Without a cell it is a warning for an arm whose base is turned: its work objects are read in axes of the base.
     """
     source, station = events[0].statement.source, model.station
     if station is not None:
@@ -133,9 +140,10 @@ def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]
 
 
 def _carry_tool(model: Model, effect: Effect, events: Sequence[MotionEvent]) -> tuple[Effect | None, Diagnostic]:
-    """``tool_frame`` restated for the program's tool, None if the program has another tool, with finding CMP011.
+    """The effect ``tool_frame`` restated for the program's tool, and finding CMP011 that says so.
 
-    The position is that of the measured TCP in the axes of the program's tool; the rotation is zero.
+    Its position becomes that of the measured TCP in the axes of the program's tool; its rotation becomes zero. None in
+    place of the effect if the program uses another tool than the measured one, or none.
     """
     measured = model.T_flange_tcp @ displace(effect.vector())
     source = events[0].statement.source

@@ -25,8 +25,8 @@ WORSE = 1.25
 """How much farther off an arc may be with a corrected start: a circle point in the middle makes 1.125 of it."""
 
 
-def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
-    """Arcs to leave uncorrected, with the reason: they begin at the unknown goal of an uncorrected statement."""
+def arcs_without_start(motion: Motion) -> dict[StatementKey, str]:
+    """Arcs to leave uncorrected, with the reason: the goal of the motion before them, where they begin, is unknown."""
     return {
         move.event.statement.key: BEHIND
         for move in motion.moves
@@ -34,21 +34,23 @@ def behind_the_unknown(motion: Motion) -> dict[StatementKey, str]:
     }
 
 
-def spoiled_starts(motion: Motion, exact: Exact, written: Exact, left: Mapping[int, Array]) -> dict[StatementKey, str]:
-    """Statements to leave uncorrected, with the reason: an uncorrected arc begins at their target.
+def spoiled_starts(
+    motion: Motion, exact: Exact, written: Exact, shifts: Mapping[int, Array]
+) -> dict[StatementKey, str]:
+    """Statements to leave uncorrected, with the reason: an arc that stays as it is begins at their target.
 
-    That is decided by the distance of the arc from its programmed curve, if it grows by more than 25 %.
+    They are left if their correction takes that arc more than 25 % farther off its commanded curve.
 
     Args:
         exact: correction at every sample, with all targets corrected.
         written: the correction with the targets that the text can have, from ``place_targets``.
-        left: shift (6,) by move, for the moves whose targets are not where the correction wants them.
+        shifts: by move, the shift (6,) of a target that is not where the correction wants it, zero if it stays as is.
     """
     samples = motion.samples
     found: dict[StatementKey, str] = {}
     for i in np.flatnonzero(samples.curves.arc).tolist():
         via = motion.moves[i].T_work_via
-        if via is None or i not in left or left[i].any() or (i - 1 in left and not left[i - 1].any()):
+        if via is None or i not in shifts or shifts[i].any() or (i - 1 in shifts and not shifts[i - 1].any()):
             continue
         wanted = exact.T_work_tcp[samples.start[i] : samples.goal[i] + 1, :3, 3]
         start, goal = ends_of(samples, written, i)

@@ -87,7 +87,8 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 def invert_model(model: Model, motion: Motion) -> Exact:
     """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal.
 
-    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles.
+    At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles. A move
+    that only restates an earlier goal, from which the program resumes, has the values of that goal.
     """
     samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
@@ -107,12 +108,12 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     for i, move in enumerate(samples.moves):
         if move.kind == "absjoint":
             T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
-    _stand_again(samples, T_flange, q_goal)
+    _copy_resumed_goals(samples, T_flange, q_goal)
     return Exact(T_work_tcp, q, T_flange, q_goal)
 
 
-def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
-    """Copy, in place, the goal from which a program resumes to each move that only restates it.
+def _copy_resumed_goals(samples: Samples, T_flange: Array, q_goal: Array) -> None:
+    """Give each move that only restates an earlier goal, from which the program resumes, that goal's values, in place.
 
     Args:
         T_flange: (m, 4, 4); q_goal: (m, 6); both are changed.
@@ -123,7 +124,7 @@ def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
-    """The correction with the targets of some moves where the text can have them.
+    """The correction in which the targets of some moves are where the text can state them; ``exact`` is not changed.
 
     Args:
         shifts: by move, the shift (6,) of its target from the programmed pose [m], [rad] in work axes.
@@ -137,16 +138,17 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
         T_target = mount.work(forward(model.robot, move.q[None]))
         T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
         q_goal[i] = move.q
-    _stand_again(samples, T_flange, q_goal)
+    _copy_resumed_goals(samples, T_flange, q_goal)
     return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
 
 
 def commanded_curve(
     model: Model, samples: Samples, exact: Exact, written: Exact, t: Array
 ) -> tuple[Array, list[Transition]]:
-    """Commanded poses (n, 4, 4) that pass through the targets as they are written, and the transitions among them.
+    """Commanded poses (n, 4, 4) that pass through the targets as they are written, and their transitions.
 
-    A correction without jumps is returned unchanged.
+    Where the correction of a line or arc differs from the written target at its start or goal, a transition leads from
+    one to the other; without such jumps the poses are those of ``written``.
 
     Args:
         exact: correction at every sample, with all targets corrected.
@@ -179,7 +181,13 @@ def commanded_curve(
 
 
 def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
-    """Pose differences (m, 6) [m], [rad] from each move's correction to the target it starts from, and to its goal."""
+    """Pose differences (m, 6) [m], [rad] at the start and at the goal of each move, zero where nothing jumps.
+
+    They lead from the corrected curve of the move to the corrected target where it starts, and to that of its goal.
+
+    Args:
+        exact: the correction with all targets corrected, or with those that the text can have.
+    """
     m = len(samples.moves)
     before = np.maximum(np.arange(m) - 1, 0)
     at_start, at_goal = np.empty((2, m, 6))

@@ -24,8 +24,9 @@ class Deviation:
     """Distance of the real TCP from the programmed curves, at n samples of the program that ran and at m targets.
 
     Args:
-        away: (n, 3) [m] from the nearest point of the programmed move, in work axes.
-        owner: (n,) that move; u: (n,) fraction along it.
+        away: (n, 3) [m] from the nearest point of the programmed line or arc, or from the point at the same fraction
+            of a joint move, in work axes.
+        owner: (n,) index of that move; u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
         goal_distance: (m,) [m] between the real TCP and the programmed target.
@@ -50,7 +51,7 @@ class Deviation:
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
     def largest_of_moves(self, rows: Flags) -> Array:
-        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,)."""
+        """(m,) largest distance [m] along each programmed move over samples chosen by a mask (n,), 0 without any."""
         worst = np.zeros(len(self.goal_distance))
         np.maximum.at(worst, self.owner[rows], self.distance[rows])
         return worst
@@ -74,6 +75,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
 
     Args:
         programmed: samples of the program as the user wrote it.
+        parts: the program to run, in consecutive parts.
     """
     m = len(programmed.moves)
     goal_distance, goal_steady = np.zeros(m), np.zeros(m, dtype=bool)
@@ -88,7 +90,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
             real = _reached(model, part.motion.at(own), ran.mounts_at(own), ran.T_work_tcp[own])[of_own]
             away[rows], u[rows] = away_from_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
-            wanted = ran_pose(programmed, ran, of, joints)
+            wanted = programmed_positions(programmed, ran, of, joints)
             away[joints] = real[joints - rows.start, :3, 3] - wanted
             u[joints] = ran.u[joints]
             goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
@@ -113,13 +115,13 @@ def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> A
     return mounts.seen(reached(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
 
 
-def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
-    """Programmed positions (k, 3) [m] at samples of moves that are not divided.
+def programmed_positions(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
+    """Positions (k, 3) [m] of the programmed moves at the fractions that samples of the program that ran have.
 
     Args:
-        ran: samples of the program that ran.
-        of: (n,) the programmed move of each of them.
-        rows: (k,) the samples to look at.
+        ran: samples of the program that ran; those chosen belong to moves that are not divided.
+        of: (n,) index of the programmed move of each of them.
+        rows: (k,) indices of the chosen samples.
     """
     size = programmed.goal - programmed.start
     at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)

@@ -42,7 +42,7 @@ class Division:
 
     Args:
         samples: of the programmed curves.
-        tolerance: (m,) largest deviation of every move [m].
+        tolerance: (m,) allowed deviation along each move [m].
         weight: (n,) factor on a deviation at each sample.
     """
 
@@ -55,17 +55,19 @@ class Division:
         """A division with weight 1 at samples where the load of inertia is constant, 0.1 elsewhere.
 
         Args:
-            tolerance: (m,) of the moves [m].
+            tolerance: (m,) allowed deviation along each move [m].
             settled: (n,) where the load of inertia is constant.
         """
         return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT))
 
 
 def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[int], bool]) -> list[Pieces]:
-    """Divide the moves whose commanded curve leaves the line or circle through its targets beyond tolerance.
+    """Divide all arcs, and the lines whose commanded curve leaves the line through its targets beyond tolerance.
+
+    An arc that needs no added target is one piece with its best circle point.
 
     Args:
-        T_commanded: (n, 4, 4) commanded curve.
+        T_commanded: (n, 4, 4) commanded poses at the samples.
         divisible: whether statements may be added before the statement of the move with that index; called only for
             moves that need some.
     """
@@ -83,7 +85,11 @@ def divide_moves(division: Division, T_commanded: Array, divisible: Callable[[in
 
 
 def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
-    """Division of arc i into the fewest arcs within tolerance; if not divisible, one arc with its best circle point."""
+    """Division of arc i into the fewest arcs within tolerance; if not divisible, one arc with its best circle point.
+
+    Args:
+        T_commanded: (n, 4, 4) commanded poses at all samples.
+    """
     samples, limit = division.samples, SHARE * float(division.tolerance[i])
     begin, curves = int(samples.start[i]), samples.curves
     intervals = int(samples.goal[i]) - begin
@@ -96,7 +102,11 @@ def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pi
 
 
 def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
-    """Division of line i into the fewest lines within tolerance; no added target, not ``reached``, if indivisible."""
+    """Division of line i into the fewest lines within tolerance; no added target, not ``reached``, if indivisible.
+
+    Args:
+        T_commanded: (n, 4, 4) commanded poses at all samples.
+    """
     if not divisible:
         return Pieces(i, (), (), False)
     samples, limit = division.samples, SHARE * float(division.tolerance[i])
@@ -112,7 +122,8 @@ def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -
 def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Callable[[int], bool]) -> list[Pieces]:
     """The pieces, with all runs of a statement divided at the fractions of the run that needs most targets.
 
-    A statement runs more than once in a loop or a shared routine, but has one text.
+    A statement runs more than once in a loop or a shared routine, but has one text. A run stays divided as it was if
+    its samples do not allow these fractions.
 
     Args:
         divisible: whether statements may be added before the statement of the move with that index.
@@ -150,7 +161,12 @@ def _at_shares(samples: Samples, i: int, shares: Array) -> tuple[int, ...]:
 
 
 def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
-    """(m,) largest weighted distance of every move's correction from the chord between its own targets [m]."""
+    """(m,) largest weighted distance [m] of each move's correction from the chord between those at its own ends.
+
+    Args:
+        shift: (n, 3) correction of the position at each sample [m].
+        weight: (n,) factor on the distance.
+    """
     i, u = samples.move, samples.u[:, None]
     first, last = shift[samples.start[i]], shift[samples.goal[i]]
     gap = first + (last - first) * u - shift
@@ -164,7 +180,7 @@ def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
 def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
     """Per sample of move i, with fractions u, whether it is at least two zone radii away from start and goal.
 
-    The controller cuts a zone to half the distance to the neighbouring target, which an added one then is.
+    The controller cuts a zone to half the distance to the next target, and an added target would be the next one.
     """
     length = float(samples.curves.length[i])
     near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)

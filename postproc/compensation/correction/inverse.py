@@ -155,7 +155,7 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         if sweep >= PATIENCE and model.robot.opw is not None:
             theta = _closed_form_step(model, state, theta, deflection, desired)
         else:
-            newton = _newton(model, state, theta) if newton is None else newton
+            newton = _damped_inverses(model, state, theta) if newton is None else newton
             theta = theta + np.einsum("nij,nj->ni", newton, error)
     return theta - deflection.joint, residual
 
@@ -182,13 +182,21 @@ def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
 
 
 def _error(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
-    """Pose error (n, 6) [m], [rad] from the real TCP, with joints at theta (n, 6), to the desired poses (n, 4, 4)."""
+    """Pose error (n, 6) [m], [rad] from the real TCP to the desired poses T_base_tcp (n, 4, 4).
+
+    Args:
+        theta: (n, 6) real joint angles [rad].
+        deflection: of bodies and tool.
+    """
     chain = deflected_chain(model.robot, theta, deflection.body, False)
     return pose_error(tcp(chain, state, deflection), desired)
 
 
-def _newton(model: Model, state: State, theta: Array) -> Array:
-    """Damped inverses of the nominal Jacobian, (n, 6, 6): J^T (J J^T + lambda^2)^-1, finite at singular poses."""
+def _damped_inverses(model: Model, state: State, theta: Array) -> Array:
+    """Damped inverses (n, 6, 6) of the nominal Jacobian at joint angles theta (n, 6), finite at singular poses.
+
+    They are J^T (J J^T + lambda^2)^-1 with lambda = ``DAMPING``.
+    """
     J = jacobian(model.robot, theta, state.T_flange_tcp)
     Jt = np.swapaxes(J, 1, 2)
     return Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))

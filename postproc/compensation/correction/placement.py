@@ -19,7 +19,7 @@ _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the sma
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
-    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); all for a zero direction."""
+    """Components of vectors (k, 3) perpendicular to unit directions (3,) or (k, 3); unchanged for zero."""
     return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
 
 
@@ -39,9 +39,9 @@ def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
 
 
 def _farthest(deviation: Callable[[int, int], float], a: int, last: int, tolerance: float) -> int:
-    """Largest b in (a, last] for which deviation(a, b) is within tolerance, but at least a + 1.
+    """Largest index b in (a, last] for which deviation(a, b) is within tolerance, but at least a + 1.
 
-    Found by bisection, as the deviation grows with the span.
+    It is found by bisection, on the assumption that the deviation grows with b.
     """
     low, high = a + 1, last
     while low < high:
@@ -56,12 +56,13 @@ def _farthest(deviation: Callable[[int, int], float], a: int, last: int, toleran
 def _greedy(
     deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
 ) -> tuple[list[int], bool]:
-    """Fewest interior vertices, each put as far along as the tolerance allows; false if the tolerance is not kept.
+    """Indices of the fewest samples as vertices, each as far along as the tolerance allows; whether that is kept.
 
     Args:
-        deviation: of a path without vertices between two samples.
+        deviation: function of two sample indices, the deviation [m] of a path without vertices between them.
         allowed: (k,) samples that may be vertices.
         last: index of the last sample.
+        tolerance: allowed deviation [m].
     """
     places = np.flatnonzero(allowed[:last])
     places = places[places > 0]
@@ -83,12 +84,13 @@ def _greedy(
 def _fewest(
     deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
 ) -> tuple[list[int], bool]:
-    """The fewest vertices with the smallest largest deviation; false if the tolerance is not kept.
+    """Indices of the fewest samples as vertices, with the largest deviation made small; whether the tolerance is kept.
 
     Args:
-        deviation: of a path without vertices between two samples.
+        deviation: function of two sample indices, the deviation [m] of a path without vertices between them.
         allowed: (k,) samples that may be vertices.
         last: index of the last sample.
+        tolerance: allowed deviation [m].
     """
     best, reached = _greedy(deviation, allowed, last, tolerance)
     low, high = 0.0, tolerance
@@ -109,7 +111,7 @@ def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, we
         u: (k,) fractions along the move.
         across: (k, 3) exact correction perpendicular to its direction [m].
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
-        tolerance: largest chord deviation [m].
+        tolerance: allowed chord deviation [m].
         weight: (k,) how much a deviation counts.
 
     Returns:
@@ -152,7 +154,8 @@ def place_arcs(
 
     Args:
         commanded: (k, 3) exact commanded TCP positions along the arc [m].
-        tolerance: [m]; shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
+        tolerance: allowed distance [m].
+        shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
         outside: (k,) samples that may become targets (outside the neighbours' zones).
         weight: (k,) how much a deviation counts.
 

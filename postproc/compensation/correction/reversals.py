@@ -22,34 +22,34 @@ CLOSEST = 0.002  # [m] between samples of a move in which a joint turns back
 CROSSING = 0.1  # [s]: nor closer than the arm moves in this time, to cross the gap without a knock
 
 
-def sample_for(model: Model, moves: Sequence[Move], dense: Array) -> Samples:
+def sample_for(model: Model, moves: Sequence[Move], intervals: Array) -> Samples:
     """Samples of every move, closer together where an effect jumps or a joint turns back on the way or at its ends.
 
     Args:
         moves: chains of moves.
-        dense: (m,) least number of intervals of each move.
+        intervals: (m,) least number of intervals of each move.
     """
-    dense = intervals_for_jumps(model, moves, dense)
-    samples = sample_moves(model.robot, moves, dense=dense)
+    intervals = intervals_for_jumps(model, moves, intervals)
+    samples = sample_moves(model.robot, moves, intervals)
     if not feels_sides(model):
         return samples
     speed = np.array([m.speed for m in samples.moves])
     close = np.ceil(samples.curves.length / np.maximum(CLOSEST, CROSSING * speed))
-    wanted = dense.astype(float)
+    wanted = intervals.astype(float)
     at = np.flatnonzero(_turns(samples).any(axis=1))
     meeting = np.unique(samples.move[np.concatenate([at, at + 1])])
     wanted[meeting] = np.maximum(wanted, close)[meeting]
-    if (wanted <= dense).all():
+    if (wanted <= intervals).all():
         return samples
-    return sample_moves(model.robot, moves, dense=wanted)
+    return sample_moves(model.robot, moves, wanted)
 
 
 def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array, least: float) -> list[Transition]:
     """Transitions inside lines and arcs where a joint turns back, as lost motion makes the correction jump there.
 
     Args:
-        T_commanded: (n, 4, 4) commanded curve.
-        t: (n,) time [s].
+        T_commanded: (n, 4, 4) commanded poses at the samples.
+        t: (n,) time at the samples [s].
         least: smallest jump that counts [m].
     """
     if not feels_sides(model):

@@ -96,10 +96,10 @@ class Motion:
         return state.with_(gravity=gravity - acceleration, **turns)
 
     def distinct(self, rows: slice) -> tuple[Index, Index]:
-        """Rows (d,) of a block with different states, and for each row of the block its equal's position in them.
+        """Indices (d,) of the samples of a block without repetitions, and which of these each sample equals.
 
         Where a move continues with the tool and load of the one before, its start equals that move's goal and is left
-        out.
+        out. The second array (rows of the block,) holds positions in the first.
         """
         samples, every = self.samples, np.arange(rows.start, rows.stop)
         begins = every[1:][samples.u[every[1:]] == 0.0]
@@ -121,7 +121,10 @@ class Motion:
         return every[own], np.cumsum(own) - 1
 
     def steady(self) -> Flags:
-        """(n,) whether the TCP keeps its speed or stands at each sample, so the load of inertia does not change."""
+        """(n,) whether the load of inertia stays the same at each sample; all are true if inertia is not compensated.
+
+        It changes where the TCP speeds up or slows down, and in zone corners passed faster than 0.1 m/s.
+        """
         return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
@@ -132,9 +135,10 @@ class Motion:
 def motion_of(
     model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
 ) -> Motion:
-    """The motion through samples of a program.
+    """The motion through samples of a program, with the approach of the joints if an effect of the model reads it.
 
     Args:
+        timeline: timing of the programmed path.
         place: (n,) place of the samples on the programmed path, as move index + fraction; without it they are samples
             of that path itself.
     """
@@ -151,9 +155,10 @@ def feels_sides(model: Model) -> bool:
 
 
 def approach_side(samples: Samples) -> Array:
-    """Sign of each joint's last travel before a sample, (n, 6); 0 until the joint moves in its chain.
+    """Sign of each joint's last travel before a sample, (n, 6), within its chain of connected moves.
 
-    Where a chain resumes from an earlier target, the travel to that target counts.
+    It is 0 until the joint first moves in the chain. Where a chain resumes from an earlier target, the travel to that
+    target counts.
     """
     first = np.array([m.first for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])

@@ -63,12 +63,12 @@ class Samples:
         return np.unique(of[farthest > between + ASIDE])
 
 
-def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
+def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Samples:
     """Sample every move at even fractions from its start to its goal.
 
     Args:
         moves: chains of moves; the first of a chain has its goal only.
-        dense: (m,) least number of intervals of a line or arc.
+        intervals: (m,) least number of intervals of each line or arc; joint moves get as many as they need.
     """
     moves = tuple(moves)
     curves = build_curves(robot, moves)
@@ -80,7 +80,7 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     count = np.maximum(np.where(curves.wrist, np.maximum(count, travel), count), 1)
     arcs = np.maximum(np.maximum(count, np.ceil(curves.angle / ARC_STEP)), 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
-    count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
+    count = np.where(curves.joint, count, np.maximum(count, intervals + intervals % 2))
     travel = np.maximum(travel, np.ceil(np.abs(curves.axes_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9))
     count = np.where(curves.joint, np.maximum(travel, 1), count)
     count = np.where(first, 0, count).astype(int)

@@ -56,9 +56,10 @@ class Timeline:
         return np.stack([np.interp(place, self.place, column) for column in values.T], axis=1)
 
     def steady(self, options: Options, place: Array) -> Flags:
-        """(n,) whether the TCP keeps its speed, or stands, at places (move index + fraction); true without inertia.
+        """(n,) whether the load of inertia stays the same at places (move index + fraction); all true without inertia.
 
-        Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
+        It changes where the TCP speeds up or slows down, and in zone corners passed faster than 0.1 m/s: within a few
+        millimetres, which targets cannot follow.
         """
         if not options.inertia:
             return np.ones(len(place), dtype=bool)
@@ -66,7 +67,7 @@ class Timeline:
 
 
 def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list[Diagnostic]]:
-    """Time the moves of a program leg by leg; None where an error makes that impossible.
+    """The timing of a program's moves, and the findings of ``sample_path``; None if one of these is an error.
 
     Raises:
         PostprocError: MOT010, no speed along the path keeps the limits of a joint.
@@ -99,5 +100,5 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
 
 
 def _fast_corner(trajectory: Trajectory) -> Flags:
-    """(k,) samples in a zone corner that the TCP passes faster than ``SWIFT``."""
+    """(k,) samples in a zone corner at which the TCP is faster than ``SWIFT``, 0.1 m/s."""
     return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)

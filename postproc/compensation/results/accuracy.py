@@ -14,7 +14,6 @@ from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
 from postproc.motion.values import Index
 
-MM = 1e3
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
 _MOST = 500  # targets that are asked
 
@@ -33,7 +32,10 @@ class Accuracy:
 
 
 def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
-    """Lower and upper share of the deflection expected to remain if the stiffness is an estimate, else None."""
+    """Lower and upper share (0 to 1) of the deflection expected to remain after the correction.
+
+    None if the stiffness of the model is not an estimate.
+    """
     if model.stiffness_source != "estimated":
         return None
     return [round(x, 3) for x in remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))]

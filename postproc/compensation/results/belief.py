@@ -17,7 +17,7 @@ from postproc.motion.findings import at_move
 DOUBTFUL = 0.01  # [m]: most arms are off by less, calibrated or not
 
 
-def doubt_weights(model: Model, motion: Motion) -> list[Diagnostic]:
+def doubt_flange_mass(model: Model, motion: Motion) -> list[Diagnostic]:
     """MOD005, an error at the move with the least mass of flange and tool, if that mass is negative.
 
     It counts what effects of the model add to the mass.

@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.results.outcomes import correction_sizes
-from postproc.compensation.text.slots import names_of
+from postproc.compensation.text.slots import data_keys
 from postproc.compensation.text.values import StatementOutcome
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.grouping import grouped
@@ -51,7 +51,7 @@ class Bound:
 
 
 def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPlan) -> dict[StatementKey, Bound]:
-    """The bound of every statement that may be corrected.
+    """The bound of every statement that may be corrected, except those that a function on the controller corrects.
 
     It holds the corrections of its runs and of statements whose targets use the same data, plus the tolerance of its
     goal and 10 % of the largest correction of the program. A statement that stays uncorrected, or stands in a file that
@@ -67,7 +67,7 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     goal = goal_tolerances(moves, plan.motion.options)
     turned = (1.0 + ALIKE) * float(correction_sizes(plan)[:, 1].max(initial=0.0))
     runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves))
-    names = {key: set().union(*(names_of(moves[i].event.target_origin) for i in rows)) for key, rows in runs.items()}
+    names = {key: set().union(*(data_keys(moves[i].event.target_origin) for i in rows)) for key, rows in runs.items()}
     users = grouped((name, shifts.get(key) or 0.0) for key, own in names.items() for name in own)
     found: dict[StatementKey, Bound] = {}
     for key in (shifts.keys() | runs.keys()) - through:

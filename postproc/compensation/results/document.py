@@ -48,6 +48,8 @@ def document(
 
     Args:
         robot: name of the arm.
+        judged: statements, seams and figures.
+        findings: all diagnostics to print.
         plan, events: of a program that was corrected; without them counts that need them are zero.
     """
     outcomes, figures, accuracy, limits = judged.outcomes, judged.figures, judged.accuracy, judged.limits

@@ -55,7 +55,10 @@ def judge_statements(
     after: Deviation,
     on_controller: Set[StatementKey] = frozenset(),
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """One outcome per motion statement of files that may change, in text order, and findings where it is off.
+    """One outcome per motion statement of files that may change, in text order, and findings about them.
+
+    Findings are CMP005 where a statement stays uncorrected, CMP006 where it stays beyond its tolerance, CMP017 and
+    CMP018, and those about transitions.
 
     Args:
         events: all of the program.
@@ -182,7 +185,12 @@ def _outcome(
 def unknown_outcomes(
     program: Program, events: Sequence[MotionEvent], on_controller: Set[StatementKey]
 ) -> tuple[list[StatementOutcome], list[Diagnostic]]:
-    """Outcomes and findings, like ``judge_statements``, for a program without any target known before it runs."""
+    """Outcomes and findings, like ``judge_statements``, for a program without any target known before it runs.
+
+    Args:
+        events: all of the program.
+        on_controller: statements that a function corrects while the program runs.
+    """
     runs = executions_of(events)
     outcomes, findings = [], []
     for statement in (s for s in program.statements if not s.source.read_only):

@@ -43,7 +43,6 @@ from postproc.robot.configuration import confdata
 NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
 OTHER_FRAME = "its line begins in another work object, displacement or tool, or at joint angles"
-SHARE_DECIMALS = 4
 
 _Set = tuple[list[Insertion], Change | None]  # what is added before a statement, and its circle point where that moves
 
@@ -82,12 +81,14 @@ class TargetAdder:
         """Names of the functions of points on a line (three) and on an arc, none of which the program has yet."""
         return free_names(self.program, (*LINE_FUNCTIONS, ARC_FUNCTION))
 
-    def add(self, pieces: Sequence[Pieces], path_mm: Array) -> AddedTargets:
-        """The statements to add, one set for all runs of a statement.
+    def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
+        """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
+
+        Moves whose runs cannot share one set are refused, with the reason.
 
         Args:
-            pieces: how moves are divided.
-            path_mm: (m,) largest deviation along each move [mm].
+            pieces: how moves are divided, one for each move that may be.
+            tolerance_mm: (m,) allowed deviation [mm] from the commanded curve along each move of the program.
         """
         divided = {p.move: p for p in pieces if p.goals}
         if not divided:
@@ -100,7 +101,7 @@ class TargetAdder:
             parts = [divided[i] for i in group if i in divided]
             if not parts:
                 continue
-            path = float(path_mm[group].min())
+            path = float(tolerance_mm[group].min())
             gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
             allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
             added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
@@ -113,7 +114,9 @@ class TargetAdder:
         return AddedTargets(found, refused, circle_points)
 
     def _of_statement(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
-        """One set of added statements for all runs of a statement, or the reason why there is none.
+        """One list of added statements for all runs of a statement, or the reason why there is none.
+
+        With it comes the change of the statement's own circle point, None for a line and where it stays.
 
         Args:
             parts: how each of the runs is divided.
@@ -151,7 +154,11 @@ class TargetAdder:
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
 
-        The positions are half-way between the extremes that the runs require.
+        The positions are half-way between the extremes that the runs require. No circle point is changed.
+
+        Args:
+            parts: how each of the runs is divided.
+            allowed: how far off [mm] an added target may be in each run.
         """
         moves = [(self.moves[part.move - 1].event.target, self.moves[part.move].event) for part in parts]
         if any((start, e.target, e.via) != (moves[0][0], moves[0][1].target, moves[0][1].via) for start, e in moves):
@@ -208,7 +215,8 @@ class TargetAdder:
         Numbers that stand in the statement itself are not corrected: added statements repeat them as they were.
 
         Args:
-            target: its present value.
+            origin: where these numbers stand in the text.
+            target: the present value of the expression.
         """
         root = origin.root
         base = target if root is None else root.target
@@ -250,6 +258,9 @@ class TargetAdder:
 
         The interpolation is between the corrections at start and goal of the move: what the path lacks without added
         targets. ``add`` derives from it how far an added target may be off in each run.
+
+        Args:
+            part: how the move is divided.
         """
         samples, goals, i = self.samples, list(part.goals), part.move
         shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
@@ -259,7 +270,12 @@ class TargetAdder:
 
 
 def all_numbers(event: MotionEvent, before: MotionEvent) -> bool:
-    """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers."""
+    """Whether both ends of a line, or the three points of an arc, stand in their statements as numbers.
+
+    Args:
+        event: the motion along the line or arc.
+        before: the motion to its start.
+    """
     origins = (before.target_origin, event.target_origin, *([event.via_origin] if event.via is not None else []))
     return all(origin is not None and _is_number(origin) for origin in origins)
 

@@ -81,8 +81,9 @@ class Assigner:
     argument.
 
     Args:
+        incidence: the requests, and which slots could serve them.
         unresolved: statements that also run to places that are not known.
-        expression: function that returns the argument of a statement as an expression.
+        expression: function that returns how the text of an argument (statement and role) can be changed.
         closed: slots that must not be edited.
         fixed: slots whose values are already decided.
     """
@@ -152,7 +153,7 @@ class Assigner:
     def _fill_slots(self) -> None:
         """Give each slot (a place that holds a target's numbers) the centre of what its arguments require.
 
-        Arguments that one value cannot serve together with the others do not count.
+        Arguments that one value cannot serve together with the others do not count. The values go to ``self.slots``.
         """
         of_slot: dict[SlotKey, dict[ArgumentKey, list[int]]] = {}
         others = set(self.read_only)
@@ -177,14 +178,14 @@ class Assigner:
                 self.slots[slot] = self._common(rows)
 
     def _served_together(self, arguments: Mapping[ArgumentKey, Sequence[int]]) -> set[ArgumentKey]:
-        """Arguments that one value of their slot (place with a target's numbers) serves: all if possible.
+        """The arguments of one slot (place with a target's numbers) that one value serves: all if possible.
 
-        Otherwise those with the greatest need come first, then those nearest to the median of what those with the
-        greatest need and the smallest tolerance require; arguments that displace the slot's target by amounts change
-        these instead.
+        Otherwise arguments are taken in turn if one value serves them and those taken before: first those with the
+        greatest need, among these first the nearest to the median of what the neediest ones with the smallest tolerance
+        require. Calls of ``Offs`` or ``RelTool`` whose own amounts can be changed instead are never taken.
 
         Args:
-            arguments: rows of the requests of each.
+            arguments: for each argument (statement and role) the indices of its requests.
         """
         if self._one_value([row for own in arguments.values() for row in own]):
             return {*arguments}
@@ -208,10 +209,10 @@ class Assigner:
         return set(kept)
 
     def _need(self, key: ArgumentKey) -> int:
-        """How much an argument needs its slot (place that holds a target's numbers), from 0 to 3.
+        """How much the argument ``key`` (statement and role) needs its slot (place with a target's numbers), 0 to 3.
 
-        It is 3 if no offset can be put around it, 2 if it has several slots, 0 if it displaces the slot's target by
-        amounts, which can be changed instead, else 1.
+        It is 3 if no offset can be put around it, 0 if it is a call of ``Offs`` or ``RelTool`` whose amounts can be
+        changed instead, 2 if its runs use several slots, else 1.
         """
         rows = self.arguments[key]
         if self._no_offset(key, rows, configured=True):
@@ -230,13 +231,16 @@ class Assigner:
         return bool((np.linalg.norm(demand - _centre(demand, within), axis=1) <= within).all())
 
     def _demand(self, rows: Sequence[int]) -> Array:
-        """(k, 3) shift [mm] that each request needs of the target in its slot, if that turns by `_common_turn`."""
+        """(k, 3) shift [mm] that each of the requests ``rows`` needs of the target in its slot.
+
+        That target is taken to turn by the rotation that ``_common_turn`` gives for these requests.
+        """
         chosen = np.array(rows)
         demand: Array = self.shift[chosen] - np.cross(self._common_turn(rows), self.lever[chosen])
         return demand
 
     def _common_turn(self, rows: Sequence[int]) -> Array:
-        """(3,) rotation vector [rad] for the target in a slot, half-way between those that the requests require.
+        """(3,) rotation vector [rad] for the target in a slot, half-way between those that requests ``rows`` require.
 
         Requests whose argument displaces that target count only if there are no others.
         """
@@ -245,10 +249,9 @@ class Assigner:
         return midrange(self.turn[plain if len(plain) else chosen])
 
     def _common(self, rows: Sequence[int]) -> SlotValue:
-        """The value of a slot in the centre of what requests require, with their most common configuration.
+        """The value of a slot in the centre of what the requests ``rows`` require.
 
-        Args:
-            rows: indices of the requests.
+        It has their most common configuration.
         """
         if len(rows) == 1 and not self.derived[rows[0]]:
             row = rows[0]
@@ -258,7 +261,10 @@ class Assigner:
         return SlotValue(shift, self._common_turn(rows), max(set(confs), key=confs.count))
 
     def _moved_by_slots(self, rows: Iterable[int]) -> Array:
-        """(k, 3) how far [mm] the targets of requests move by the values of slots (places with their numbers)."""
+        """(k, 3) how far [mm] the targets of requests ``rows`` move by the values decided for their slots so far.
+
+        A slot is a place in the text with the numbers of a target; those of slots without a value do not move.
+        """
         moved = []
         for row in rows:
             slot = self.slot_of[row]
@@ -268,9 +274,10 @@ class Assigner:
         return np.array(moved).reshape(-1, 3)
 
     def _configured(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the runs of an argument get the configurations they require from slots or the present text.
+        """Whether slots or the present text give requests ``rows`` of the argument ``key`` their configurations.
 
-        If the text has no place for another configuration, one that a controller accepts for it suffices.
+        If the argument cannot be rewritten with other configuration data, a configuration that a controller accepts for
+        the required one suffices.
         """
         asked: list[tuple[Conf, Conf]] = []
         for row in rows:
@@ -283,11 +290,11 @@ class Assigner:
         return not self._stated(key, rows) and all(compliant(wanted, there) for wanted, there in asked)
 
     def _stated(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the argument can be rewritten with its own configuration data, the same for all of its runs."""
+        """Whether the argument ``key`` can be rewritten with configuration data that suit all its requests ``rows``."""
         return self.expression(key).stated and len({self.requests[row].value.robconf for row in rows}) == 1
 
     def _no_offset(self, key: ArgumentKey, rows: Sequence[int], configured: bool | None = None) -> str:
-        """Why no offset can be put around an argument, whatever it adds; empty if one can.
+        """Why no offset of any size can be put around the argument ``key`` with requests ``rows``; empty if one can.
 
         Args:
             configured: whether its runs get their configurations without the offset; None: as `_configured` says.
@@ -300,13 +307,13 @@ class Assigner:
         return OWN_OFFS if configured and self.expression(key).form is None else ""
 
     def _law(self, key: ArgumentKey, rows: Sequence[int], rest: Array, leaves: float) -> OffsetLaw | None:
-        """The offset within the tolerances of all runs, with as few numbers as possible, or None.
+        """The formula of an offset for the argument ``key`` that is within the tolerances of all its requests ``rows``.
 
-        If there is none, one affine in numbers of the program that leaves at most half of what a single value would
-        leave.
+        It is a constant, or affine in as few numbers of the program as possible. If there is none, the best affine one,
+        if it leaves at most half of what a single value would leave; else None.
 
         Args:
-            rest: (n, 3) what the runs require [mm], object axes.
+            rest: (n, 3) what each request requires [mm], object axes.
             leaves: remaining error [mm] with one value in each slot.
         """
         rest = self._turned(key, rows, rest, to_object=False)
@@ -325,9 +332,10 @@ class Assigner:
         return nearest_law(laws[1:], Allowed(0.0, most.tolist()))
 
     def _middle(self, rows: Sequence[int]) -> tuple[dict[SlotKey, SlotValue], float]:
-        """Values for the slots of an argument (places that hold a target's numbers), and the error [mm] they leave.
+        """Values for the slots (places with a target's numbers) of requests ``rows``, and the error [mm] they leave.
 
-        No values if a slot also serves others, or if in some run more than half of the correction would remain.
+        No values if a slot also serves other requests or has a value already, or if more than the tolerance and half of
+        the correction of some request would remain.
         """
         shares = grouped((self.slot_of[row], row) for row in rows)
         found: dict[SlotKey, SlotValue] = {}
@@ -341,19 +349,24 @@ class Assigner:
         return (found if fits else {}), leaves
 
     def _constant(self, key: ArgumentKey, rows: Sequence[int], rest: Array) -> OffsetLaw | None:
-        """The constant offset for all runs, None if it leaves more than half of the correction in one of them.
+        """The constant offset for all requests ``rows`` of the argument ``key``.
+
+        None if more than the tolerance and half of the correction of some request would remain.
 
         Args:
-            rest: (n, 3) what the runs require [mm], object axes.
+            rest: (n, 3) what each request requires [mm], object axes.
         """
         return nearest_law(
             [constant_law(self._turned(key, rows, rest, to_object=False))], Allowed(0.0, self.largest[rows].tolist())
         )
 
     def _turned(self, key: ArgumentKey, rows: Sequence[int], offsets: Array, *, to_object: bool) -> Array:
-        """Offsets (n, 3) turned from object axes into those of the argument, or back with ``to_object``.
+        """Offsets (n, 3) of requests ``rows``, turned from object axes into those of the argument ``key``.
 
         The axes of ``RelTool`` are those of the tool; those of all other arguments are the object's.
+
+        Args:
+            to_object: they are turned from the axes of the argument into object axes.
         """
         if not self.expression(key).in_tool:
             return offsets
@@ -361,13 +374,18 @@ class Assigner:
         return np.asarray((tool if to_object else tool.inv()).apply(offsets))
 
     def _unlike(self, rows: Sequence[int]) -> str:
-        """Text that says why runs with different corrections cannot be served, by whether they have one target."""
+        """Text that says why the requests ``rows`` of one argument, with different corrections, are not served."""
         requests = [self.requests[row] for row in rows]
         one = len({(r.target, r.origin.base.spans) for r in requests}) == 1
         return WAYS if one and any(r.event.way for r in requests) else DIFFERENT
 
 
 def _centre(demand: Array, within: Array) -> Array:
-    """(3,) for each axis the middle of the range that is within the tolerances (n,) of all demands (n, 3)."""
+    """(3,) shift [mm] in the middle, along each axis, of the range within the tolerances of all demands.
+
+    Args:
+        demand: (n, 3) shifts that requests need [mm].
+        within: (n,) their tolerances [mm].
+    """
     centre: Array = ((demand - within[:, None]).max(axis=0) + (demand + within[:, None]).min(axis=0)) / 2
     return centre

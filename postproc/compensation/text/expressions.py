@@ -32,7 +32,10 @@ class TargetExpression:
 
 
 def target_expression(source: Source, span: Span, program: Program) -> TargetExpression:
-    """How an offset can be put into the target expression at ``span``, also if the program hides ``Offs``."""
+    """How an offset can be put into the target expression at ``span`` (begin and end in the text of ``source``).
+
+    That depends on whether the program declares an ``Offs`` or ``RelTool`` of its own.
+    """
     text = source.data[slice(*span)].decode("latin-1")
     module, routine = program.place(source, span[0])
     own = {name for name in DISPLACING if program.hides(name, module, routine)}
@@ -52,9 +55,10 @@ def target_expression(source: Source, span: Span, program: Program) -> TargetExp
 
 
 def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
-    """The name of a target and, for x, y and z, the text of the sum that ``Offs`` adds, empty if it adds nothing.
+    """The name in a target expression, and for x, y and z the text of the sum that ``Offs`` adds to it.
 
-    None if the text is more than a name, displaced by ``Offs`` once or several times.
+    A text is empty where nothing is added. None if the expression is not a name, bare or displaced by ``Offs`` once or
+    several times.
     """
     data = text.encode("latin-1")
     sums: list[list[str]] = [[], [], []]
@@ -75,7 +79,10 @@ def components_of(text: str) -> tuple[str, tuple[str, str, str]] | None:
 
 
 def amounts_of(tree: Expression) -> tuple[Expression, ...]:
-    """The three displacements of ``Offs``, or ``RelTool`` without rotations, along x, y, z; empty for all else."""
+    """The displacements along x, y, z in a call of ``Offs``, or of ``RelTool`` without rotations.
+
+    Empty for any other expression.
+    """
     if isinstance(tree, Call) and tree.name in DISPLACING and not tree.options and len(tree.arguments) == 1 + AMOUNTS:
         return tree.arguments[1:]
     return ()

@@ -114,10 +114,10 @@ class DivisibleMoves:
 
 
 def _unresolved_starts(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
-    """Statements that also have runs which are not followed (with an unknown payload, for example).
+    """Statements that also have runs which are not understood (with an unknown payload, for example).
 
-    Runs from and to the places of a run that is followed do not count. A target added for one run would lie beside the
-    way of the other.
+    Those runs do not count that go from and to the same places as a run that is understood. A target added for one run
+    would lie beside the way of the other.
 
     Args:
         rows: of the events that are moves with a known start.
@@ -153,7 +153,7 @@ def _unknowns(event: MotionEvent) -> list[tuple[Kind, str]]:
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:
-    """Whether a statement may be put in front: the code before it ends a statement or opens a block or a routine."""
+    """Whether a statement may be put in at ``offset`` of a text: the code before ends a statement or opens a block."""
     end = offset
     while end > 0:
         start = data.rfind(b"\n", 0, end) + 1
@@ -165,7 +165,7 @@ def _stands_alone(data: bytes, offset: int) -> bool:
 
 
 def _spelled(statement: MotionStatement, role: str) -> str:
-    r"""An option as the statement writes it, for example ``\T1``."""
+    r"""The option of that role as the statement writes it, with its backslash: ``\Wobj`` for the role ``\wobj``."""
     argument = statement.argument(role)
     assert argument is not None
     start = argument.whole[0]
@@ -190,7 +190,7 @@ def small_zone(program: Program, event: MotionEvent) -> str:
     """Name of a fly-by zone so small that it hardly cuts the corner of a nearly straight path.
 
     It is the statement's own zone if that is at most 1 mm, else ``z1`` or ``z0`` if the program has no own data of that
-    name.
+    name, else the statement's own zone, or ``z5`` in place of a stop point.
     """
     statement = event.statement
     own = event.zone

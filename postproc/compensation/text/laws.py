@@ -51,12 +51,13 @@ class Allowed:
 
 
 def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
-    """The first formula that leaves at most ``fine``, else the one that leaves least within the limits of all runs.
+    """The first formula that leaves at most ``allowed.fine``, else the one that leaves least within ``allowed.most``.
 
     None if there is none. A formula that changes by more than 0.05 mm per mm of a coordinate is passed over.
 
     Args:
         laws: formulas, the simplest first, each with the error (n, 3) that it leaves in each run [mm].
+        allowed: limits of the length of that error, ``fine`` for all runs and ``most`` for each [mm].
     """
     found, least = None, np.inf
     for law, rest in laws:
@@ -108,9 +109,14 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
 
 
 def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
-    """Sort key for leaving out regressors: coordinates come first, and of these those with the smallest range.
+    """Sort key for the order in which regressors are left out: coordinates first, the smallest range foremost.
 
-    Coordinates are taught and measured; one with a small range would mean much in another run.
+    Coordinates are taught and measured; one with a small range would mean much in another run. Of other numbers, those
+    with the longest text come first.
+
+    Args:
+        name: text of the regressor.
+        regressors: named values in each run.
     """
     values = [run[name] for run in regressors]
     coordinate = ".trans." in name

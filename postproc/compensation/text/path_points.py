@@ -73,9 +73,13 @@ def free_names(program: Program, names: Iterable[str]) -> list[str]:
 
 
 def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
-    """Why a point of a line or arc cannot be calculated in a module, None if it can.
+    """Why a function that calculates a point of a line or arc cannot be called in a routine, None if it can.
 
     The reason is a built-in name, needed by the function or its call, that the program declares itself.
+
+    Args:
+        module, routine: names of the routine in which the call is to stand, and of its module.
+        arc: the point is on an arc, not on a line.
     """
     names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
     names += [(name, routine) for name in AROUND_ARC if arc]
@@ -84,7 +88,11 @@ def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str |
 
 
 def argument_text(text: str, program: Program, module: str) -> str | None:
-    """A target expression on one line for use in a call; None if evaluating it several times could have an effect."""
+    """A target expression on one line for use in a call; None if evaluating it several times could have an effect.
+
+    Args:
+        text: the expression as it stands in the module.
+    """
     text = " ".join(text.split())
     data = text.encode("latin-1")
     try:
@@ -134,7 +142,11 @@ def on_line(
 
 
 def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The place stated from the farther end of the line, so that the added target has the configuration of that end."""
+    """The point stated from the farther end of the line, so that the added target has the configuration of that end.
+
+    Args:
+        function: name of the function whose result has the configuration of its first end.
+    """
     if point.share < 0.5:
         share = round(1.0 - point.share, SHARE_DECIMALS)
         return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
@@ -148,9 +160,12 @@ def on_arc(
     last: Sequence[TargetValue],
     allowed: Allowed,
 ) -> tuple[list[Insertion], Change] | None:
-    """Added statements for all runs of an arc, and the change of its last circle point; None if there are none.
+    """Added statements for all runs of an arc, and the change of the circle point that its own statement states.
+
+    None if no displacement of some point suits all runs.
 
     Args:
+        function: name of the function that calculates a point on the arc.
         added: what each run would add as numbers.
         last: the circle point of the last part in each run.
         allowed: how far off [mm] an added target may be in each run.
@@ -187,8 +202,10 @@ def _on_path(
 
     Args:
         functions: names for a constant displacement, and for one proportional to the square of the length.
+        runs: executions of the divided line or arc.
         values: the target that each run requires.
         shares: fraction of the way at it in each run.
+        allowed: error that a formula for the displacement may leave in each run.
     """
     share = round(float(np.median(shares)), SHARE_DECIMALS)
     points = [point_at(run.points, own) for run, own in zip(runs, shares, strict=True)]
@@ -204,8 +221,12 @@ def _on_path(
 def _law(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> tuple[OffsetLaw | None, int]:
     """Displacement of a point in all runs (None if none suits), and the line length [mm] it holds for, 0 for any.
 
+    A displacement that holds for one length is to be multiplied by the square of the ratio of lengths.
+
     Args:
+        runs: executions of the divided line or arc.
         offsets: (n, 3) that the runs require [mm].
+        allowed: error that a formula may leave in each run.
     """
     law = nearest_law(_laws(runs, offsets, allowed), allowed)
     lengths = np.linalg.norm([run.points[-1] - run.points[0] for run in runs], axis=1)
@@ -221,6 +242,10 @@ def _laws(runs: Sequence[PathRun], offsets: Array, allowed: Allowed) -> Iterator
     """A constant and an affine formula for the offsets (n, 3) [mm], each with the error (n, 3) that it leaves.
 
     The affine one does not use coordinates of the ends, from which the function calculates already.
+
+    Args:
+        runs: executions of the divided line or arc.
+        allowed: error up to which the affine formula is simplified.
     """
     yield constant_law(offsets)
     # The function works with the coordinates of both ends already.

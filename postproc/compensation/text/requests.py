@@ -47,7 +47,7 @@ class Requester:
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
     def goals(self, chosen: Iterable[int]) -> list[TargetRequest]:
-        """Requests for the targets of the chosen moves, except joint targets and where the arm already stands."""
+        """Requests for the goals of the chosen moves (indices), except joint targets and goals only restated."""
         asked: list[Asked] = []
         for i in chosen:
             move = self.moves[i]
@@ -61,7 +61,7 @@ class Requester:
     def vias(
         self, chosen: Iterable[int], written: Exact, curve: Array, pieces: Sequence[Pieces]
     ) -> list[TargetRequest]:
-        """Requests for the circle points of the chosen moves.
+        """Requests for the circle points of those among the chosen moves (indices) that are arcs.
 
         Args:
             written: the correction with the goals that the text has, from ``place_targets``.
@@ -83,7 +83,11 @@ class Requester:
         return self._requests(asked)
 
     def _requests(self, asked: Sequence[Asked]) -> list[TargetRequest]:
-        """The requests for corrected poses, in the order of ``asked``."""
+        """The requests for corrected poses, in their order.
+
+        Args:
+            asked: index of the move, role of the argument, T_work_tcp (4, 4) and confdata of each.
+        """
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         events = [self.moves[i].event for i, *_ in asked]
         now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
@@ -94,7 +98,11 @@ class Requester:
         ]
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
-        """Targets as the program writes them, in their work objects, from move, T_work_tcp (4, 4) and confdata."""
+        """Targets as the program writes them, in their work objects and with the external axes of the move's goal.
+
+        Args:
+            asked: index of the move, T_work_tcp (4, 4) and confdata of each.
+        """
         events = [self.moves[i].event for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []
@@ -108,6 +116,10 @@ class Requester:
 
         If a written end differs from the corrected curve, it lies on the circle through the written ends and the
         corrected middle.
+
+        Args:
+            written: the correction with the goals that the text has.
+            curve: (n, 4, 4) commanded poses at all samples.
         """
         samples, move = self.motion.samples, self.moves[i]
         assert move.T_work_via is not None

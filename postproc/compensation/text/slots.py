@@ -27,9 +27,12 @@ class Users:
 
 
 def target_users(program: Program, changes: WriteEffects) -> Mapping[str, Users]:
-    """By key, the users of each declaration and parameter that is used for targets only; others are missing.
+    """Users of each declaration and parameter that is used for targets only, by its key; all others are missing.
 
     What a call passes to a parameter is used by the statements that use the parameter.
+
+    Args:
+        changes: which data the pieces of the program may change.
     """
     uses = declaration_uses(program, changes)
     found: dict[str, Users | None] = {}
@@ -74,7 +77,7 @@ def slots_of(origin: Origin) -> tuple[SlotKey, ...]:
     return tuple(found)
 
 
-def names_of(origin: Origin) -> set[str]:
+def data_keys(origin: Origin) -> set[str]:
     """Keys of the declaration and the parameters that a target comes from."""
     base = origin.base
     declared = {base.declaration} if base.declaration is not None else set()
@@ -146,7 +149,7 @@ def _serves(
 
 
 def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
-    """Executions, by row, without those that the arm cannot make, as the controller stops at these.
+    """Executions by their index in ``events``, without those that the arm cannot make: the controller stops there.
 
     Args:
         rows: of the events that are moves of the arm.
@@ -159,13 +162,23 @@ def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, Mo
 
 
 def fully_requested(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements all of whose executions have a request; ``requested``: rows of the events that have one."""
+    """Statements all of whose possible executions have a request.
+
+    Args:
+        runs: executions by index of the event, from ``possible_runs``.
+        requested: indices of the events that have a request.
+    """
     lacking = {e.statement.key for row, e in runs.items() if row not in requested}
     return frozenset({e.statement.key for e in runs.values()} - lacking)
 
 
 def led_elsewhere(runs: Mapping[int, MotionEvent], requested: Set[int]) -> frozenset[StatementKey]:
-    """Statements that also run to an unknown place, or to another one without a request; ``requested``: rows."""
+    """Statements that also run to an unknown place, or to a place for which they have no request.
+
+    Args:
+        runs: executions by index of the event, from ``possible_runs``.
+        requested: indices of the events that have a request.
+    """
     places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in requested}
     return frozenset(
         e.statement.key

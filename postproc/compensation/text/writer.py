@@ -18,10 +18,10 @@ from postproc.compensation.text.slots import (
     ArgumentKey,
     Incidence,
     SlotKey,
+    data_keys,
     fully_requested,
     incidence,
     led_elsewhere,
-    names_of,
     possible_runs,
     slots_of,
     target_users,
@@ -57,7 +57,10 @@ class Assigned:
         return {request.event.statement.key for request in self.requests} - self.left.keys()
 
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
-        """A copy without the changes to the text of some arguments: their offsets, and numbers that stand there."""
+        """A copy without the changes to the text of some arguments (each a statement and a role).
+
+        These are their offsets, and the values of numbers that stand in the argument itself.
+        """
         offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
         theirs = {
             slot
@@ -88,7 +91,8 @@ class Writer:
     def assign(self, requests: Sequence[TargetRequest], goals: Assigned | None = None) -> Assigned:
         """Decide what is written for requests of goals, or, if ``goals`` are assigned already, of circle points.
 
-        Circle points then keep the values that were decided for goals, and their slots.
+        A slot (place in the text with a target's numbers) that got a value for goals then keeps it, and one that could
+        serve goals but got no value is not used.
         """
         moves = self.motion.moves
         rows = {moves[r.move].row for r in requests}
@@ -101,15 +105,21 @@ class Writer:
         return Assigned(requests, links, assigner.assign())
 
     def _unforeseen(self, requests: Sequence[TargetRequest], links: Incidence) -> set[SlotKey]:
-        """Slots (places with a target's numbers) from which some statement derives its target in an unknown way."""
+        """Slots (places with a target's numbers) that some statement uses in an expression that cannot be traced back.
+
+        Such a statement is known to derive its target from the slot's data, but none of its own requests says so.
+
+        Args:
+            links: which of the requests each slot could serve.
+        """
         if not any(known.derived for known in self.users.values()):
             return set()
         follows: dict[StatementKey, set[str]] = {}
         for request in requests:
-            follows.setdefault(request.event.statement.key, set()).update(names_of(request.origin))
+            follows.setdefault(request.event.statement.key, set()).update(data_keys(request.origin))
         closed = set()
         for slot, rows in links.of_slot.items():
-            for name in names_of(requests[rows[0]].origin):
+            for name in data_keys(requests[rows[0]].origin):
                 known = self.users.get(name)
                 if known is not None and any(name not in follows.get(key, {name}) for key in known.derived):
                     closed.add(slot)
@@ -148,7 +158,11 @@ class Writer:
         return dict(zip(moves, wanted, strict=True))
 
     def corrected(self, parts: Sequence[Assigned]) -> Callable[[Origin, RobTarget], RobTarget]:
-        """A function of a target's origin and value that returns the target with what is written into its slot."""
+        """A function of a target's origin and value that returns the target with what is written into its slot.
+
+        Args:
+            parts: what is written for goals and for circle points.
+        """
 
         def moved(origin: Origin, target: RobTarget) -> RobTarget:
             """The target with the value of the first slot of its origin that has one, else unchanged."""
@@ -159,7 +173,11 @@ class Writer:
         return moved
 
     def changes(self, parts: Sequence[Assigned]) -> tuple[tuple[Change, ...], dict[StatementKey, Place]]:
-        """The texts to change, each slot once, and the kind of place where each statement's correction is written."""
+        """The texts to change, each slot once, and the kind of place where each statement's correction is written.
+
+        Args:
+            parts: what is written for goals and for circle points.
+        """
         changes: list[Change] = []
         places: dict[StatementKey, Place] = {}
         done: set[SlotKey] = set()
@@ -183,7 +201,11 @@ class Writer:
         return tuple(changes), places
 
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
-        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument."""
+        """The change that writes a value into a slot: new numbers of a target, or an offset in a call's argument.
+
+        Args:
+            request: one that the slot serves.
+        """
         origin = request.origin
         base, root = origin.base, origin.root
         if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
@@ -200,7 +222,12 @@ class Writer:
         return self._offset(Change(source, span, "offset", whole), written, value.shift, now, value.robconf)
 
     def _around(self, part: Assigned, argument: ArgumentKey, law: OffsetLaw) -> Change:
-        """The change that puts an offset around the argument of a statement."""
+        """The change that puts an offset around an argument, given by statement and role.
+
+        Args:
+            part: what is written for goals or for circle points, to which the argument belongs.
+            law: formula of the offset.
+        """
         rows = part.links.of_argument[argument]
         request = part.requests[rows[0]]
         statement: MotionStatement = request.event.statement
@@ -219,7 +246,7 @@ class Writer:
     def _offset(
         change: Change, written: TargetExpression, shift: Array, now: RobTarget, robconf: tuple[int, int, int, int]
     ) -> Change:
-        """The change with a constant offset ``shift`` (3,) [mm] in object axes, written as the expression allows.
+        """A copy of a change with a constant offset ``shift`` (3,) [mm] in object axes, in the form the text allows.
 
         Args:
             written: how the text can be changed.

@@ -80,7 +80,7 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
 
 
 def _share(zone_angle: Array, angle: Array) -> Array:
-    """Fraction (k,), 1/2 at most, that a zone of ``zone_angle`` [rad] takes of a reorientation by ``angle`` [rad]."""
+    """Fraction (k,), 1/2 at most, of a turn by ``angle`` (k,) [rad] in a zone of ``zone_angle`` (k,) [rad]."""
     return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
 
 
@@ -109,7 +109,12 @@ def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, 
 
 
 def _blended_axes(curves: Curves, corners: Corners, move: Index, u: Array) -> Array:
-    """External axes (n, 6) along the path; within zone corners those of both moves are cross-faded."""
+    """External axes (n, 6) [m], [rad] along the path; within zone corners those of both moves are cross-faded.
+
+    Args:
+        move: (n,) index of each sample's move.
+        u: (n,) fraction along it.
+    """
     axes = curves.axes_at(move, u)
     if not curves.axes_change.any():
         return axes
@@ -187,7 +192,10 @@ def _blend_wrists(
 
 
 def _blended_joints(curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array) -> Array:
-    """Joint angles (n, 6) of move a at u_a cross-faded into its successor b at u_b; on lines only axes 4 to 6 count."""
+    """Joint angles (n, 6) [rad] in corners: of moves a at u_a, cross-faded into the moves b after them at u_b.
+
+    For lines and arcs with interpolated wrist axes only the columns of axes 4 to 6 are meaningful.
+    """
     return joints_at(curves, a, u_a) + joints_at(curves, b, u_b) - curves.q_start[b]
 
 

@@ -61,13 +61,18 @@ class Curves:
     frames: tuple[WorkFrame | None, ...]
 
     def axes_at(self, move: Index, u: Array) -> Array:
-        """(n, 6) external axes at fractions ``u`` (n,) of moves (n,)."""
+        """(n, 6) external axes [m], [rad] at fractions ``u`` (n,) of the moves of index ``move`` (n,)."""
         if np.isnan(self.axes_start).all():
             return np.broadcast_to(np.nan, (len(u), 6))
         return self.axes_start[move] + self.axes_change[move] * u[:, None]
 
     def mounts_at(self, move: Index, axes: Array) -> Mounts:
-        """The mounts of moves (n,), with their frames moved to where they stand for external axes (n, 6) [m], [rad]."""
+        """The mounts of moves, with their frames where these stand at other positions of the external axes.
+
+        Args:
+            move: (n,) indices of moves.
+            axes: (n, 6) positions of the external axes [m], [rad].
+        """
         found = self.mounts[move]
         if found.frame is None:
             return found
@@ -148,8 +153,8 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
     """Circles from start over via to end, (k, 3) each [m].
 
     Returns:
-        center, radial, tangent (k, 3); angle (k,) [rad]; fraction (k,) of the angle at via; fault (k,), index into
-        ``ARC_FAULTS`` (0: none).
+        center, radial, tangent (k, 3) [m], with points center + cos(phi) radial + sin(phi) tangent; angle (k,) [rad]
+        that phi has at end; fraction (k,) of it at via; fault (k,), index into ``ARC_FAULTS`` (0: none).
     """
     to_via, to_end = via - start, end - start
     normal = np.cross(to_via, to_end)
@@ -195,7 +200,8 @@ def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Ar
     decides the direction (RAPID Reference Manual, Basic Characteristics, MoveC).
 
     Args:
-        turn: (k, 3) the short rotation vector, in start axes.
+        turn: (k, 3) the short rotation vector, in start axes [rad].
+        R_start: (k, 3, 3) orientation at the start.
         R_via: (k, 3, 3) at the circle point, turned back to the start of the arc.
         fraction: (k,) of the arc at the circle point.
     """
@@ -233,7 +239,10 @@ def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tup
 
 
 def _in_space(curves: Curves, move: Index, u: Array) -> Array:
-    """T_work_tcp (n, 4, 4) on lines and arcs, with the orientation turning evenly from start to goal."""
+    """T_work_tcp (n, 4, 4) on lines and arcs of index ``move`` (n,) at fractions ``u`` (n,).
+
+    The orientation turns evenly from start to goal, on arcs relative to the path.
+    """
     T = np.zeros((len(u), 4, 4))
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = curves.start[move] + curves.chord[move] * u[:, None]

@@ -33,7 +33,7 @@ _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manu
 
 
 @dataclass(frozen=True, slots=True)
-class _Held:
+class _Conditions:
     """What is in force at a motion: mount of the tool, load on the flange, speeds and zone.
 
     Args:
@@ -77,11 +77,11 @@ def read_moves(
         target or work alone puts the target out of reach (see ``only_displaced``).
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
-    held = {now: _held(now) for now in dict.fromkeys([events[i].in_force for i in known])}
-    loads = [held[events[i].in_force] for i in known]
+    conditions = {now: _conditions(now) for now in dict.fromkeys([events[i].in_force for i in known])}
+    at_goals = [conditions[events[i].in_force] for i in known]
     station = station or Station()
     places = _places([events[i] for i in known], station)
-    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(loads, places))
+    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, _mounts(at_goals, places))
     refused = refuse_events(events, free_axes, station)
     beyond = _beyond_limits(events, known, station, places)
     astray = {i for i, _ in beyond}
@@ -102,12 +102,12 @@ def read_moves(
     moves: list[Move] = []
     of_event: dict[int, int] = {}
     previous = -1
-    for row, (i, load) in enumerate(zip(known, loads, strict=True)):
+    for row, (i, here) in enumerate(zip(known, at_goals, strict=True)):
         e = events[i]
         if i in bad:
             continue
         broken = e.first or not moves or (previous + 1 < i and any(map(_moves_arm, events[previous + 1 : i])))
-        move = _move(i, e, load, places[row], (q[row], T_work_tcp[row]), broken)
+        move = _move(i, e, here, places[row], (q[row], T_work_tcp[row]), broken)
         if e.resumes_from is not None:
             if e.resumes_from not in of_event:
                 continue  # nothing brings the arm there
@@ -133,14 +133,14 @@ def _places(events: Sequence[MotionEvent], station: Station) -> list[_Place]:
     return [(None if fixed and unit is None else frames[unit], row) for unit, row in zip(units, rows, strict=True)]
 
 
-def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
-    """How tool and work are held at the goals of k events.
+def _mounts(conditions: Sequence[_Conditions], places: Sequence[_Place]) -> Mounts:
+    """How tool and work are mounted at the goals of k events.
 
     Args:
-        loads: what is in force at each event.
+        conditions: what is in force at each event.
         places: frame of the work and external axes at each event.
     """
-    found = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
+    found = Mounts(np.array([c.T_mount_tcp for c in conditions]), np.array([c.stationary for c in conditions]))
     frames = list(dict.fromkeys(frame for frame, _ in places))
     if not any(frames):
         return found
@@ -151,10 +151,13 @@ def _mounts(loads: Sequence[_Held], places: Sequence[_Place]) -> Mounts:
 def _beyond_limits(
     events: Sequence[MotionEvent], known: Sequence[int], station: Station, places: Sequence[_Place]
 ) -> list[tuple[int, Diagnostic]]:
-    """Row of the event and KIN003 where a target has an external axis more than 0.1 mm or degree beyond a limit.
+    """Index of the event and KIN003, a warning, for each external axis more than 0.1 mm or degree beyond a limit.
 
     Args:
-        known: (k,) rows of the events that ``places`` (k,) belong to.
+        events: all of the program.
+        known: (k,) indices of the events to look at.
+        station: states the limits.
+        places: (k,) frame of the work and positions of the external axes there.
     """
     found = []
     for letter, joint in station.joints.items():
@@ -175,7 +178,7 @@ def _beyond_limits(
 
 
 def _left_alone(finding: Diagnostic, why: str) -> Diagnostic:
-    """The finding, if it is an error, as a warning with the reason why its statement stays as it is."""
+    """An error as a warning that adds why its statement stays uncorrected; other findings unchanged."""
     if finding.severity != "error":
         return finding
     return replace(forgiven(finding), message=f"{finding.message}; it is left as it is: {why}")
@@ -197,7 +200,7 @@ def _moves_arm(event: MotionEvent) -> bool:
     return event.statement.interpolation != "none" or event.reason is not None
 
 
-def _held(e: InForce) -> _Held:
+def _conditions(e: InForce) -> _Conditions:
     """Mount, load, speeds and zone of what is in force at a motion, in SI units.
 
     Tool load (centre in tool0) and GripLoad (centre in the tool frame) count as one mass. The tool load of a stationary
@@ -213,7 +216,7 @@ def _held(e: InForce) -> _Held:
     center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
     welding = e.weld is not None and e.weld.phase != "start"
     speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
-    return _Held(
+    return _Conditions(
         T_mount_tcp,
         not tool.robhold,
         mass,
@@ -236,12 +239,12 @@ def _programmed_speed(e: InForce) -> float:
     return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
 
 
-def _move(row: int, e: MotionEvent, held: _Held, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
+def _move(row: int, e: MotionEvent, here: _Conditions, place: _Place, goal: tuple[Array, Array], first: bool) -> Move:
     """The ``Move`` of one event.
 
     Args:
         row: of the event in the list of events.
-        held: what is in force there.
+        here: what is in force at the event.
         place: frame of the work, and external axes (6,).
         goal: joint angles (6,) [rad], and T_work_tcp (4, 4).
         first: the move starts a chain.
@@ -254,22 +257,22 @@ def _move(row: int, e: MotionEvent, held: _Held, place: _Place, goal: tuple[Arra
         event=e,
         kind=kind,
         q=q,
-        T_mount_tcp=held.T_mount_tcp,
-        stationary=held.stationary,
+        T_mount_tcp=here.T_mount_tcp,
+        stationary=here.stationary,
         T_work_tcp=T_work_tcp if isinstance(e.target, RobTarget) else None,
         T_work_via=via_matrix(e) if kind == "arc" and e.via is not None else None,
-        payload_mass=held.mass,
-        payload_center=held.center,
-        speed=held.speed,
-        rotation_speed=held.rotation_speed,
-        axis_speed=held.axis_speed,
+        payload_mass=here.mass,
+        payload_center=here.center,
+        speed=here.speed,
+        rotation_speed=here.rotation_speed,
+        axis_speed=here.axis_speed,
         duration=e.duration,
-        ease=held.ease,
-        fine=held.fine,
-        zone=held.zone,
-        zone_rotation=held.zone_rotation,
-        zone_angle=held.zone_angle,
-        welding=held.welding,
+        ease=here.ease,
+        fine=here.fine,
+        zone=here.zone,
+        zone_rotation=here.zone_rotation,
+        zone_angle=here.zone_angle,
+        welding=here.welding,
         first=first,
         frame=place[0],
         axes=place[1],

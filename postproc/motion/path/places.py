@@ -23,7 +23,7 @@ NOWHERE: Ax6 = (nan,) * 6
 
 
 def place_events(events: Iterable[MotionEvent], station: Station) -> list[MotionEvent]:
-    """The events, each with the positions of the external axes at its goal.
+    """The events, each with the positions of the external axes at its goal where these are known.
 
     An event whose base or work has no known place also gets the reason, so that it is not corrected.
     """
@@ -77,6 +77,8 @@ def idle_axes(units: tuple[tuple[str, bool], ...] | None, station: Station) -> s
 
 def resting_place(events: Iterable[MotionEvent]) -> Ax6:
     """Positions at which the external axes of a task stand while it runs, 9E9 for an axis without exactly one position.
+
+    All are 9E9 if some target of the task is not known.
 
     Args:
         events: all of the task's program.

@@ -27,8 +27,9 @@ def goal_joints(
     """Joint angles of the goals of k events, in the configuration that they state or in which the arm comes.
 
     Args:
+        events: all of the program.
         known: (k,) indices of the events whose target is known.
-        mounts: at these goals.
+        mounts: of tool and work at these goals.
 
     Returns:
         q (k, 6) [rad], NaN where none was found; T_work_tcp (k, 4, 4), NaN for joint targets; failures, sorted, whose
@@ -82,6 +83,7 @@ def _follow(
     """Fill in, in place, the joint angles of goals that are reached in the configuration of the goal before them.
 
     Args:
+        T_base_flange: (k, 4, 4) of the goals.
         q: (k, 6) [rad], which is changed.
         free: (k,) goals whose own configuration does not count.
         again: from rows at which the arm resumes to the row whose goal it resumes from.
@@ -139,7 +141,10 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:
-    """KIN008, a warning: the posture in which the arm comes to this target is not known and has been assumed."""
+    """KIN008, a warning: the posture nearest to the last known one is assumed at this target.
+
+    The posture in which the arm comes is not known, and the configuration that the target states does not exist.
+    """
     text = "in which posture the arm comes here is not known, and what the target states does not exist"
     help_ = (
         "the posture nearest to the last known one, or to all axes at zero, is taken: begin with a MoveAbsJ to be sure"

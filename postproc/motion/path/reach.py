@@ -21,6 +21,9 @@ def only_displaced(runs: Reached) -> frozenset[StatementKey]:
 
     They either succeed in another run, or never fail with a written target without displacement. If no statement of the
     program can be run, the set is empty.
+
+    Args:
+        runs: executions, each with the code of the finding that keeps the arm from making it, or None.
     """
     run = {e.statement.key for e, code in runs if code is None and isinstance(e.target, RobTarget)}
     lost = {e.statement.key for e, code in runs if code is not None}
@@ -36,8 +39,11 @@ def _as_taught(e: MotionEvent) -> bool:
 def another_arm(robot: Robot, runs: Reached) -> list[Diagnostic]:
     """KIN009 if more than half of the targets, and at least three, fail in every run: the program suits another arm.
 
-    Each target counts once, however many statements lead there. If most fail only by their configuration, the finding
-    says that instead, since another arm would not explain it.
+    Each target counts once, however many statements lead there. If at least half of those that fail do so only by their
+    configuration, the finding says that instead, since another arm would not explain it.
+
+    Args:
+        runs: executions, each with the code of the finding that keeps the arm from making it, or None.
     """
     if not any(code for _, code in runs):
         return []
@@ -64,6 +70,7 @@ def _odd_configurations(runs: Reached, count: str) -> Diagnostic:
     """KIN009, an error: the targets can be reached, but not in the configurations that they state.
 
     Args:
+        runs: executions, each with the code of the finding that keeps the arm from making it, or None.
         count: "n of m targets", for the message.
     """
     unset = all(isinstance(e.target, RobTarget) and not any(e.target.robconf) for e, code in runs if code is not None)

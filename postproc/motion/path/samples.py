@@ -145,6 +145,10 @@ def _corner_angles(curves: Curves) -> Array:
 def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array, move: Index) -> list[Diagnostic]:
     """Fill in, in place, joint angles ``q`` (n, 6) that are NaN, each stretch continuous from the sample before it.
 
+    Args:
+        T_base_flange: (n, 4, 4) at the samples.
+        move: (n,) index of each sample's move.
+
     Returns:
         One finding per stretch that is out of reach; its samples keep the joint angles before it.
     """
@@ -164,7 +168,7 @@ def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array
 
 
 def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags) -> list[Diagnostic]:
-    """Findings about joint limits, jumps, goals in another configuration and singular wrists, one per move and kind.
+    """MOT002 to MOT005: joint limits, jumps, goals in another configuration, singular wrists; one per move and kind.
 
     Args:
         in_space: (n,) samples whose joint angles come from inverse kinematics.

@@ -124,7 +124,11 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
         return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
-        """The coordinates (order 0), or their derivative of that order, (g, c) at all grid points."""
+        """The coordinates (order 0), or their derivative of that order, (g, c) at all grid points.
+
+        Args:
+            positions: not used; toppra passes the grid points.
+        """
         return self.values[order]
 
 

@@ -23,8 +23,8 @@ _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try wh
 def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] at the grid points.
 
-    Stops are grid points with speed zero, so one call of toppra serves many runs, as many as have about 2000 points;
-    what it needs then does not grow with the program.
+    Stops are grid points with speed zero, so one call of toppra serves several runs of about 2000 points together, and
+    its memory does not grow with the program.
 
     Args:
         gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.

@@ -52,19 +52,19 @@ class Profile:
         return run, t - self.start[run]
 
     def bare(self) -> Profile:
-        """A profile without path and curve, which are not kept for long programs."""
+        """A copy of the profile without path and curve, so that long programs need less memory."""
         return Profile(Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s), self.law, self.start)
 
 
 @dataclass(frozen=True, slots=True)
 class JointMotion:
-    """Motion of the joints at k instants.
+    """Motion of the c columns of a curve, the six joints and external axes behind them, at k instants.
 
     Args:
         place: (k,) path parameter [m]; path_speed: (k,) [m/s].
-        v, a: (k, 6) [rad/s], [rad/s^2].
-        a_slope: (k, 6) the part of a that changes the speed along the path.
-        jerk_bend, jerk_slope: (k, 6) [rad/s^3], from the shape of the path and from the change of path acceleration.
+        v, a: (k, c) [rad/s], [rad/s^2]; of linear axes [m/s], [m/s^2].
+        a_slope: (k, c) the part of a that changes the speed along the path.
+        jerk_bend, jerk_slope: (k, c) [rad/s^3], from the shape of the path and from the change of path acceleration.
     """
 
     place: Array
@@ -77,10 +77,14 @@ class JointMotion:
 
 
 def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
-    """Motion of the joints at times ``t`` (k,) [s] since the start of ``run`` (k,), from standstill to standstill.
+    """Motion of the joints at times ``t`` (k,) [s] since their runs ``run`` (k,) from standstill to standstill began.
 
     The joints follow the curve over the path parameter:
     qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
+
+    Args:
+        law: time law of the runs.
+        curve: joint angles, and external axes behind them, as a function of the path parameter [m].
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
@@ -91,7 +95,7 @@ def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) 
 
 
 def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
-    """Part (k, 6) [rad/s^2] of the joint accelerations that changes the path speed: ``JointMotion.a_slope``.
+    """Part (k, c) [rad/s^2] of the accelerations that changes the path speed: ``JointMotion.a_slope``.
 
     Args:
         run, t: (k,) run (stretch from standstill to standstill), and time since it began [s].
@@ -164,7 +168,7 @@ def _slowed(
     allowed: Array,
     solve: Callable[[Grid], tuple[Array, int | None]],
 ) -> tuple[Grid, Array, Flags]:
-    """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around them.
+    """The grid with lower speed bounds where intervals were passed too fast, and its speeds solved again around them.
 
     Args:
         now: the grid, and its speeds (g,) [m/s].
@@ -201,7 +205,8 @@ def _wide_enough(runs: Runs, grid: Grid, speed: Array, window: Array, changed: F
     """Averaging windows (r,) [s] long enough that no joint exceeds its jerk limit by a change of path acceleration.
 
     Args:
-        window: (r,) windows to start from.
+        speed: (g,) path speed at the grid points [m/s].
+        window: (r,) windows to start from [s].
         changed: (g,) grid points to look at.
     """
     rows = np.flatnonzero(changed)

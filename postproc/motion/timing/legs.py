@@ -21,6 +21,7 @@ def cut_legs(moves: tuple[Move, ...], size: Index, most: int = MOST) -> Iterator
 
     Args:
         size: (m,) approximate number of samples of each move.
+        most: samples after which the next stop ends a leg.
     """
     begin, load = 0, 0
     for i in range(1, len(moves) + 1):

@@ -29,7 +29,7 @@ class LimitReport:
 
 
 def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitReport:
-    """Compare the corrected motion, on the time law of the programmed one, with speed, acceleration and jerk limits.
+    """Compare the corrected joint motion, on the time law of the programmed one, with the limits of the joints.
 
     Args:
         profile: of the programmed motion.

@@ -45,13 +45,13 @@ def axes_that_move(path: Path, station: Station | None) -> dict[int, Joint]:
 
 
 def _known(column: Array) -> Array:
-    """(n,) column in which each NaN is replaced by the next known value, or by the last one at the end."""
+    """The column (n,) in which each NaN is replaced by the next finite value, or by the last one where none follows."""
     at = np.flatnonzero(np.isfinite(column))
     return np.asarray(column[at[np.minimum(np.searchsorted(at, np.arange(len(column))), len(at) - 1)]])
 
 
 def limits_of(robot: Robot, axes: Sequence[Joint]) -> Limits:
-    """Limits of the arm's six joints, then of the external axes, with usual values where an axis states none.
+    """Limits of the arm's six joints, then of the external axes ``axes``, with usual values where an axis states none.
 
     Usual are 1 m/s or 90 deg/s, reached in 0.5 s, and that acceleration in 0.1 s.
     """
@@ -139,6 +139,9 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
     The parameter grows by the root of the sum of squares of TCP travel, reorientation (at a radius of 30 mm), joint
     travel (at 20 mm) and travel of the external axes (linear axes count in full), so it stays smooth where one of them
     takes over.
+
+    Args:
+        station: states the external axes that move along with the joints.
     """
     n = len(path.q)
     travel = np.diff(path.s)
@@ -177,13 +180,13 @@ def cut_runs(robot: Robot, path: Path, station: Station | None = None) -> Runs:
 
 
 def rotation_angle(R: Array) -> Array:
-    """Angles (n,) [rad] of rotations (n, 3, 3), exact for small ones."""
+    """Angles (n,) [rad] of rotation matrices (n, 3, 3), accurate also where they are small."""
     axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
     return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
-    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run, independent between runs.
+    """Cubic splines through q (k, c) at s (k,), twice differentiable inside each run (k,), independent between runs.
 
     The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
     slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.

@@ -104,7 +104,7 @@ def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Arr
 
 
 def evaluate(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Distance [m], speed, acceleration and jerk along the path, (n,) each.
+    """Distance [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] along the path at times of a law, (n,) each.
 
     Args:
         run, t: (n,) run (stretch from standstill to standstill), and time since it began [s].

@@ -110,12 +110,13 @@ def changes_speed(tcp_speed: Array) -> Flags:
 
 
 def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
-    """Accelerations (n, 6), interpolated inside zone corners between the values at both ends of the corner.
+    """Accelerations (n, c), interpolated inside zone corners between the values at both ends of the corner.
 
-    The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides. If
-    only one side is a line or arc at constant speed, the corner has the value at its end.
+    The arm does not pass the target in a corner, and correcting that target for the load in the corner would bend the
+    lines on both sides. If only one side is a line or arc at constant speed, the corner has the value at its end.
 
     Args:
+        a: (n, c) accelerations of the joints and of external axes [rad or m per s^2].
         blend: (n,) samples inside a zone corner.
         kept: (n,) samples of a line or an arc at constant speed.
     """
