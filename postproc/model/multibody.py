@@ -78,10 +78,10 @@ class Multibody:
         """Return the generalised forces M a + C v + g, (n, size), of a motion (recursive Newton-Euler).
 
         Args:
-            coordinates: (n, size); v, a: (n, 6) of the arm joints [rad/s], [rad/s^2], None for rest; springs are at
-                rest.
-            base: of one that moves, (n, 3) each: gravity less the acceleration of its origin, angular velocity, and
-                angular acceleration.
+            coordinates: (n, size) joint angles [rad] and displacements of the springs [m, rad], which are at rest.
+            v, a: (n, 6) speeds and accelerations of the arm joints [rad/s], [rad/s^2]; None for rest.
+            base: only of an arm whose base moves, (n, 3) each: gravity less the acceleration of its origin, angular
+                velocity, and angular acceleration.
         """
         n = len(coordinates)
         q = np.zeros((self.base + self.size, n), order="F")
@@ -99,10 +99,10 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Return the derivative (n, m, m) of the links' weight by the coordinates: gravity's part of K_E (Eq. 21).
+        """Return the derivative (n, m, m) of the links' weight by the m coordinates: gravity's part of K_E (Eq. 21).
 
         Args:
-            coordinates: (n, m) joint angles and displacements.
+            coordinates: (n, m) joint angles [rad] and displacements of the springs [m, rad].
         """
         none = self.pin.StdVec_Force()
         none.extend([self.pin.Force.Zero()] * self.model.njoints)
@@ -113,7 +113,7 @@ class Multibody:
         """Return the joint-space inertia of the links, (n, size, size), by the composite rigid body algorithm.
 
         Args:
-            coordinates: (n, size).
+            coordinates: (n, size) joint angles [rad] and displacements of the springs [m, rad].
         """
         result = np.empty((len(coordinates), self.size, self.size))
         for i, q in enumerate(coordinates):

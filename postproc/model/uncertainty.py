@@ -61,7 +61,10 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit]; None without covariance. Unknown parameters are left out."""
+    """Read the uncertainty in the model's table [fit]; None without a covariance.
+
+    Parameters that the model's effects do not have are left out.
+    """
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -94,7 +97,9 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     closer than its two bounds) e is half of the change of the position between the bounds.
 
     Args:
-        instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
+        known: the uncertainty that the fit noted.
+        instrument: True: as an instrument sees the TCP; False: in the base frame, where the errors of the instrument's
+            frame do not count.
     """
     result = np.empty((len(state), 3, 3))
     for rows in blocks(len(state), BATCH):
@@ -125,11 +130,15 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 def derivatives(
     model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return derivatives of the position (n, 3, p), error of limited functions (n, 3) [m], and which parameters count.
+    """Return the derivatives of the predicted position by parameters, and what a limited function leaves out.
 
     Args:
         parameters: (effect key, index in its vector) of the p parameters.
-        instrument: False: parameters of the instrument's frame do not count (False in the third array, (p,)).
+        instrument: whether parameters of the instrument's frame count.
+
+    Returns:
+        Derivatives (n, 3, p); distance (n, 3) [m] between the position by functions without the limits of their fitted
+        range and the predicted one; mask (p,) of the parameters that count.
     """
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(parameters)))
@@ -154,7 +163,7 @@ def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
     NaN where the model file has no covariance.
 
     Args:
-        instrument: as an instrument sees it; else in the base frame.
+        instrument: True: as an instrument sees the TCP; False: in the base frame.
     """
     known = read_uncertainty(model)
     if known is None:
@@ -181,7 +190,7 @@ class Beyond:
 
     @property
     def text(self) -> str:
-        """One clause on the channel, the value it reaches and the range that was measured."""
+        """One clause that names the channel, the value it reaches and the range that was measured."""
         low, high, reached = self.low, self.high, self.reached
         if self.channel.startswith("dir"):
             side = "+" if reached > 0 else "-"

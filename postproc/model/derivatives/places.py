@@ -14,14 +14,22 @@ LOADS = 54
 
 
 def placed(displacement: Displacement) -> dict[int, Array]:
-    """Return the parts of a displacement, (n, 6) or (6,) each, by their first column in the 60 ``PLACES``."""
+    """Return the parts of a displacement, (n, 6) or (6,) each, by number of their first column.
+
+    Columns of a displacement (``PLACES`` in all): joints 0 to 5, bodies 0 to 6 from 6, tool from 48, instrument at 54.
+    """
     parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
     others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
     return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """Write parts, by first column, into one array (n, places) that is zero elsewhere."""
+    """Write parts of six columns into one array (n, places) that is zero elsewhere.
+
+    Args:
+        parts: (n, 6) or (6,) each, by number of their first column.
+        n: number of rows; places: number of columns.
+    """
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -29,12 +37,19 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, both by first column, without parts that are zero in every row."""
+    """Return one + times * other, without parts that are zero in every row.
+
+    Args:
+        one, other: parts (n, 6) or (6,) by number of their first column, as `placed` and `carried` return them.
+    """
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
 def carried(load: Load) -> dict[int, Array]:
-    """Return joint torques and body wrenches of a load, (n, 6) each, by their first column in the 54 ``LOADS``."""
+    """Return joint torques and body wrenches of a load, (n, 6) each, by number of their first column.
+
+    Columns of a load (``LOADS`` in all): joint torques 0 to 5, then the wrench on each body and the flange from 6.
+    """
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}
