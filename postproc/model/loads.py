@@ -52,7 +52,7 @@ def borne(
 
 
 def _carried(state: State) -> tuple[Array, Array, Array] | None:
-    """Return gravity, angular velocity and acceleration of a moving base, (n, 3) each, base axes; None if it is fixed."""
+    """Return gravity, angular velocity and acceleration of a moving base, (n, 3) each, base axes; None if fixed."""
     if state.gravity.ndim == 1 and state.base_spin is None:
         return None
     still = np.zeros((len(state), 3))

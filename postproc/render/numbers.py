@@ -27,9 +27,13 @@ def _shortened(text: str) -> str:
 
 
 def number_like(original: str, value: float, least_decimals: int) -> str:
-    """Text of a new value in the format of the number it replaces; the original if both agree at that precision.
+    """Text of a new value in the format of the number that it replaces; the original if both agree when rounded.
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
+
+    Args:
+        original: the number's text in the program.
+        least_decimals: decimals to write if the original has fewer.
 
     >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
     ('600.412', '600.00', '9E+09')

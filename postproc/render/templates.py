@@ -37,10 +37,13 @@ def degrees(values: Sequence[float]) -> list[str]:
 
 
 def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
-    """The Jinja environment with the shipped templates, those of the user's folder before them.
+    """The Jinja environment with the shipped templates; those of the user's folder take their place.
+
+    Args:
+        template_dir: the user's folder, None for none.
 
     Raises:
-        PostprocError: ``REN001`` if the folder does not exist.
+        PostprocError: ``REN001`` if the folder does not exist, ``REN002`` if a template in it cannot be read.
     """
     if template_dir is not None and not template_dir.is_dir():
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
@@ -54,7 +57,11 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
 
 @lru_cache(maxsize=4)  # reading the templates takes a tenth of the time for a small program
 def _environment(template_dir: Path | None, names: tuple[str, ...]) -> SandboxedEnvironment:
-    """The cached environment for a folder with files of these names; changed template files are read again."""
+    """The cached environment for a folder; other file names or changed template files are read again.
+
+    Args:
+        names: names of the files in the folder.
+    """
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),
@@ -68,7 +75,7 @@ def _environment(template_dir: Path | None, names: tuple[str, ...]) -> Sandboxed
 
 
 def load_template(env: SandboxedEnvironment, name: str) -> Template:
-    """Load one template.
+    """Load the template with this file name.
 
     Raises:
         PostprocError: ``REN002`` where the template is not valid Jinja.

@@ -67,7 +67,7 @@ class Sensitivity:
     A column is a component of a displacement; `places.placed` says in which order.
 
     Args:
-        matrix: (n, 6, 60) change of position [m] and rotation vector [rad], instrument axes, by displacement [rad or m].
+        matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, per displacement [rad or m].
         loaded: the states, with loads.
         along: directions of the m coordinates whose loads the springs follow; column: (m,) column of each of them.
         springs: effects whose displacement follows the load.
@@ -126,7 +126,7 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Yield the derivative of the displacement by each of some parameters, in parts by number of their first column.
+        """Yield the derivative of the displacement by each of some parameters, as parts by their first column.
 
         It includes how the springs give under the load that the effect adds.
 
@@ -185,7 +185,7 @@ class Sensitivity:
         return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
-        """Return the displacement of all springs under the loads of the states, as parts by number of their first column."""
+        """Return the displacement of all springs under the loads of the states, as parts by their first column."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))

@@ -46,8 +46,10 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
     The lines have random directions and constant orientation; only those count that the arm can follow entirely.
 
     Args:
-        model: with the effects that are corrected.
+        model: the arm with the effects that are corrected.
+        done: the conditions, with the region in which the lines lie.
         count: number of lines drawn.
+        seed: of the random numbers.
     """
     rigid, q = model.with_effects(), done.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))
