@@ -22,7 +22,13 @@ Rows = NDArray[np.int_]
 
 
 def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
-    """Return (rows, k) the change of all outputs of the effect, flattened, per typical size of each freed parameter."""
+    """Return the change of the effect's outputs per typical size of k parameters, outputs and states along (rows, k).
+
+    Where the effect has a `basis` the rows are states, and each column is the parameter's joint angle.
+
+    Args:
+        freed: (k,) indices of the parameters in the effect's vector.
+    """
     exact = effect.basis(state)
     if exact is not None:
         return np.asarray(exact.values[:, freed] * effect.scale()[freed])
@@ -53,7 +59,15 @@ def _loaded(effect: Effect, state: State) -> Array:
 
 
 def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
-    """Evaluate an effect by ``ask``; exceptions and results that are no ``kind`` become an EffectFailure."""
+    """Evaluate an effect by ``ask``, and return its result.
+
+    Args:
+        member: name of the method that is called.
+        kind: class of the expected result.
+
+    Raises:
+        EffectFailure: the effect raises an exception (EFF005, EFF010) or returns another class (EFF003).
+    """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
             warnings.simplefilter("error", np.exceptions.ComplexWarning)
@@ -69,7 +83,15 @@ def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
-    """Return all parts side by side, (n, 6 k); refuses what is not (n, 6), not finite, or on an unknown body."""
+    """Return all parts of a result side by side, (n, 6 k).
+
+    Args:
+        member: name of the method that returned them.
+        parts: each for all states, or a mapping of such by number of the body.
+
+    Raises:
+        EffectFailure: EFF003, a part is not (n, 6), not finite, or on an unknown body.
+    """
     n, result = len(state), []
     for part in parts:
         if isinstance(part, Mapping):
@@ -83,7 +105,11 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
 
 
 def _block(effect: Effect, member: str, n: int, part: object) -> Array:
-    """Return one part as (n, 6), zero for None; refuses other shapes and values that are not finite."""
+    """Return one part of a result as (n, 6), zero for None.
+
+    Raises:
+        EffectFailure: EFF003, it has another shape, or values that are not finite.
+    """
     if part is None:
         return np.zeros((n, 6))
     array = np.asarray(part)
@@ -97,7 +123,11 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
 
 
 def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
-    """Return EFF003: a member of the effect returns something of the wrong form."""
+    """Return EFF003: a method of the effect returns something of the wrong form.
+
+    Args:
+        member: name of the method; what: clause on what it returns; help: what to return.
+    """
     cls = type(effect)
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
 
