@@ -37,10 +37,7 @@ def load_of(effect: Effect, state: State) -> Load:
 
 
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
-    """Evaluate the loads of m effects of one class and structure side by side, (n, 6, m) for each part.
-
-    Empty where a channel that they read, other than ``load``, was not recorded.
-    """
+    """Evaluate the loads of m effects of one class and structure, (n, 6, m) for each part; empty as in `load_of`."""
     cls = type(effects[0])
     if any(state.channel(name) is None for name in cls.reads if name != "load"):
         return Load()

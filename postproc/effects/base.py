@@ -164,9 +164,9 @@ class Effect:
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load | None:
-        """Return the loads of m effects that differ in parameters alone, (n, 6, m) a part; None to ask each one.
+        """Return the loads of m effects side by side, (n, 6, m) a part; None where `load` is to be called for each.
 
-        A search evaluates hundreds; an override must give what `load` gives.
+        They differ in parameters alone. A search evaluates hundreds; an override must give what `load` gives.
         """
         return None
 
@@ -191,7 +191,7 @@ class Effect:
         return self
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """Return series of a free function, each from fine to coarse, of which a fit takes the best; else itself."""
+        """Return versions of a free function in series from fine to coarse, for a fit to choose; else itself alone."""
         return ((self,),)
 
     @classmethod

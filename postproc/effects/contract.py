@@ -140,10 +140,7 @@ class State:
 
     @cached_property
     def axis_frames(self) -> dict[str, tuple[Array, Array]]:
-        """Frames T_base_joint (n, 4, 4) right before and right after the motion of each external axis, by its letter.
-
-        Empty without a station or positions of its axes.
-        """
+        """By external axis, T_base_joint (n, 4, 4) right before and right after its motion; empty without a station."""
         if self.station is None or self.external_axes is None:
             return {}
         return self.station.axis_frames(self.external_axes)

@@ -76,13 +76,7 @@ def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[Fie
 
 
 def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Any:
-    """Rebuild a pickled effect; its module is imported, or loaded from the user's file, if it is not yet there.
-
-    Args:
-        module: name of the module; file: its path, if it has one.
-        name: qualified name of the class.
-        fields: values for its constructor.
-    """
+    """Rebuild a pickled effect of the class ``name``; its module is imported, or loaded from the user's ``file``."""
     if module not in sys.modules:
         import importlib
 

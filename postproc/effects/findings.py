@@ -38,11 +38,7 @@ def finding(
 
 
 def line_span(source: Source, line: int) -> Span:
-    """Return the byte offsets of a line's text, without its indentation and the blanks at its end.
-
-    Args:
-        line: from 1.
-    """
+    """Return the byte offsets of the text of a line (from 1), without its indentation and blanks at its end."""
     raw = source.data[source.line_starts[line - 1] :].split(b"\n", 1)[0].rstrip()
     start = source.line_starts[line - 1] + len(raw) - len(raw.lstrip())
     return start, start + len(raw.strip())

@@ -87,11 +87,7 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
     return np.concatenate([force, torque + np.cross(origin, force)], axis=1)
 
 
-def _over(mass: Array, first: Array) -> Array:
-    """Return (n, 1) one over a mass, or nearly zero where its centre is beyond 2 m: m^3 / (m^4 + (f / far)^4).
-
-    Args:
-        mass: (n, 1) [kg]; first: (n, 3) first moment [kg m].
-    """
-    least = (np.linalg.norm(first, axis=1, keepdims=True) / FAR) ** 4
+def _over(mass: Array, first_moment: Array) -> Array:
+    """Return (n, 1) one over a mass, or nearly zero where its centre is beyond 2 m: m^3 / (m^4 + (f / far)^4)."""
+    least = (np.linalg.norm(first_moment, axis=1, keepdims=True) / FAR) ** 4
     return np.asarray(mass**3 / np.maximum(mass**4 + least, 1e-300))

@@ -36,14 +36,7 @@ def load_module(path: str | Path) -> tuple[ModuleType, Source]:
 
 
 def _run(name: str, path: Path, data: bytes) -> None:
-    """Run a file as the module ``name``; what it prints goes to stderr.
-
-    Args:
-        data: content of the file, to place an error.
-
-    Raises:
-        PostprocError: EFF001, it raises an exception or is no Python file.
-    """
+    """Run a file with this content as the module ``name``; EFF001 where that fails. Its prints go to stderr."""
     spec: Any = importlib.util.spec_from_file_location(name, path)
     source = Source(str(path), data)
     if spec is None:

@@ -115,12 +115,7 @@ def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
 
 @cache
 def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
-    """Return the layout of an effect class.
-
-    Args:
-        effect: the class.
-        shapes: shape of each of its parameters, in the order of declaration.
-    """
+    """Return the layout of an effect class whose parameters have these shapes, in the order of declaration."""
     declared = effect.parameters().values()
 
     def spread(values: Iterable[Number]) -> Array:

@@ -32,10 +32,7 @@ def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
 
 
 def size(robot: Robot) -> tuple[float, float]:
-    """Return the moving mass and the length of an arm, each over that of the reference arm.
-
-    Without masses the mass is taken as length^3.
-    """
+    """Return moving mass and length of an arm, each over the reference arm's; without masses, length^3 as mass."""
     length = float(np.linalg.norm(robot.link[1:, :3, 3], axis=1).sum()) / LENGTH_M
     mass = float(np.sum(robot.mass[1:])) / MASS_KG
     return (mass if mass > 0 else length**3), length

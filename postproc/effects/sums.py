@@ -20,11 +20,7 @@ class SumOfTerms(Effect, ABC):
         """Return the effect with the terms of another one of its kind after its own."""
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """Return forms with a slightly different structure in one of the last terms, to be tried instead.
-
-        Args:
-            new: number of last terms that may differ.
-        """
+        """Return forms with the structure of one of the ``new`` last terms slightly changed, to be tried instead."""
         return ()
 
     @classmethod

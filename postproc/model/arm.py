@@ -84,11 +84,7 @@ class Model:
         return self.multibody(ALL_BODIES)
 
     def standing(self, station: Station) -> Model:
-        """Return this arm at a place of a cell; ``R_world_base`` follows from gravity there, if that is known.
-
-        Args:
-            station: the place; gravity is taken with all external axes at zero.
-        """
+        """Return this arm at a place of a cell; gravity there, with axes at zero, gives ``R_world_base`` if known."""
         gravity = station.gravity(np.zeros((1, 6)))
         if gravity is None or not np.isfinite(gravity).all():
             return replace(self, station=station)

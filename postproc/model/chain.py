@@ -89,11 +89,7 @@ class Directions:
     carried: tuple[int, ...]
 
     def some(self, index: NDArray[np.int_]) -> Directions:
-        """Return the directions of some coordinates only.
-
-        Args:
-            index: their numbers from 0 in chain order, ascending.
-        """
+        """Return the directions of the coordinates with these numbers, from 0 in chain order, ascending."""
         carried = tuple(self.carried[k] for k in index)
         return Directions(self.slide[:, index], self.spin[:, index], self.origin[:, index], carried)
 
@@ -104,11 +100,7 @@ class Directions:
 
 
 def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Directions:
-    """Compute the directions of the six joints and of the six springs of each of these bodies, in base axes.
-
-    Args:
-        bodies: numbers 0 to 6 of the bodies with a spring; with any, the chain needs its ``tip`` and ``turn``.
-    """
+    """Compute the directions of the six joints and of six springs for each of these bodies (0 to 6), in base axes."""
     axes = (chain.T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
     origin = chain.T_base_body[:, 1:, :3, 3]
     if not bodies:

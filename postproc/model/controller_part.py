@@ -65,11 +65,9 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
 
 
 def known_state(parts: Sequence[str], state: State) -> State:
-    """Return the states with only those loads that the controller knows.
+    """Return the states with those loads only that the controller knows.
 
-    Args:
-        parts: names out of `PARTS`: ``force`` keeps the wrench, ``tool`` the payload, ``inertia`` speeds and
-            accelerations; what is not listed becomes None.
+    ``force`` in ``parts`` keeps the wrench, ``tool`` the payload, ``inertia`` speeds and accelerations; else None.
     """
     if "force" not in parts:
         state = state.with_(wrench=None)

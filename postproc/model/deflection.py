@@ -76,12 +76,7 @@ def moves(new: Deflection, old: Deflection) -> Array:
 
 
 def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
-    """Return ``old`` moved by a step, with tool and instrument of ``new``.
-
-    Args:
-        new: tells to which bodies the columns of ``part`` belong.
-        part: (n, k) step, with the columns of `moves`.
-    """
+    """Return ``old`` plus a step (n, k) in the columns of `moves`, with the bodies, tool and instrument of ``new``."""
     body = {b: old.body.get(b, 0.0) + part[:, 6 * k + 6 : 6 * k + 12] for k, b in enumerate(new.body)}
     return Deflection(old.joint + part[:, :6], body, new.tool, new.instrument)
 

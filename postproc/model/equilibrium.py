@@ -124,26 +124,14 @@ def unsettled(index: int) -> PostprocError:
 
 
 def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
-    """Return the `Equilibrium` at a converged deflection, with chain and TCP of the deflected arm.
-
-    Args:
-        state: the states with the loads that cause the deflection.
-        bodies: numbers of bodies whose loads were computed.
-    """
+    """Return the `Equilibrium` at a converged deflection; the states hold its loads, computed for ``bodies``."""
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
     return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Return the real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4).
-
-    Args:
-        settled: as in `equilibrium`.
-
-    Raises:
-        PostprocError: MOD010.
-    """
+    """Return the real TCP poses T_instrument_tcp (n, 4, 4); ``settled`` and errors are those of `equilibrium`."""
     result = np.empty((len(state), 4, 4))
     # Batches that stay in the processor's cache are faster.
     for rows in blocks(len(state), BATCH):

@@ -116,12 +116,7 @@ class _Fit(FileTable):
     @field_validator("covariance")
     @classmethod
     def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
-        """Return the rows of the covariance; refuse them if they are not one a parameter or not positive semidefinite.
-
-        Args:
-            rows: of the lower triangle, or whole rows.
-            found: the fields that were validated before, with the names of the parameters.
-        """
+        """Return the rows of a covariance; refuse them if not one a parameter, or not positive semidefinite."""
         count = len(found.data.get("parameters", []))
         if len(rows) != count:
             raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)

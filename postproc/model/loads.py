@@ -61,11 +61,7 @@ def _carried(state: State) -> tuple[Array, Array, Array] | None:
 
 
 def coordinates(chain: Chain, arm: Multibody) -> Array:
-    """Return the coordinates (n, m) of the deflected arm in chain order: joint angles [rad], displacements [m, rad].
-
-    Args:
-        arm: the rigid-body model, which tells the order.
-    """
+    """Return the coordinates (n, m) of the deflected arm in the order of ``arm``: joints [rad], springs [m, rad]."""
     if not arm.bodies:
         return chain.q
     result = np.zeros((len(chain.q), arm.size))

@@ -99,22 +99,14 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Return the derivative (n, m, m) of the links' weight by the m coordinates: gravity's part of K_E (Eq. 21).
-
-        Args:
-            coordinates: (n, m) joint angles [rad] and displacements of the springs [m, rad].
-        """
+        """Return the derivative (n, m, m) of the links' weight by coordinates: gravity's part of K_E (Eq. 21)."""
         none = self.pin.StdVec_Force()
         none.extend([self.pin.Force.Zero()] * self.model.njoints)
         # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.
         return np.array([-self.pin.computeStaticTorqueDerivatives(self.model, self.data, q, none) for q in coordinates])
 
     def inertia(self, coordinates: Array) -> Array:
-        """Return the joint-space inertia of the links, (n, size, size), by the composite rigid body algorithm.
-
-        Args:
-            coordinates: (n, size) joint angles [rad] and displacements of the springs [m, rad].
-        """
+        """Return the inertia (n, m, m) of the links at coordinates (n, m), by the composite rigid body algorithm."""
         result = np.empty((len(coordinates), self.size, self.size))
         for i, q in enumerate(coordinates):
             M = np.triu(self.pin.crba(self.model, self.data, q))

@@ -34,9 +34,6 @@ def in_world(station: Station) -> Station:
 
 
 def as_written(station: Station, positions: Array) -> dict[str, Array]:
-    """Convert positions (n, 6) [m, rad] to columns ``eax_a`` .. ``eax_f`` in mm and degrees, as programs write them.
-
-    Only axes that the station has get a column (n,).
-    """
+    """Convert positions (n, 6) [m, rad] to columns ``eax_a`` .. of the station's axes, in mm and degrees."""
     scales = {axis: 1e3 if joint.kind == "linear" else 180.0 / np.pi for axis, joint in station.joints.items()}
     return {f"eax_{axis}": scale * positions[:, LETTERS.index(axis)] for axis, scale in sorted(scales.items())}

@@ -61,10 +61,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit]; None without a covariance.
-
-    Parameters that the model's effects do not have are left out.
-    """
+    """Read the uncertainty in the model's table [fit]; None without covariance. Parameters it has not are left out."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))

@@ -140,10 +140,7 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 
 
 def _number_edit(change: Change) -> Edit | None:
-    """One edit that spans all numbers of a target that change; None if none changes.
-
-    One edit for each number would be slow for programs with many targets.
-    """
+    """One edit from the first number of a target that changes to the last; None if none changes."""
     value, data, found = change.value, change.source.data, literal(change.source.data, *change.span)
     assert found is not None
     before = numbers_of(found)
@@ -256,10 +253,7 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
 
 
 def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
-    """Indentation of the line at a byte offset and its line end, CR LF or LF.
-
-    The indentation counts blanks before the offset only.
-    """
+    """Indentation of the line at a byte offset (blanks before it only), and its line end, CR LF or LF."""
     start = data.rfind(b"\n", 0, offset) + 1
     before = data[start:offset]
     indent = before[: len(before) - len(before.lstrip())]
@@ -290,10 +284,7 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
 
 
 def indent_after(data: bytes, offset: int) -> str:
-    """Indentation of the first line with text after the line at a byte offset.
-
-    Two blanks if there is none within 4096 bytes.
-    """
+    """Indentation of the first line with text within 4096 bytes after the line at a byte offset; else two blanks."""
     for line in data[offset : offset + 4096].split(b"\n")[1:]:
         if line.strip():
             return line[: len(line) - len(line.lstrip())].decode("latin-1")

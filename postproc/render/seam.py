@@ -112,13 +112,9 @@ def seam_module(
 
 
 def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamData], list[str]]:
-    """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default that was used.
+    """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default.
 
-    Args:
-        T_flange_tcp: (4, 4) tool frame [m], if the options name no tool.
-
-    Raises:
-        PostprocError: SEA007, there is no tool, or a text is no such data.
+    SEA007 where there is no tool, or a text is no such data. T_flange_tcp: (4, 4) tool frame [m] in its default.
     """
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
@@ -152,11 +148,7 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
 def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_SeamData], list[int]]:
     """Weld data declarations, one for each speed of the table, and for each point the index of the one that it uses.
 
-    Args:
-        weld: the data as the options give it, whose value is copied with other speeds.
-
-    Raises:
-        PostprocError: SEA007, that value is not known, or its name is too long.
+    The value of ``weld`` is copied with other speeds; SEA007 where it is not known, or the name is too long.
     """
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
@@ -199,10 +191,7 @@ def _zone(points: SeamPoints) -> str:
 
 
 def _read(source: Source, side_files: Sequence[Source], count: int) -> list[MotionEvent]:
-    """The motion events of a draft of the module, run as a program.
-
-    Args:
-        count: number of events that it has to have.
+    """The motion events of a draft of the module, run as a program; they must be ``count``.
 
     Raises:
         PostprocError: findings of the reader, without a place in the module, as the draft is not written.
@@ -218,9 +207,7 @@ def _read(source: Source, side_files: Sequence[Source], count: int) -> list[Moti
 
 
 def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diagnostic]:
-    """Errors that say why a seam cannot be followed.
-
-    SEA008 for each pose out of reach, or SEA009 if all can be reached but not in one configuration.
+    """SEA008 for each pose out of reach, or SEA009 if all can be reached but not in one configuration.
 
     Args:
         T_base_flange: (n + 2, 4, 4) poses of approach, points and departure.

@@ -100,12 +100,7 @@ class _SeamTable:
         return value
 
     def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
-        """Add an error with this code at a cell.
-
-        Args:
-            row, at: row and column from 0.
-            what: what is wrong there; help_: what to do about it.
-        """
+        """Add an error at a cell, by row and column (from 0); ``what`` says what is wrong, ``help_`` what to do."""
         message = f"row {self.cells.lines[row]}, column `{self.header[at]}`: {what}"
         self.findings.append(Diagnostic(code, "error", message, self.cells.source, self.cells.span(row), help_))
 

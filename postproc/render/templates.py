@@ -39,9 +39,6 @@ def degrees(values: Sequence[float]) -> list[str]:
 def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
     """The Jinja environment with the shipped templates; those of the user's folder take their place.
 
-    Args:
-        template_dir: the user's folder, None for none.
-
     Raises:
         PostprocError: ``REN001`` if the folder does not exist, ``REN002`` if a template in it cannot be read.
     """
@@ -57,11 +54,7 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
 
 @lru_cache(maxsize=4)  # reading the templates takes a tenth of the time for a small program
 def _environment(template_dir: Path | None, names: tuple[str, ...]) -> SandboxedEnvironment:
-    """The cached environment for a folder; other file names or changed template files are read again.
-
-    Args:
-        names: names of the files in the folder.
-    """
+    """The cached environment for a folder with files of these names; changed template files are read again."""
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),

@@ -269,11 +269,7 @@ def _array(values: list[float] | None) -> Array | None:
 
 
 def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
-    """Return link transforms (7, 4, 4) [m] and unit joint axes (6, 3) of the file's [chain] or [dh] table.
-
-    Raises:
-        PostprocError: KIN007, there is not exactly one of these tables, or an axis has no direction.
-    """
+    """Return link transforms (7, 4, 4) and unit axes (6, 3) of the file's one [chain] or [dh] table; else KIN007."""
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
@@ -310,11 +306,7 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
 
 
 def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
-    """Return the centres of mass (7, 3) [m] in body axes, converted from the frame that ``center_frame`` names.
-
-    Args:
-        link: (7, 4, 4) transforms, axis: (6, 3) joint axes, as in `Robot`.
-    """
+    """Return the centres of mass (7, 3) [m] in body axes; ``link`` and ``axis``, as in `Robot`, convert them."""
     center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
     if file.bodies.center_frame == "body":
         return center
@@ -346,10 +338,7 @@ def _guessed(file: RobotFile) -> dict[str, str]:
 
 
 def _sources(source: Source) -> dict[str, str]:
-    """Return the comment behind each value of the file, by dotted key such as ``joints.limits_deg``.
-
-    A value of several lines has its comment on the last of them.
-    """
+    """Return, by dotted key (``joints.limits_deg``), the comment behind each value, on the last line of the value."""
     text = source.data.decode("utf-8-sig")
     found = {}
     for keys, (_, (start, end)) in locate(text).items():
@@ -361,9 +350,5 @@ def _sources(source: Source) -> dict[str, str]:
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:
-    """Return the error KIN007 at a key of the file.
-
-    Args:
-        keys: path to the key, one name a level; empty for an error at no place.
-    """
+    """Return the error KIN007 at the key with this path in the file; at no place where the path is empty."""
     return PostprocError.of("KIN007", message, source, span_of(source, keys) if keys else None)

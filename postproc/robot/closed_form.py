@@ -62,10 +62,11 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
 def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
     """Return the solutions with those repaired that are NaN at a straight wrist because cos q5 rounds to more than one.
 
-    They are solved with the hand turned by a microradian about the wrist centre: axes 1 to 3 are right, 4 to 6 coarse.
+    ``solve`` computes them again with the hand turned by a microradian about the wrist centre: axes 1 to 3 are right,
+    4 to 6 coarse.
 
     Args:
-        T: (n, 4, 4) flange poses; joints: (n, 8, 6) their solutions [rad]; solve: computes solutions of poses.
+        T: (n, 4, 4) flange poses; joints: (n, 8, 6) their solutions [rad].
     """
     hand = transform(np.array([0.0, 0.0, opw.c4]))
     turned = solve(T @ invert(hand) @ displace(np.array([0.0, 0.0, 0.0, 1e-6, 0.0, 0.0])) @ hand)

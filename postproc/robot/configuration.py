@@ -54,14 +54,10 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
 
 
 def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
-    """Tell (n,) whether joint angles (n, 6) [rad] have a configuration, up to a margin.
+    """Tell (n,) whether joint angles (n, 6) [rad] have the configuration of confdata (n, 4), up to ``margin`` [rad].
 
-    Axes 1, 4 and 6 are at most ``margin`` outside the quadrants of cf1, cf4 and cf6, and cfx is equal, but for the sign
-    of axis 5 at a wrist that is straight within the margin.
-
-    Args:
-        conf: (n, 4) confdata.
-        margin: [rad].
+    Axes 1, 4 and 6 are at most the margin outside their quadrants, and cfx is equal, but for the sign of axis 5 at a
+    wrist that is straight within the margin.
     """
     turning = np.asarray(q)[..., TURNING]
     outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2

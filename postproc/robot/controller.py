@@ -72,11 +72,7 @@ class Calibration:
 
 
 def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
-    """Return the Absolute Accuracy calibration of an arm; None where MOC.cfg states no compliance of its joints.
-
-    Args:
-        motion: entries of MOC.cfg; robot: the arm's ROBOT entry.
-    """
+    """Return the Absolute Accuracy calibration of a ROBOT entry; None where MOC.cfg states no joint compliance."""
     joints = {i: robot[f"use_joint_{i}"].lower() for i in range(6) if f"use_joint_{i}" in robot}
     springs = by_name(motion, "JOINT_CALIB")
     stated = {i: springs[name]["compl"] for i, name in joints.items() if "compl" in springs.get(name, {})}
@@ -100,11 +96,7 @@ def read_backup(folder: Path) -> Backup:
 
 
 def read_drive(backup: Backup, folder: str) -> Drive:
-    """Return what a task of the backup moves.
-
-    Args:
-        folder: name of the task's folder (``TASK1``), or of the task.
-    """
+    """Return what a task of a backup moves, by the name of its folder (``TASK1``) or its own name."""
     name = backup.tasks.get(folder.upper(), folder)
     tasks = by_name(backup.system, "CAB_TASKS")
     task = tasks.get(name.lower())
@@ -189,11 +181,7 @@ def _not_in_library(task: str, type_: str) -> Diagnostic:
 
 
 def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
-    """Return the entries of one type by their name in lower case; those without a name are left out.
-
-    Args:
-        kind: the type, such as ``SINGLE``.
-    """
+    """Return the entries of a type, such as ``SINGLE``, by name in lower case; those without a name are left out."""
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 

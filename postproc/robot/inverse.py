@@ -92,10 +92,7 @@ def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
 
 
 def excess_of(robot: Robot, q: Array) -> Array:
-    """Return (n, 6) how far joint angles [rad] are beyond their limits; 0.1 degrees (``RECORDED``) are allowed.
-
-    Positive values are outside: rounding of recorded positions may take up the 0.1 degrees.
-    """
+    """Return (n, 6) how far joint angles [rad] are beyond their limits less 0.1 degrees; positive is outside."""
     return np.asarray(np.maximum(robot.lower - q, q - robot.upper) - RECORDED)
 
 
@@ -114,11 +111,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
 
 
 def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[UnreachedPose]]:
-    """Compute the joint angles (n, 6) [rad] of one block of poses, and the failures of its NaN rows in their order.
-
-    Args:
-        poses: (n, 4, 4). wanted: (n, 4) confdata.
-    """
+    """Compute the joint angles (n, 6) of poses (n, 4, 4) with confdata ``wanted`` (n, 4); NaN rows have a failure."""
     opw = closed_form(robot)
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
@@ -177,10 +170,7 @@ def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """Divide the rotation of axes 4 and 6 at a straight wrist so that both are in their quadrants, if possible.
-
-    Arguments are those of `_turned`; axis 5 becomes exactly straight.
-    """
+    """Divide the turn of axes 4 and 6 at a straight wrist to have both in their quadrants; arguments as of `_turned`."""
     forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
     # A quadrant does not own its upper edge.
     low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST

@@ -65,11 +65,7 @@ class BodyMotion(NamedTuple):
     spin_rate: Array
 
     def swung(self, arm: Array) -> Array:
-        """Return the acceleration (n, 3) [m/s^2] of body points less that of the origin.
-
-        Args:
-            arm: (n, 3) vector [m] from the origin to the point, base axes.
-        """
+        """Return the acceleration (n, 3) [m/s^2] of points, relative to the origin, at ``arm`` (n, 3) [m] from it."""
         spin, arm = self.spin.T, np.asarray(arm).T
         return (cross(self.spin_rate.T, arm) + cross(spin, cross(spin, arm))).T
 

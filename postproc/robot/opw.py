@@ -36,11 +36,7 @@ def fault(link: Array, axis: Array) -> str:
 
 
 def derive(link: Array, axis: Array) -> Opw | None:
-    """Return the closed-form parameters of a chain; None where `fault` finds that it is no such arm.
-
-    Args:
-        link: (7, 4, 4) transforms, axis: (6, 3) joint axes, as in `Robot`.
-    """
+    """Return the closed-form parameters of a chain; None where `fault` of the same arguments finds a difference."""
     if fault(link, axis):
         return None
     p, _, T_flange = _at_zero(link, axis)
@@ -58,9 +54,7 @@ def derive(link: Array, axis: Array) -> Opw | None:
 
 
 def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Return points (6, 3) on the axes, their directions (6, 3), and the flange (4, 4), with all joints at zero.
-
-    All are in the base frame.
+    """Return points (6, 3) on the axes, their directions (6, 3) and the flange (4, 4) in the base, all joints at zero.
 
     Args:
         link: (7, 4, 4) transforms, axis: (6, 3) joint axes, as in `Robot`.
@@ -74,22 +68,12 @@ def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
 
 
 def _wrist(points: Array) -> Array:
-    """Return the wrist centre (3,): x of the point on axis 5, y and z of that on axis 4.
-
-    Args:
-        points: (6, 3) one on each axis, with all joints at zero.
-    """
+    """Return the wrist centre (3,) from points (6, 3) on the axes at zero: x of that on axis 5, y and z of axis 4."""
     return np.array([points[4, 0], points[3, 1], points[3, 2]])
 
 
 def wrist_place(opw: Opw, q: Array) -> tuple[Array, Array]:
-    """Return the distances (...) [m] of the wrist centre in front of axis 1 and in front of the lower arm.
-
-    They are negative behind these.
-
-    Args:
-        q: (..., 6) joint angles [rad].
-    """
+    """Return how far [m] the wrist centre is before axis 1 and before the lower arm, (..., 6) [rad] -> two (...)."""
     upper = q[..., 1] - opw.offsets[1]
     reach, bend = np.hypot(opw.a2, opw.c3), np.arctan2(opw.a2, opw.c3)
     inner = q[..., 2] - opw.offsets[2] + bend

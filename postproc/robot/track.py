@@ -66,16 +66,13 @@ def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
-    """Return the two solutions (n, 2, 6) [rad] of each pose in one branch of shoulder and elbow.
+    """Return the two solutions (n, 2, 6) [rad] of each pose in one branch of shoulder and elbow; KIN004 without.
 
     They differ in the sign of axis 5.
 
     Args:
         arm: the branch, cfx without its last bit.
         start: number of poses of the path before these, for the message.
-
-    Raises:
-        PostprocError: KIN004, a pose has none.
     """
     solutions = inverse(robot, poses)
     bits = branch(opw, solutions)
@@ -89,9 +86,7 @@ def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array
 
 
 def _wrist_pair(options: Array, q_start: Array) -> Array:
-    """Return the two solutions (n, 2, 6) of each pose, with axes 4 and 6 continuous along the path at straight wrists.
-
-    There axis 4 stays as it was and axis 6 takes up the rotation.
+    """Return the two solutions (n, 2, 6) of each pose; at a straight wrist axis 4 stays as it was and axis 6 follows.
 
     Args:
         options: (n, 2, 6) solutions [rad] that differ at the wrist; only the first of each pose is used.
@@ -128,11 +123,7 @@ def _left_branch(robot: Robot, index: int) -> None:
 
 
 def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
-    """Solve poses (n, 4, 4) in turn by Newton's method, each from the solution before; for arms without closed form.
-
-    Raises:
-        PostprocError: KIN004, a pose is not reached.
-    """
+    """Solve poses in turn by Newton's method, each from the solution before, without closed form; KIN004 if lost."""
     q, result = np.asarray(q_start, dtype=float), []
     for index, T in enumerate(poses):
         for _ in range(50):

@@ -82,14 +82,7 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
-    """Return the pinocchio model of a URDF file, and the angles that were rounded in it, as `exact_angles` finds them.
-
-    Args:
-        pin: the module pinocchio.
-
-    Raises:
-        PostprocError: KIN007, it is no URDF.
-    """
+    """Return the pinocchio model of a URDF file, and the angles that `exact_angles` rounds; KIN007 if it is none."""
     if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
         made = f"{path.name.split('.')[0]}_made.urdf"
         text = f"`{path}` is a xacro file, a recipe for a URDF"

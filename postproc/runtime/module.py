@@ -79,10 +79,7 @@ def runtime_module(
 
 
 def _frames(model: Model) -> Array:
-    """Rotations (7, 3, 3), one for each body: the third column is the axis of its joint, in body axes.
-
-    That of the base is the identity.
-    """
+    """Rotations (7, 3, 3) by body: the third column is the axis of its joint, in body axes; identity for the base."""
     upright = [np.eye(3)]
     for axis in model.robot.axis:
         upright.append(Rotation.align_vectors(axis[None], np.array([[0.0, 0.0, 1.0]]))[0].as_matrix())

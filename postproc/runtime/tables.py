@@ -94,13 +94,7 @@ def _largest_loads(model: Model, done: Conditions) -> Array:
 
 
 def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunTimeTables | None:
-    """What an effect contributes to the tables; None if they cannot represent it.
-
-    Args:
-        model: the arm with the effect.
-        states: of the region, at which the effect is evaluated.
-        largest: (48,) largest loads over the region.
-    """
+    """What an effect contributes to the tables, found at states and loads up to ``largest`` (48,); None if unfit."""
     stated = effect.run_time_tables()
     if stated is not None:
         return stated
@@ -152,26 +146,19 @@ class _Asked:
         )
 
     def _of_angle(self, joint: int, source: int) -> Law:
-        """Displacement of a joint (n,) [rad] as a function of the angle (n,) [rad] of joint ``source``.
-
-        The displacement at the first state is subtracted.
-        """
+        """Displacement of a joint (n,) [rad] by the angle of joint ``source`` (n,) [rad], less a constant."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(_alone(x, source, still), nothing)[0][:, joint] - level
 
     def _of_torque(self, joint: int) -> Law:
-        """Displacement of a joint (n,) [rad] as a function of the torque on it (n,) [N m], less that without torque."""
+        """Displacement of a joint (n,) [rad] by the torque on it (n,) [N m], less that without torque."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(still, _alone(x, joint, nothing))[0][:, joint] - level
 
     def _torque(self, joint: int, source: int, less: float) -> Law:
-        """Torque on a joint (n,) [N m] as a function of the angle (n,) [rad] of joint ``source``, less a constant.
-
-        Args:
-            less: the constant [N m].
-        """
+        """Torque on a joint (n,) [N m] by the angle of joint ``source`` (n,) [rad], less a constant [N m]."""
         still = self.states.q[:1]
         return lambda x: self.pushes(_alone(x, source, still))[0][:, joint] - less
 

@@ -120,8 +120,5 @@ def foreign(unit: str, columns: Sequence[str]) -> str:
 
 
 def columns_read(cls: type[Effect]) -> tuple[str, ...]:
-    """Return the columns of the measurement table that an effect reads by their own names.
-
-    These are all that it declares in ``reads`` but for the channels that states have.
-    """
+    """Return the columns of the measurement table that an effect reads: ``reads`` without the channels of a state."""
     return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))

@@ -62,11 +62,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Evaluate all forms; yield EFF003 where `displacement` returns nothing.
-
-    Raises:
-        EffectFailure: EFF003, a result has the wrong shape.
-    """
+    """Evaluate all forms, EffectFailure for wrong shapes; yield EFF003 where `displacement` returns nothing."""
     contribution(_sized(cls.null()), state)
     for form in _forms(cls, state):
         contribution(_sized(form.effect), state)

@@ -59,15 +59,7 @@ def _loaded(effect: Effect, state: State) -> Array:
 
 
 def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
-    """Evaluate an effect by ``ask``, and return its result.
-
-    Args:
-        member: name of the method that is called.
-        kind: class of the expected result.
-
-    Raises:
-        EffectFailure: the effect raises an exception (EFF005, EFF010) or returns another class (EFF003).
-    """
+    """Evaluate the method ``member`` by ``ask``; EffectFailure if it raises an exception or returns no ``kind``."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
             warnings.simplefilter("error", np.exceptions.ComplexWarning)
@@ -83,11 +75,7 @@ def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
-    """Return all parts of a result side by side, (n, 6 k).
-
-    Args:
-        member: name of the method that returned them.
-        parts: each for all states, or a mapping of such by number of the body.
+    """Return all parts of a result, arrays or mappings of such by body, side by side, (n, 6 k).
 
     Raises:
         EffectFailure: EFF003, a part is not (n, 6), not finite, or on an unknown body.
@@ -105,11 +93,7 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
 
 
 def _block(effect: Effect, member: str, n: int, part: object) -> Array:
-    """Return one part of a result as (n, 6), zero for None.
-
-    Raises:
-        EffectFailure: EFF003, it has another shape, or values that are not finite.
-    """
+    """Return one part of a result as (n, 6), zero for None; EffectFailure for other shapes or not finite values."""
     if part is None:
         return np.zeros((n, 6))
     array = np.asarray(part)
@@ -123,11 +107,7 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
 
 
 def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
-    """Return EFF003: a method of the effect returns something of the wrong form.
-
-    Args:
-        member: name of the method; what: clause on what it returns; help: what to return.
-    """
+    """Return EFF003: ``member`` of the effect returns something of the wrong form, as the clause ``what`` says."""
     cls = type(effect)
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
 

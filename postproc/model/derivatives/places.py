@@ -24,12 +24,7 @@ def placed(displacement: Displacement) -> dict[int, Array]:
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """Write parts of six columns into one array (n, places) that is zero elsewhere.
-
-    Args:
-        parts: (n, 6) or (6,) each, by number of their first column.
-        n: number of rows; places: number of columns.
-    """
+    """Write parts of six columns, by number of the first, into one array (n, places) that is zero elsewhere."""
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -37,11 +32,7 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, without parts that are zero in every row.
-
-    Args:
-        one, other: parts (n, 6) or (6,) by number of their first column, as `placed` and `carried` return them.
-    """
+    """Return one + times * other, all parts by number of their first column; those that are zero are left out."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 

@@ -114,11 +114,7 @@ class Sensitivity:
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
-        """Return the change (n, 6) of the pose by a small displacement.
-
-        Args:
-            moved: parts of the displacement [rad or m], (n, 6) or (6,) each, by number of their first column.
-        """
+        """Return the change (n, 6) of the pose by a small displacement [rad or m], as parts by their first column."""
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
             there = self.matrix[:, :, at : at + 6]
@@ -126,13 +122,9 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Yield the derivative of the displacement by each of some parameters, as parts by their first column.
+        """Yield the derivative of the displacement by each parameter in ``index``, as parts by their first column.
 
-        It includes how the springs give under the load that the effect adds.
-
-        Args:
-            index: indices of the parameters in the effect's vector.
-            state: the states of ``loaded`` at which the effect is evaluated.
+        It includes how the springs give under the load that the effect adds. ``state`` are the states that it sees.
         """
         if effect.missing(state):
             return
@@ -218,10 +210,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
-    """Compute the `Sensitivity` with loads that follow the deflection, J_theta (I - C K_E)^-1.
-
-    It solves the equilibrium first and is slower than `sensitivity`, which keeps the loads constant.
-    """
+    """Compute the `Sensitivity` of states with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
     rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place
@@ -236,11 +225,6 @@ def nudged(model: Model) -> Model:
 
 
 def _turned(displacement: Array | None, n: int) -> Array:
-    """Return (n, 3, 3) rotation [rad] per change of a displacement's rotation vector, in the axes it is written in.
-
-    Args:
-        displacement: (n, 6) or (6,) translation [m] and rotation vector [rad]; None is zero.
-        n: number of states.
-    """
+    """Return (n, 3, 3) the rotation per change of the rotation vector in ``displacement[..., 3:]``; None is zero."""
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     return left_jacobian(np.broadcast_to(vector, (n, 3)))

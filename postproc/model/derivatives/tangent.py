@@ -136,11 +136,9 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
 
 
 def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
-    """Return the displacement of each of m coordinates per load on each, (n, m, m), by central differences of effects.
+    """Return the displacement (n, m, m) of each coordinate of ``bodies`` per load on each; zero without loads.
 
-    Args:
-        state: states with loads; without joint loads the result is zero.
-        bodies: the arm's rigid-body model, which tells its coordinates.
+    By central differences of the effects that read loads.
     """
     n, m = len(state), bodies.size
     C = np.zeros((n, m, m))
@@ -154,12 +152,9 @@ def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
 
 
 def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, step: float) -> Array:
-    """Return the displacement (n, m) of all coordinates with the load on coordinate k raised by ``step`` [N or N m].
+    """Return the displacement (n, m) of all coordinates of ``bodies`` with the load on number k raised by ``step``.
 
-    Args:
-        readers: the effects that read loads.
-        state: states with loads.
-        bodies: the arm's rigid-body model, which tells its coordinates.
+    ``readers`` are the effects that read loads.
     """
     n, place = len(state), int(bodies.place[k])
     joint, body = np.array(state.joint_load), state.body_load

@@ -199,13 +199,9 @@ def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | No
 
 
 def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source: Source) -> ExternalAxis | None:
-    """Return the last axis of the chain that carries the robot; None if no axis does.
+    """Return the last axis of the chain that carries the robot; None without one, KIN016 where there are two chains.
 
-    Args:
-        below: for each axis, by letter, the one on which it is mounted.
-
-    Raises:
-        PostprocError: KIN016, two chains carry it.
+    ``below`` is, by axis, the axis on which it is mounted.
     """
     carrying = {a.axis for a in axes if a.carries == ROBOT}
     ends = [i for i, a in enumerate(axes) if a.axis in carrying and a.axis not in {below[c] for c in carrying}]
@@ -226,11 +222,7 @@ def _joint(axis: ExternalAxis) -> Joint:
 
 
 def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:
-    """Return the frame (4, 4) of an entry in the world; KIN016 where its quaternion is not of length 1.
-
-    Args:
-        index: number of the entry from 0, to place the error.
-    """
+    """Return the frame (4, 4) of an entry in the world; KIN016 at its ``index`` if its quaternion has not length 1."""
     if abs(np.linalg.norm(axis.quat) - 1.0) > 1e-2:
         raise _wrong(f"eax_{axis.axis}: `quat` has not the length 1", source, index, "quat")
     turn = Rotation.from_quat(axis.quat, scalar_first=True).as_matrix()

@@ -63,11 +63,7 @@ def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
 
 
 def _named(alias: str | None, names: dict[str, str]) -> str | None:
-    """Return the name of the unit with an alias; an unknown alias as it is, None for None.
-
-    Args:
-        names: name of the unit by alias in lower case.
-    """
+    """Return the unit that an alias means, by ``names`` with aliases in lower case; an unknown alias as it is."""
     return None if alias is None else names.get(alias.lower(), alias)
 
 
@@ -99,10 +95,9 @@ def _units(motion: Entries) -> Iterator[Unit]:
 
 
 def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
-    """Return the unit of a SINGLE entry: one joint, linear along x or rotary about z of its frame.
+    """Return the unit `name` of a SINGLE entry: one joint, linear along x or rotary about z of its frame.
 
     Args:
-        name: of the unit.
         active: whether the unit is activated at start-up.
     """
     type_ = entry.get("use_single_type", "")
@@ -116,11 +111,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
 
 
 def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
-    """Return how a SINGLE of a type moves, and a text on why that is not known; the text is empty where it is.
-
-    Args:
-        type_: value of ``use_single_type``.
-    """
+    """Return how a SINGLE of this type moves, and a text on why that is not known; the text is empty where it is."""
     stated = by_name(motion, "SINGLE_TYPE").get(type_.lower(), {}).get("mechanics", "").upper()
     if stated in CARRIED or (not stated and type_.upper().startswith("IRBT")):
         return "linear", ""
@@ -130,11 +121,7 @@ def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
 
 
 def _row(motion: Entries, name: str) -> Joint:
-    """Return a joint of a GEN_KIN chain with ``T_before`` from its Denavit-Hartenberg row.
-
-    Args:
-        name: of the JOINT entry.
-    """
+    """Return the joint of a GEN_KIN chain with the name of its JOINT; ``T_before`` is its Denavit-Hartenberg row."""
     joint = _joint(motion, name, None)
     row = by_name(motion, "ARM_TYPE").get(_arm_of(motion, name).get("use_arm_type", "").lower(), {})
     attitude, length, home, offset = (
@@ -146,10 +133,9 @@ def _row(motion: Entries, name: str) -> Joint:
 
 
 def _joint(motion: Entries, name: str, kind: Kind | None) -> Joint:
-    """Return a joint with its axis, limits and speed.
+    """Return the joint of the JOINT entry ``name``, with its axis, limits and speed.
 
     Args:
-        name: of the JOINT entry.
         kind: how it moves; None takes it from its TRANSMISSION.
     """
     joints = by_name(motion, "JOINT")
@@ -180,11 +166,7 @@ def _arm_of(motion: Entries, joint: str) -> Entry:
 
 
 def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
-    """Return the largest speed of a joint [m/s] or [rad/s]: that of its motor over the ratio; None if not stated.
-
-    Args:
-        joint: its JOINT entry; drive: its TRANSMISSION entry.
-    """
+    """Return the largest speed [m/s] or [rad/s] of a JOINT, by its TRANSMISSION ``drive``; None if it is not stated."""
     system = by_name(motion, "DRIVE_SYSTEM").get(joint.get("use_drive_system", "").lower(), {})
     duty = by_name(motion, "STRESS_DUTY_CYCLE").get(system.get("use_stress_duty_cycle", "").lower(), {})
     motor, ratio = _number(duty, "speed_absolute_max"), _number(drive, "transm_joint")
@@ -278,12 +260,9 @@ def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Ent
 
 
 def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
-    """Yield KIN015 where it is in doubt how an arm leans.
+    """Yield KIN015 where it is in doubt how the arm of a ROBOT entry leans.
 
     Its mounting angle and base frame disagree, no angle confirms a leaning frame, or two angles are stated.
-
-    Args:
-        entry: the ROBOT entry of the arm.
     """
     arm = cell.arms.get(entry.get("name", "").lower())
     if arm is None:

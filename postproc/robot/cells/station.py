@@ -80,12 +80,9 @@ class Station:
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
     def sides(self, unit: str | None) -> dict[str, int]:
-        """Return 1 for each axis, by letter, that moves the arm, -1 for each that moves work at the end of ``unit``.
+        """Return by axis 1 where it moves the arm, -1 where it moves work at the end of ``unit`` (None: in the world).
 
         Axes that move both or neither are left out.
-
-        Args:
-            unit: name of the unit that carries the work; None for work in the world.
         """
         arm, work = (set(self.cell.below(name)) for name in (self.cell_arm.unit, unit))
         found: dict[str, int] = {}
@@ -95,13 +92,10 @@ class Station:
         return found
 
     def axis_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """Return by letter of the axis the frames T_base_axis (n, 4, 4) right before and right after its motion.
+        """Return by axis the frames T_base_axis (n, 4, 4) right before and right after its motion, at positions (n, 6).
 
         They are those of a model file: a slide goes along x, a turn about z. A controller's joint that moves another
         way is turned there by the smallest rotation, in the axes of the base with all axes at zero.
-
-        Args:
-            positions: (n, 6) of the external axes [m], [rad].
         """
         at_zero, found = self._joint_frames(np.zeros((1, 6))), {}
         for axis, frames in self._joint_frames(positions).items():
@@ -114,7 +108,7 @@ class Station:
         return found
 
     def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """Return the frames of `axis_frames` as the controller has them, before they are turned to the motion."""
+        """Return the frames that `axis_frames` turns: those in the axes of the controller's joints."""
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:
@@ -137,12 +131,9 @@ class Station:
         return self._world_frames(unit, positions)[-1][1]
 
     def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
-        """Return pairs of frames (n, 4, 4) in the world: right before and right after the motion of each joint.
+        """Return pairs of frames (n, 4, 4) of a unit in the world: right before and right after each joint's motion.
 
         The first pair is the unit's base frame, twice. NaN where a needed position is not known.
-
-        Args:
-            name: of the unit.
         """
         unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
         T = np.full((len(positions), 4, 4), np.nan)
@@ -161,13 +152,9 @@ class Station:
         return found
 
     def _stated(self, name: str, positions: Array) -> Array:
-        """Return the positions (n, 6) [m], [rad] of a unit's axes: those given for a unit of the task, else `standing`.
+        """Return the axis positions (n, 6) [m], [rad] of a unit: ``positions`` for the task's own, else `standing`.
 
         NaN where nobody states any.
-
-        Args:
-            name: of the unit.
-            positions: (n, 6) of the axes of the task.
         """
         if name.lower() in {own.lower() for own in self.units}:
             return positions

@@ -225,10 +225,7 @@ def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]
 
 
 def _reset_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
-    """The edit that starts `main` with an empty payload, as the controller does at PP to Main.
-
-    None without a `main` in a file that may change.
-    """
+    """The edit that starts `main` with an empty payload, as the controller does at PP to Main; none without `main`."""
     main = next((r for r in program.all_routines() if r.name.lower() == "main" and not r.source.read_only), None)
     if main is not None and main.body:
         start = main.body[0].span[0]
@@ -290,12 +287,7 @@ def _lent_loads(program: Program) -> Iterator[Diagnostic]:
 
 
 def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnostic]:
-    """RUN008 for each declaration of the program whose name clashes with one of the run-time module.
-
-    Args:
-        text: of the run-time module.
-        name: of the run-time module.
-    """
+    """RUN008 for each declaration whose name clashes with the run-time module of this name and text."""
     source = Source(f"{name}.sys", text)
     (made,), _ = parse(source)
     own = {name.lower(), *(r.name.lower() for r in made.routines if not r.local)}

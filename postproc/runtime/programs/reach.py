@@ -117,7 +117,7 @@ class Reach:
 
     @cached_property
     def _soft(self) -> frozenset[StatementKey]:
-        """Statements that run with a soft servo, whose deflection the module does not include."""
+        """Keys of statements that run with a soft servo, whose deflection the module does not include."""
         return frozenset(e.statement.key for e in self.events if any(u.kind is Kind.SOFT_SERVO for u in e.unknowns))
 
     @cached_property
@@ -149,16 +149,9 @@ class Reach:
 
 
 def without_shared_values(program: Program, events: Sequence[MotionEvent], reach: Reach) -> list[MotionEvent]:
-    """Hide targets that are ``PERS`` data shared with other tasks and not initialised in this one.
+    """Hide targets that are ``PERS`` data without a value in this task, if ``reach`` can correct them at run time.
 
     Another task gives such data its value, and the files only state what it was when they were saved.
-
-    Args:
-        events: all of the program.
-        reach: tells which statements can be corrected on the controller; other targets stay.
-
-    Returns:
-        All events, those targets replaced by ones that are known only at run time.
     """
     names = {d.name.lower() for d in program.declarations if _open(d.storage, d.scope) and d.init is None}
     return [
@@ -202,11 +195,7 @@ def without_unreachable(
 
 
 def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
-    """RUN007 (info) with the number of statements that a function on the controller could correct; none without any.
-
-    Args:
-        keys: of these statements.
-    """
+    """RUN007 (info) with the number of these statements, which a run-time function could correct; none for none."""
     if not keys:
         return []
     statements = [s for s in program.statements if s.key in keys]

@@ -65,12 +65,7 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
 
 
 def _around(argument: Argument, function: str, rest: str) -> tuple[Edit, Edit]:
-    """The two edits that put a call of a function around an argument.
-
-    Args:
-        function: name of the function.
-        rest: text of its further arguments, and of commas before them.
-    """
+    """The two edits that put a call of ``function`` around an argument; ``rest``: text of its further arguments."""
     start, end = argument.span
     return Edit(start, start, f"{function}(".encode()), Edit(end, end, f"{rest})".encode("latin-1"))
 
@@ -86,11 +81,7 @@ def _load(motion: MotionStatement) -> str:
 
 
 def _option(motion: MotionStatement, role: str, name: str) -> str:
-    r"""An option with its value as the statement writes it, ``\Name:=value`` or ``\Name?value``; empty without one.
-
-    Args:
-        role: of the argument, such as ``\wobj``; name: the option's name as it is to be written.
-    """
+    r"""An option with its value as the statement writes it, ``\Name:=value`` or ``\Name?value``; empty without one."""
     given = motion.argument(role)
     if given is None:
         return ""

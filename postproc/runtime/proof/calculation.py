@@ -86,13 +86,7 @@ class Calculation(Flow):
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        """Run a routine and return its value; None for a procedure.
-
-        A RAPID error in it is taken by its ERROR handler, whose RETURN then gives the value.
-
-        Raises:
-            RapidError: the routine has no handler, or the handler raises an error.
-        """
+        """Run a routine and return its value, if any; its first ERROR handler takes an error and then gives it."""
         try:
             return super().enter(routine, memory)
         except RapidError:
@@ -170,11 +164,7 @@ class _Data(Memory):
         return Value(data, declaration.type, len(declaration.dims))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """The value of one element of array data.
-
-        Args:
-            indices: of the element, counted as RAPID does.
-        """
+        """The value of one element of array data, by indices as RAPID counts them."""
         return pick(self.lookup(name), indices)
 
 

@@ -42,11 +42,7 @@ def _caller() -> Source:
 
 
 def _procedure(weld: bool, load: bool, circle: bool) -> str:
-    """Return the name of the procedure in `_caller` for these options, such as ``ppWeldLoadCircle``.
-
-    Args:
-        weld, load: whether the call has the options ``Weld`` and ``TLoad``; circle: whether it is for a circle point.
-    """
+    """Return the name of the procedure in `_caller` for these options of the call, such as ``ppWeldLoadCircle``."""
     return f"pp{'Weld' * weld}{'Load' * load}{'Circle' if circle else 'Target'}"
 
 
@@ -108,10 +104,7 @@ class Caller:
         return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
 
     def call(self, asked: FunctionCall) -> Answer:
-        """Call the correcting function once.
-
-        An unhandled error gives the reason ``NOT_HANDLED`` and the target unchanged.
-        """
+        """Call the correcting function once; an unhandled error gives ``NOT_HANDLED`` and the target unchanged."""
         run, tool = self.run, asked.tool
         run.set("ppTool", rounded_tool(tool))
         run.set("ppPayload", _load(asked.payload))
@@ -166,13 +159,7 @@ class _Arm:
         return RobTarget(pose.trans, pose.rot, (a, b, c, d), NO_AXES)
 
     def _solved(self, T_base_tcp: Array, T_flange_tcp: Array) -> Array:
-        """Joint angles (6,) [rad] of a TCP pose, nearest to ``near``; NaN if there are none.
-
-        They are found by iteration if the arm has no closed form.
-
-        Args:
-            T_base_tcp, T_flange_tcp: (4, 4) wanted pose and tool.
-        """
+        """Joint angles (6,) [rad] nearest to ``near`` that reach a TCP pose with a tool, (4, 4) each; else NaN."""
         if self.model.robot.opw is not None:
             return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
         found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])

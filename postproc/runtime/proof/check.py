@@ -50,11 +50,7 @@ class Check:
 
 
 def said(found: Check, done: Conditions) -> str:
-    """One line of text on a check: number of targets, largest and rms error, largest correction, targets returned.
-
-    Args:
-        done: the conditions of the check.
-    """
+    """One line of text on a check: number of targets, largest and rms error, largest correction, targets returned."""
     returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
     return (
         f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
@@ -71,10 +67,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
     Args:
         source: the module.
         model: the arm with the effects that are corrected (`CorrectedModel`).
-        every: conditions (load, region) to check, each with the number of targets.
-
-    Returns:
-        One result for each of the conditions.
+        every: conditions (load, region) to check, each with the number of targets; each has one result.
 
     Raises:
         PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
@@ -88,10 +81,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
 
 def _chosen(model: Model, done: Conditions, count: int) -> Array:
-    """Joint angles (count, 6) [rad] for a check: half fill the region evenly, half have large corrections.
-
-    The latter have the largest corrections among 12 times as many.
-    """
+    """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections among 12 times as many."""
     q = done.spread(AMONG * count)
     half = count - count // 2
     desired = forward(model.robot, q) @ done.T_flange_tcp

@@ -49,7 +49,6 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
         model: the arm with the effects that are corrected.
         done: the conditions, with the region in which the lines lie.
         count: number of lines drawn.
-        seed: of the random numbers.
     """
     rigid, q = model.with_effects(), done.drawn(count, seed)
     way = np.random.default_rng(seed).normal(size=(len(q), 3))

@@ -35,14 +35,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @abstractmethod
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
-        """Return where the k-th axis moves besides its nominal motion, and by how much.
-
-        Args:
-            joint: of the axis.
-
-        Returns:
-            T_base_axis (n, 4, 4), and X - 1 (n, 4, 4) of the small motion X in that frame.
-        """
+        """Return T_base_axis (n, 4, 4) of the k-th axis, and X - 1 (n, 4, 4) of its small motion X in that frame."""
 
     def displacement(self, state: State) -> Displacement | None:
         """Displacement of the end of body 0 by the motions of all axes; None without a robot or a station."""
@@ -123,11 +116,7 @@ def inverse(change: Array) -> Array:
 
 
 def _at_the_end(change: Array, point: Array) -> Array:
-    """Displacement (n, 6) of the end of body 0 by a motion D of the base: shift [m], turns about x, y, z [rad].
-
-    Args:
-        change: D - 1 (n, 4, 4); point: (3,) the end of body 0 [m].
-    """
+    """Displacement (n, 6) of the end ``point`` (3,) of body 0 by D - 1 (n, 4, 4): shift [m], turns about x, y, z."""
     shift = change[:, :3, :3] @ point + change[:, :3, 3]
     R = np.eye(3) + change[:, :3, :3]
     turn = np.arctan2(-R[:, 1, 2], R[:, 2, 2]), np.arcsin(R[:, 0, 2]), np.arctan2(-R[:, 0, 1], R[:, 0, 0])

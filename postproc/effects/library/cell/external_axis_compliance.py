@@ -85,11 +85,7 @@ class ExternalAxisCompliance(
 
     @staticmethod
     def _mask(effect: ExternalAxisCompliance, k: int, tilt: Mask, sag: Mask) -> Mask:
-        """Mask of the effect's vector that frees some parameters of the k-th axis.
-
-        Args:
-            tilt: (3,) and sag: (3, 3), which of them.
-        """
+        """Mask of the effect's vector that frees these tilts (3,) and sags (3, 3) of the k-th axis."""
         tilts, sags = (np.zeros(x.shape, dtype=bool) for x in (effect.tilt_rad_per_Nm, effect.sag_rad))
         tilts[k], sags[k] = tilt, sag
         return np.concatenate([tilts.ravel(), sags.ravel()])
@@ -116,13 +112,9 @@ def _moment(state: State, T_base_axis: Array, side: Array) -> Array:
 
 
 def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
-    """Direction (n, 3, 3) of the moment on an axis, in its frame, for weight at a lever along each axis of the work.
+    """Moment (n, 3, 3) of a unit weight, in the frame of an axis, by axis of the work along which its unit lever lies.
 
-    Zero where the axis carries no work.
-
-    Args:
-        T_base_axis: (n, 4, 4) the frame.
-        side: (n,) -1 where the axis carries work.
+    Zero where ``side`` (n,) is not -1: there the axis carries no work. T_base_axis: (n, 4, 4) the frame.
     """
     assert state.station is not None and state.external_axes is not None
     found = np.zeros((len(state), 3, 3))

@@ -67,11 +67,7 @@ class ExternalAxisError(
         return (before if joint.kind == "rotary" else after), change
 
     def _functions(self, position: Array, k: int, rotary: bool) -> Array:
-        """Values (n, functions) of the functions of a position: first 1, then those that are zero at position 0.
-
-        Args:
-            position: (n,) [m] or [rad]; k: index of the axis; rotary: it turns.
-        """
+        """Values (n, functions) at positions (n,) of the k-th axis: 1, then functions that are zero at position 0."""
         low, high = self.low[k], self.high[k]
         if rotary and high - low > ROUND:
             waves = np.arange(self.functions - 1) // 2 + 1.0
@@ -94,10 +90,7 @@ class ExternalAxisError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each moving axis alone, then all together: all six components, shifts, turns, or one component.
-
-        Each with polynomials up to several orders, as far as the number of different positions allows.
-        """
+        """Each moving axis, then all: all components, shifts, turns, or one; with orders that the positions tell."""
         axes = cls.moving(state, current)
         if not axes:
             return ()

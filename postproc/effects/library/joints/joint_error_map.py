@@ -85,11 +85,9 @@ class JointErrorMap(
         return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
 
     def on(self, joint: tuple[int, ...], order: int | None = None, fall: float | None = None) -> Self:
-        """A map that does nothing, of these joints, for the angles that this one has seen.
+        """A map that does nothing, of these joints (from 1), for the angles that this one has seen.
 
-        Args:
-            joint: numbers from 1.
-            order: highest order, and fall: smoothness; None for those of this map.
+        ``order`` is the highest order, ``fall`` the smoothness; None for those of this map.
         """
         order, fall = order or self.order, self.fall if fall is None else fall
         return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
@@ -141,9 +139,5 @@ def named(joints: tuple[int, ...]) -> str:
 
 
 def _carried(state: State, joints: int, order: int) -> bool:
-    """Whether there are at least as many rows as coefficients of a map, so that no penalty is needed.
-
-    Args:
-        joints: number of joints; order: highest order.
-    """
+    """Whether there are as many rows as a map of that many joints, up to that order, has coefficients."""
     return 2 * order * joints <= len(state)

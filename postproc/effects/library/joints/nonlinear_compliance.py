@@ -49,10 +49,7 @@ class NonlinearCompliance(
         return self.windup_rad * curve(self.law, np.asarray(state.joint_load) / self.knee_Nm)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Mask (12,) of joints that would be stiffer than rigid at zero load: c + w / t0 < 0 beyond rounding.
-
-        c is the joint's linear compliance; without that effect no joint is.
-        """
+        """Mask (12,) of joints stiffer than rigid at zero load, with their linear compliance c: c + w / t0 < 0."""
         linear = beside.get("joint_compliance")
         if linear is None or self.law == "cubic":
             return super().impossible(robot, beside)
@@ -75,11 +72,7 @@ class NonlinearCompliance(
 
 
 def _forms(effect: NonlinearCompliance, knee: str = "") -> list[Variant]:
-    """The forms of an effect with this law: all joints, each joint alone, joints 2 and 3.
-
-    Args:
-        knee: text on the knee for their labels.
-    """
+    """The forms with this law: all joints, each joint alone, joints 2 and 3; ``knee`` is put behind their labels."""
     two = np.isin(np.arange(12) % 6, (1, 2))
     some = (*by_joint(effect), variant(effect, "joints 2 and 3", two & effect.amplitudes(), two))
     # The knee of a cubic only scales its amplitude.

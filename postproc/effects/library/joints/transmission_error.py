@@ -80,13 +80,7 @@ class TransmissionError(
         return np.array([room(term) for term in terms], dtype=bool)
 
     def generalised(self) -> list[tuple[Self | None, str]]:
-        """A map in place of the terms of joints that have several, or of all terms if they are three or more.
-
-        Terms of motors stay.
-
-        Returns:
-            Pairs of the terms that are kept, None for none, and ``joint_error_map``.
-        """
+        """A map in place of the terms of joints that have several, or of all terms if three or more; motors' stay."""
         motor, joint = np.array(self.order) > GEAR, np.array(self.joint)
         crowded = ~motor & (np.bincount(joint[~motor], minlength=7)[joint] > 1)
         parts = [crowded, ~motor if (~motor).sum() >= MANY else crowded]
@@ -112,11 +106,7 @@ class TransmissionError(
         return tuple(_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known)
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """Forms with the order of one of the last terms slightly changed: orders of gears in stages are not whole.
-
-        Args:
-            new: number of last terms that may change.
-        """
+        """Forms with another order near that of one of the ``new`` last terms: gears in stages have no whole orders."""
         terms, every = list(zip(self.joint, self.order, strict=True)), np.ones(2 * len(self.order), dtype=bool)
         old, found = len(terms) - new, []
         for at, (j, order) in enumerate(terms[old:], old):
@@ -130,11 +120,7 @@ class TransmissionError(
 
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
-    """The form with one more term at the end, which alone is screened, while all terms are refitted.
-
-    Args:
-        old: the effect before; odds: how ordinary the form is.
-    """
+    """The form with one more term behind those of ``old``; it alone is screened. ``odds``: how ordinary the form is."""
     term = TransmissionError(joint=(joint,), order=(order,))
     new = old.plus(term) if old.joint else term
     last = np.array(2 * [*[False] * len(old.order), True])

@@ -86,10 +86,6 @@ def beam(span: Array, bending: float, torsion: float, stretch: float) -> Array:
 
 def _without_stretch(effect: LinkCompliance, odds: float) -> Variant:
     # Stretch of a casting (below 1 micrometre per 100 N) is left to users who have a reason for it.
-    """A form in which bending and torsion are free and stretch is not.
-
-    Args:
-        odds: how ordinary the form is.
-    """
+    """A form in which bending and torsion are free and stretch is not; ``odds``: how ordinary it is."""
     free = np.array([not name.startswith("stretch") for name in effect.names()])
     return variant(effect, "body " + " and ".join(map(str, effect.body)), free, free, odds)
