@@ -24,7 +24,7 @@ class Multibody:
 
     Attributes:
         joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
-        columns: the latter by the number of the body; place: (size,) place of each coordinate, as `places` counts them.
+        columns: the latter by the number of the body; place: (size,) column of each as of `places.placed`.
     """
 
     def __init__(self, robot: Robot, gravity: Array | None, bodies: tuple[int, ...]) -> None:

@@ -86,7 +86,7 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
 
 
 def _in_lines(value: Any) -> Any:
-    """Return a list of texts longer than 100 characters as an array with a line for each; any other value unchanged."""
+    """Return a list of texts of over 100 characters as a TOML array, a line for each; any other value unchanged."""
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
         return value
     import tomlkit

@@ -61,7 +61,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit]; None without covariance. Parameters it has not are left out."""
+    """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -112,9 +112,9 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """Yield, for each edge of an effect composed from data, half the position change [m] between its bounds.
+    """Yield half the position change (n, 3) [m] between the bounds of each number that a diagnosis read off data.
 
-    Each is (n, 3); an edge is a structural parameter that is a float.
+    Such a number, as the edge of a step, is a structural parameter of an effect that was composed from data.
     """
     for effect in model.effects:
         edges = type(effect).structures() if effect.drafted else {}

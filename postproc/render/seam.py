@@ -114,7 +114,7 @@ def seam_module(
 def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamData], list[str]]:
     """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default.
 
-    SEA007 where there is no tool, or a text is no such data. T_flange_tcp: (4, 4) tool frame [m] in its default.
+    SEA007 where there is no tool, or a text is no such data. T_flange_tcp: (4, 4) [m], for options without a tool.
     """
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"

@@ -106,7 +106,7 @@ def _arm(found: CorrectedModel) -> dict[str, object]:
 
 
 def _loads(found: CorrectedModel) -> dict[str, object]:
-    """Tables of what effects add to the stated load, and of elastic lines, by their names in the template."""
+    """Tables of what effects add to the stated load, and of the pulls of hoses, by their names in the template."""
     tables, turned = found.tables, _frames(found.model)
     stated = {
         "share": number(tables.share),

@@ -22,9 +22,9 @@ Rows = NDArray[np.int_]
 
 
 def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
-    """Return the change of the effect's outputs per typical size of k parameters, outputs and states along (rows, k).
+    """Return (rows, k) the change of all outputs at all states per typical size of each of k parameters.
 
-    Where the effect has a `basis` the rows are states, and each column is the parameter's joint angle.
+    Where the effect has a `basis` a row is a state, and a column the angle of the joint that its parameter moves.
 
     Args:
         freed: (k,) indices of the parameters in the effect's vector.

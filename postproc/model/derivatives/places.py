@@ -14,9 +14,9 @@ LOADS = 54
 
 
 def placed(displacement: Displacement) -> dict[int, Array]:
-    """Return the parts of a displacement, (n, 6) or (6,) each, by number of their first column.
+    """Return a displacement in parts, (n, 6) or (6,) each, by number of the first of their columns.
 
-    Columns of a displacement (``PLACES`` in all): joints 0 to 5, bodies 0 to 6 from 6, tool from 48, instrument at 54.
+    The ``PLACES`` columns are six of the joints, six each of bodies 0 to 6, of the tool and of the instrument.
     """
     parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
     others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
@@ -24,7 +24,7 @@ def placed(displacement: Displacement) -> dict[int, Array]:
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """Write parts of six columns, by number of the first, into one array (n, places) that is zero elsewhere."""
+    """Write parts, as of `placed` or `carried`, into one array (n, places) that is zero elsewhere."""
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -32,15 +32,15 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, all parts by number of their first column; those that are zero are left out."""
+    """Return one + times * other, all in parts as of `placed` or `carried`; parts that are zero are left out."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
 def carried(load: Load) -> dict[int, Array]:
-    """Return joint torques and body wrenches of a load, (n, 6) each, by number of their first column.
+    """Return joint torques and body wrenches of a load in parts, (n, 6) each, by number of the first of their columns.
 
-    Columns of a load (``LOADS`` in all): joint torques 0 to 5, then the wrench on each body and the flange from 6.
+    The ``LOADS`` columns are six of the joints, then six each of bodies 0 to 6 and the flange.
     """
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}

@@ -114,7 +114,7 @@ class Sensitivity:
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
-        """Return the change (n, 6) of the pose by a small displacement [rad or m], as parts by their first column."""
+        """Return the change (n, 6) of the pose by a small displacement [rad or m] in parts as of `placed`."""
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
             there = self.matrix[:, :, at : at + 6]
@@ -122,7 +122,7 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Yield the derivative of the displacement by each parameter in ``index``, as parts by their first column.
+        """Yield the derivative of the displacement by each parameter in ``index``, in parts as of `placed`.
 
         It includes how the springs give under the load that the effect adds. ``state`` are the states that it sees.
         """
@@ -152,7 +152,7 @@ class Sensitivity:
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
-        """Return the displacement of the springs under an added load, as parts (n, 6) by number of their first column.
+        """Return the displacement of the springs under an added load, in parts as of `placed`.
 
         Args:
             load: (n, 54) torques on joints, then wrenches on the seven bodies and the flange about the base origin.
@@ -168,16 +168,16 @@ class Sensitivity:
 
     @cached_property
     def _sprung_by_own(self) -> dict[int, Array]:
-        """Displacement of the springs under the loads of ``loaded.own``, as parts by number of their first column."""
+        """Displacement of the springs under the loads of ``loaded.own``, in parts as of `placed`."""
         return self._sprung(self.loaded.own)
 
     @cached_property
     def _sprung_by_every(self) -> dict[int, Array]:
-        """Displacement of the springs under the loads of ``loaded.every``, as parts by number of their first column."""
+        """Displacement of the springs under the loads of ``loaded.every``, in parts as of `placed`."""
         return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
-        """Return the displacement of all springs under the loads of the states, as parts by their first column."""
+        """Return the displacement of all springs under the loads of the states, in parts as of `placed`."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))

@@ -97,7 +97,7 @@ class Reach:
 
     @cached_property
     def _barred(self) -> Mapping[StatementKey, str]:
-        """Statements that lead to the start of a search, with the reason why they stay uncorrected."""
+        """Statements, by key, that lead to the start of a search, with the reason why they stay uncorrected."""
         return search_starts(self.events)
 
     @cached_property

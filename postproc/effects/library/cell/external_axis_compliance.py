@@ -59,7 +59,7 @@ class ExternalAxisCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each moving axis alone, then all together: tilt and sag, sag alone, or both about the axis itself."""
+        """Forms: each moving axis alone, then all together: tilt and sag, sag alone, or both about the axis itself."""
         axes = cls.moving(state, current)
         if not axes or state.station is None or state.robot is None:
             return ()

@@ -90,7 +90,7 @@ class ExternalAxisError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each moving axis, then all: all components, shifts, turns, or one; with orders that the positions tell."""
+        """Forms: each moving axis, then all: all components, shifts, turns, or one; orders that the positions tell."""
         axes = cls.moving(state, current)
         if not axes:
             return ()

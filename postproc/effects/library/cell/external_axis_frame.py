@@ -45,7 +45,7 @@ class ExternalAxisFrame(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each moving axis alone: place and direction, scale, or both; then all axes together."""
+        """Forms: each moving axis alone: place and direction, scale, or both; then all axes together."""
         axes = cls.moving(state, current)
         if not axes or state.station is None:
             return ()

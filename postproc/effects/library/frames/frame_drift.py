@@ -35,6 +35,6 @@ class FrameDrift(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Translation alone, and translation with rotation."""
+        """Forms: translation alone, and translation with rotation."""
         effect, shift = current or cls(), np.arange(6) < 3
         return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))

@@ -37,5 +37,5 @@ class Outlier(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """The rows that ``current`` lists; none without it, as rows are named by whoever looks at the residuals."""
+        """Forms: the rows of ``current``; none without it, as rows are named by whoever looks at the residuals."""
         return () if current is None else (variant(current),)

@@ -47,7 +47,7 @@ class Session(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All sessions against the first: translation alone, and translation with rotation."""
+        """Forms: all sessions against the first: translation alone, and translation with rotation."""
         if state.session is None:
             return ()
         later = tuple(dict.fromkeys(state.session_of_rows[np.argsort(state.session, kind="stable")].tolist()))[1:]

@@ -37,6 +37,6 @@ class ToolFrame(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Position alone, and position with orientation."""
+        """Forms: position alone, and position with orientation."""
         effect, position = current or cls(), np.arange(6) < 3
         return (variant(effect, "position", position, position), variant(effect, "position and orientation"))

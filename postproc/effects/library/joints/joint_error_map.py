@@ -105,7 +105,7 @@ class JointErrorMap(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All moving joints, then each alone, with several highest orders, as far as the number of rows allows.
+        """Forms: all moving joints, then each alone, with several highest orders, as far as the number of rows allows.
 
         With ``current``: one more joint, or a higher order, than it has.
         """
@@ -139,5 +139,5 @@ def named(joints: tuple[int, ...]) -> str:
 
 
 def _carried(state: State, joints: int, order: int) -> bool:
-    """Whether there are as many rows as a map of that many joints, up to that order, has coefficients."""
+    """Whether there are at least as many rows as a map of that many joints, up to that order, has coefficients."""
     return 2 * order * joints <= len(state)

@@ -59,7 +59,7 @@ class NonlinearCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each law, on each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
+        """Forms: each law, on each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
         if current is not None:
             return tuple(_forms(current))
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)

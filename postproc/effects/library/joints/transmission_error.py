@@ -94,7 +94,7 @@ class TransmissionError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: each joint that moves, with each whole order that its angles can tell from lower ones.
+        """Forms: one more term: each joint that moves, with each whole order that its angles can tell from lower ones.
 
         An order is a scale, whose logarithm is even: order n has the odds 1/n (Jeffreys 1939).
         """

@@ -59,7 +59,7 @@ class ArmLoad(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more of bodies 2 to 5; a part on body 6 is `payload_error`, and the weight of body 1 loads no joint."""
+        """Forms: one more of bodies 2 to 5; a part on body 6 is `payload_error`, weight of body 1 loads no joint."""
         old = cls(body=()) if current is None else current
         found: list[Variant] = []
         for b in range(2, 6):

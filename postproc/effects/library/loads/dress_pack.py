@@ -82,7 +82,7 @@ class DressPack(
         return Load(body={far: wrench, body: -wrench})
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
-        """For a hose from bodies 0 to 3 to the flange, one that ends on body 5, at the mean of its end; else none."""
+        """For a hose from body 0 to 3 to the flange, the form that ends on body 5 at its mean place; else none."""
         if self.body_to != 6 or self.body_from > 3:
             return ()
         T = np.asarray(state.T_base_body)
@@ -93,7 +93,7 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Hoses along the routes of `_routes`, always taut or slack at times; with ``current``, that hose alone."""
+        """Forms: hoses along `_routes`, always taut or slack at times; with ``current``, that hose alone."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []

@@ -47,7 +47,7 @@ class GravityCompensator(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """A spring and a gas spring on joint 2; with ``current``, that one as it is."""
+        """Forms: a spring and a gas spring on joint 2; with ``current``, that one as it is."""
         if current is not None:
             return (variant(current, "as it is"),)
         return (variant(cls(), "joint 2, spring"), variant(cls(order=(1, 2)), "joint 2, gas spring"))

@@ -58,7 +58,7 @@ class PayloadError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Mass and centre; where a payload is stated its share; where it varies its centre."""
+        """Forms: mass and centre; its share, where a payload is stated; its centre, where that payload varies."""
         effect, part = current or cls(), np.arange(8)
         constant, share, centre = part < 4, part == 4, part > 4
         found = [variant(effect, "mass and centre", constant, constant)]

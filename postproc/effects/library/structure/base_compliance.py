@@ -49,7 +49,7 @@ class BaseCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """About the floor and about joint 1, each with tilts about x and y, and with a cross term besides."""
+        """Forms: about the floor and about joint 1, each with tilts about x and y, and with a cross term besides."""
         if current is not None:
             return (variant(current),)
         same = state.robot is not None and not np.any(distal_point(state.robot, 0))

@@ -54,7 +54,7 @@ class BearingTilt(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All joints, each alone (joint 1 is less likely, as a base tilts alike), and joint 1 about the floor."""
+        """Forms: all joints, each alone, and joint 1 about the floor; joint 1 is less likely, as a base tilts alike."""
         found = by_joint(current or cls())
         if current is not None or state.robot is None:
             return found

@@ -51,7 +51,7 @@ class LinkCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """The long bodies together, then each body from the first to the last of them alone, without stretch."""
+        """Forms: the long bodies together, then each body from the first to the last of them alone, without stretch."""
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)

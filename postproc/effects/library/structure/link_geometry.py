@@ -43,7 +43,7 @@ class LinkGeometry(
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         # Bodies 0 and 6 belong to the instrument's frame and to the tool.
-        """Bodies 1 to 5 together, then each of them alone."""
+        """Forms: bodies 1 to 5 together, then each of them alone."""
         effect, body = current or cls(), np.tile(np.repeat(np.arange(7), 3), 2)
         inner = (body > 0) & (body < 6)
         alone = [variant(effect, f"body {b}", body == b, body == b) for b in range(1, 6)]

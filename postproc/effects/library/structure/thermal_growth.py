@@ -51,7 +51,7 @@ class ThermalGrowth(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All castings alike, then each long body, and the base, by itself."""
+        """Forms: all castings alike, then each long body, and the base, by itself."""
         effect = current or cls()
         index = np.arange(len(effect.vector()))
         # A strain is fitted along, but a strain without growth is geometry.
