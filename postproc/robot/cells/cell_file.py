@@ -178,7 +178,8 @@ def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | No
     An axis is on the one before it in its unit, else on its ``parent``.
 
     Raises:
-        PostprocError: KIN016, an axis twice, on one that is not described before it, or limits in the wrong order.
+        PostprocError: KIN016, an axis twice, a parent that is not described before or is another than the axis before
+            it in its unit, or limits in the wrong order.
     """
     found: dict[str, str | None] = {}
     last: dict[str, str] = {}
