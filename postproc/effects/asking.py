@@ -37,7 +37,7 @@ def load_of(effect: Effect, state: State) -> Load:
 
 
 def loads_of(effects: Sequence[Effect], state: State) -> Load:
-    """Evaluate the loads of m effects of one class and structure side by side, (n, 6, m) each."""
+    """Evaluate the loads of m effects of one class and structure, (n, 6, m) for each part; empty as in `load_of`."""
     cls = type(effects[0])
     if any(state.channel(name) is None for name in cls.reads if name != "load"):
         return Load()
@@ -54,10 +54,10 @@ def loads_of(effects: Sequence[Effect], state: State) -> Load:
 
 
 def _array(part: Any) -> Array | None:
-    """Return a part as a float array, or None for None."""
+    """Return a part of an effect's answer as a float array; None for None."""
     return None if part is None else np.asarray(part, dtype=float)
 
 
 def _bodies(parts: Mapping[int, Any]) -> dict[int, Array]:
-    """Return the parts of bodies as float arrays."""
+    """Return the parts of an effect's answer on bodies, by number of the body, as float arrays."""
     return {b: np.asarray(x, dtype=float) for b, x in parts.items()}

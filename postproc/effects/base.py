@@ -147,7 +147,7 @@ class Effect:
     def displacement(self, state: State) -> Displacement | Array | None:
         """Return where the effect moves the arm: a `Displacement`, or only joint angles (n, 6) [rad]; None for nothing.
 
-        It is called only where every channel that the effect reads was recorded.
+        Needed where `basis` returns None. It is called only where every channel that the effect reads was recorded.
         """
         columns = self.basis(state)
         if columns is None:
@@ -164,18 +164,18 @@ class Effect:
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load | None:
-        """Return the loads of m effects that differ in parameters alone, (n, 6, m) each; None: call `load` for each.
+        """Return the loads of m effects side by side, (n, 6, m) a part; None where `load` is to be called for each.
 
-        A search evaluates hundreds; an override must give what `load` gives.
+        They differ in parameters alone. A search evaluates hundreds; an override must give what `load` gives.
         """
         return None
 
     def basis(self, state: State) -> JointBasis | None:
-        """Return columns by parameter, for linear effects with many, in place of writing `displacement`; else None."""
+        """Return joint angles per unit of each parameter, in place of writing `displacement`; None by default."""
         return None
 
     def run_time_tables(self) -> RunTimeTables | None:
-        """Return the entries in the tables of a controller's function; None if they are found by evaluating the effect.
+        """Return what the effect puts into the tables of the run-time function; None if that is found by evaluating it.
 
         Needed where loads depend on the stated payload or join two bodies; equal to what `load` and `displacement`
         give.
@@ -183,15 +183,15 @@ class Effect:
         return None
 
     def roughness(self) -> Array | None:
-        """Return weights w (p,) of the penalty |w x|^2 that keeps a free function smooth; None without one."""
+        """Return weights w (p,) of the penalty |w x|^2 that keeps a free function x smooth; None for other effects."""
         return None
 
     def unlimited(self) -> Self:
-        """Return the effect without the limits of its fitted range, for the uncertainty of predictions beyond it."""
+        """Return the effect without the limits of its fitted range, to tell how uncertain predictions beyond it are."""
         return self
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """Return kinds of a free function, each from fine to coarse, of which a fit takes the most likely."""
+        """Return versions of a free function in series from fine to coarse, for a fit to choose; else itself alone."""
         return ((self,),)
 
     @classmethod
@@ -205,13 +205,13 @@ class Effect:
         return cls._structures
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Return the shape of a parameter; words in its declaration are replaced by the structural fields."""
+        """Return the shape of the parameter of this name, with lengths that its declaration takes from structures."""
         every = ((getattr(self, word) if isinstance(word, str) else word) for word in self.parameters()[name].shape)
         return tuple(len(value) if isinstance(value, tuple) else int(value) for value in every)
 
     @classmethod
     def null(cls, **structures: Any) -> Self:
-        """Return the effect with parameters at which it does nothing."""
+        """Return the effect with these structural choices and parameters at which it does nothing."""
         return cls(**structures)
 
     def vector(self) -> Array:
@@ -241,21 +241,21 @@ class Effect:
 
     @property
     def external_axes(self) -> tuple[str, ...]:
-        """Letters of the external axes that it concerns."""
+        """Letters of the external axes that the effect moves."""
         return ()
 
     @property
     def label(self) -> str:
-        """Name of its form in a diagnosis where a fit has chosen it; empty where the search has."""
+        """Name of this form of the effect in a diagnosis where a fit has chosen the form; else empty."""
         return ""
 
     @cached_property
     def layout(self) -> Layout:
-        """Bounds, sizes and null values as declared, for every entry of the vector."""
+        """Declared bounds, sizes and null values of every entry of the vector."""
         return layout_of(type(self), tuple(map(self.shape, self.parameters())))  # type: ignore[arg-type]
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lowest and the highest values, (p,) each."""
+        """Return the lowest and the highest values of the parameters, (p,) each."""
         return self.layout.low, self.layout.high
 
     def scale(self) -> Array:
@@ -281,15 +281,15 @@ class Effect:
         return bool(np.all(self.vector() == self.null_vector()))
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Return (p,) which of its present values no arm can have, such as a negative mass, given the other effects.
+        """Return a mask (p,) of present values that no arm can have, such as a negative mass; by default none.
 
-        None of them by default. A diagnosis keeps these parameters at `null_vector`.
+        A diagnosis keeps these parameters at `null_vector`. ``beside`` are all effects of the model, by key.
         """
         return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
-        """Check the effect's table of a model file, and return what is wrong, by key."""
+        """Return what is wrong with the effect's table ``[effects.KEY]`` of a model file."""
         return check_table(cls, table)
 
     @classmethod
@@ -297,7 +297,7 @@ class Effect:
         """Build the effect from its table ``[effects.KEY]`` of a model file.
 
         Raises:
-            PostprocError: the table names an unknown key or holds a value of the wrong length, type or size.
+            PostprocError: EFF021 to EFF024, an unknown key, or a value of the wrong length, type or size.
         """
         found = cls.problems(table)
         if found:
@@ -315,11 +315,11 @@ class Effect:
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Return the forms to try on this data, beside what the model already has of this effect (``current``)."""
+        """Return the forms to try on these states; ``current`` is the effect that the model has already, or None."""
         return (variant(cls.null() if current is None else current),)
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
-        """Return forms that are tried only after the search has chosen this one.
+        """Return forms that a diagnosis tries only after it has chosen this one; by default none.
 
         Args:
             label: of this form.
@@ -353,7 +353,7 @@ class Variant:
 
     @property
     def count(self) -> int:
-        """Number of parameters that this form frees beyond those the model already holds."""
+        """Number of parameters that this form frees: those screened, and those that only form the effect."""
         return int((self.free | (self.refit & ~self.effect.amplitudes())).sum())
 
 
@@ -364,7 +364,7 @@ def variant(
     refit: Any = None,
     odds: float = 1.0,
 ) -> Variant:
-    """Return a form with all amplitudes screened and everything refitted, unless masks (p,) say otherwise."""
+    """Return a form to try, see `Variant`; without masks (p,) all amplitudes are free and everything is refitted."""
     free = effect.amplitudes() if free is None else free
     everything = free | ~effect.amplitudes() if refit is None else refit
     return Variant(effect, free, np.asarray(everything, dtype=bool), label, odds)
@@ -380,7 +380,7 @@ def by_joint(effect: Effect) -> tuple[Variant, ...]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a parameter as a plain list or number."""
+    """Return an array or a tuple as a list, any other value as it is."""
     return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
 
 

@@ -103,7 +103,7 @@ class State:
         return len(self.q)
 
     def channel(self, name: str) -> Array | None:
-        """Return a channel by the name that effects declare, or None where it was not recorded."""
+        """Return a channel by the name that effects declare in ``reads``; None where it was not recorded."""
         return self.channels[name] if name in self.channels else getattr(self, FIELDS.get(name, name), None)
 
     def rows(self, index: Any) -> State:
@@ -120,7 +120,7 @@ class State:
 
     @property
     def session_of_rows(self) -> NDArray[np.str_]:
-        """(n,) name of the session of each row, its number where it has none; only for states that have sessions."""
+        """(n,) name of the session of each row, its number where names are missing; the states must have sessions."""
         index = np.asarray(self.session, dtype=int)
         names = np.array(self.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
         return np.asarray(names[index])

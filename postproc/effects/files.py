@@ -20,11 +20,17 @@ class DeclaredEffect(Protocol):
     key: ClassVar[str]
 
     def __init__(self, **fields: Any) -> None: ...
+
     @classmethod
-    def parameters(cls) -> dict[str, Parameter]: ...
+    def parameters(cls) -> dict[str, Parameter]:
+        """Return the declared parameters by name."""
+
     @classmethod
-    def structures(cls) -> dict[str, Structure]: ...
-    def shape(self, name: str) -> tuple[int, ...]: ...
+    def structures(cls) -> dict[str, Structure]:
+        """Return the declared structural choices by name."""
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the shape of the parameter of this name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +53,10 @@ class FieldProblem:
 
 
 def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[FieldProblem]:
-    """Return everything wrong with an effect's table of a model file."""
+    """Return everything wrong with an effect's table of a model file (EFF021 to EFF024).
+
+    Parameters are checked only where names and structural choices are right, as these decide shapes.
+    """
     allowed = [*cls.structures(), *cls.parameters()]
     found: list[FieldProblem] = []
     for name in table:
@@ -67,7 +76,7 @@ def check_table(cls: type[DeclaredEffect], table: Mapping[str, Any]) -> list[Fie
 
 
 def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Any:
-    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not imported yet."""
+    """Rebuild a pickled effect of the class ``name``; its module is imported, or loaded from the user's ``file``."""
     if module not in sys.modules:
         import importlib
 
@@ -84,7 +93,7 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
 
 
 def _check_structure(cls: type[DeclaredEffect], name: str, value: Any) -> list[FieldProblem]:
-    """Return what is wrong with the value of a structural choice: not a choice, type or range."""
+    """Return what is wrong with the value of a structural choice: its type or range, or it is no allowed word."""
     meta = cls.structures()[name]
     default = getattr(cls, name)
     if meta.choices:
@@ -151,5 +160,5 @@ def _is_number(value: Any) -> bool:
 
 
 def _all_numbers(value: Any) -> bool:
-    """Tell whether a value is a number or nested lists of numbers."""
+    """Tell whether a value is a number, or lists nested to any depth that hold only numbers."""
     return all(map(_all_numbers, value)) if isinstance(value, (list, tuple)) else _is_number(value)

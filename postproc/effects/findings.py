@@ -17,7 +17,13 @@ def origin(cls: type) -> str:
 def finding(
     code: str, message: str, cls: type, *, member: str = "", line: int = 0, help: str = "", warn: bool = False
 ) -> Diagnostic:
-    """Return a diagnostic at an effect's class, at one of its members, or at a line of its file."""
+    """Return a diagnostic placed at an effect's class, at one of its members, or at a line of its file.
+
+    Args:
+        member: name of a field or method, empty for the class.
+        line: of the file, from 1; 0 for the place of class or member.
+        warn: a warning, not an error.
+    """
     source, span = None, None
     try:
         lines, start = inspect.getsourcelines(cls)
@@ -32,14 +38,14 @@ def finding(
 
 
 def line_span(source: Source, line: int) -> Span:
-    """Return the byte offsets of a line's text, without its indentation."""
+    """Return the byte offsets of the text of a line (from 1), without its indentation and blanks at its end."""
     raw = source.data[source.line_starts[line - 1] :].split(b"\n", 1)[0].rstrip()
     start = source.line_starts[line - 1] + len(raw) - len(raw.lstrip())
     return start, start + len(raw.strip())
 
 
 def line_of(error: BaseException, path: str) -> int:
-    """Return the last line of a file in an exception's traceback; 0 where the file is not in it."""
+    """Return the last line of the file at ``path`` in an exception's traceback; 0 where the file is not in it."""
     if isinstance(error, SyntaxError) and error.filename == path:
         return error.lineno or 0
     frames = [f.lineno or 0 for f in traceback.extract_tb(error.__traceback__) if f.filename == path]

@@ -18,12 +18,12 @@ def distal_point(robot: Robot, body: int) -> Array:
 
 
 def joint_axis(robot: Robot, joint: int) -> Array:
-    """Return the axis (3,) of a joint (from 0) in the axes of the body that carries it."""
+    """Return the unit axis (3,) of a joint (from 0) in the axes of the body before it, at whose end it sits."""
     return np.asarray(robot.link[joint][:3, :3] @ robot.axis[joint], dtype=float)
 
 
 def long_bodies(robot: Robot, share: float = 0.5) -> tuple[int, ...]:
-    """Return arm bodies (1 to 5) at least ``share`` as long as the longest one: usually upper arm and forearm."""
+    """Return the numbers of bodies 1 to 5 that are at least ``share`` as long as the longest: usually the two arms."""
     length = np.linalg.norm(robot.link[1:6, :3, 3], axis=1)
     return tuple(int(b) + 1 for b in np.flatnonzero(length >= share * length.max()))
 
@@ -62,11 +62,12 @@ Mass = tuple[float | Array, Array]
 def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array | None = None) -> Array:
     """Return the wrench (n, 6) about the base origin of compact masses on a body: m (g - a), each at its centre.
 
-    Linear in masses and first moments at rest; where the body turns, a mass m with the first moment f has the second
-    moment f f^T / m, which an amplitude without a mass has not (a centre out of reach).
+    Linear in masses and first moments at rest. Where the body turns, a mass m with the first moment f has the second
+    moment f f^T / m; a first moment without a mass, whose centre is out of reach, has none.
 
     Args:
-        masses: in the axes of the body, or of a part of it at ``T_body_part``.
+        masses: mass [kg] and first moment [kg m] of each, in the axes of the body, or of a part of it.
+        T_body_part: (4, 4) the part; None for the body itself.
     """
     T_base = np.asarray(state.T_base_body)[:, body]
     T = T_base if T_body_part is None else T_base @ T_body_part
@@ -86,7 +87,7 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
     return np.concatenate([force, torque + np.cross(origin, force)], axis=1)
 
 
-def _over(mass: Array, first: Array) -> Array:
+def _over(mass: Array, first_moment: Array) -> Array:
     """Return (n, 1) one over a mass, or nearly zero where its centre is beyond 2 m: m^3 / (m^4 + (f / far)^4)."""
-    least = (np.linalg.norm(first, axis=1, keepdims=True) / FAR) ** 4
+    least = (np.linalg.norm(first_moment, axis=1, keepdims=True) / FAR) ** 4
     return np.asarray(mass**3 / np.maximum(mass**4 + least, 1e-300))

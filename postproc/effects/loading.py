@@ -14,7 +14,7 @@ from postproc.effects.modules import load_module
 
 
 def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect], ...]:
-    """Run a Python file of the user and return the effects it defines; ``check`` them by the conformance kit.
+    """Run a Python file of the user and return its effect classes; ``check``: they have to pass the conformance kit.
 
     Raises:
         PostprocError: the file does not run (EFF001), has no effect (EFF008) or two classes of one name (EFF007), or an

@@ -17,7 +17,7 @@ from postproc.files import read_file
 
 
 def load_module(path: str | Path) -> tuple[ModuleType, Source]:
-    """Run a Python file, unless the same content was run before, and return its module and its source.
+    """Run a Python file and return its module and its source; the same content is run only once.
 
     Raises:
         PostprocError: EFF001, the file cannot be read or does not run.
@@ -36,7 +36,7 @@ def load_module(path: str | Path) -> tuple[ModuleType, Source]:
 
 
 def _run(name: str, path: Path, data: bytes) -> None:
-    """Run a file as the module ``name``; EFF001 where it raises an exception. Its prints go to stderr."""
+    """Run a file with this content as the module ``name``; EFF001 where that fails. Its prints go to stderr."""
     spec: Any = importlib.util.spec_from_file_location(name, path)
     source = Source(str(path), data)
     if spec is None:

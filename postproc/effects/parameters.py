@@ -108,14 +108,14 @@ def unit_suffix(unit: str) -> str:
 
 
 def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
-    """Return one number, or numbers along the last axis, spread over a parameter's shape."""
+    """Return an array of a parameter's shape, filled with one number or with numbers along its last axis."""
     array = np.asarray(value, dtype=float)
     return array if array.shape == shape else np.full(shape, array)
 
 
 @cache
 def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
-    """Return the layout of a class of effects, with one shape for each of its parameters."""
+    """Return the layout of an effect class whose parameters have these shapes, in the order of declaration."""
     declared = effect.parameters().values()
 
     def spread(values: Iterable[Number]) -> Array:

@@ -78,7 +78,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
 
 
 def effect_in_role(role: Role) -> type[Effect]:
-    """Return the effect class of the library that has a role."""
+    """Return the class of the shipped effect with this role."""
     return next(cls for cls in BUILT_IN if cls.role is role)
 
 

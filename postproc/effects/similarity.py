@@ -16,7 +16,7 @@ MASS_KG, LENGTH_M = 320.0, 2.3
 
 
 def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
-    """Return the ordinary size (p,) of every parameter of an effect on an arm.
+    """Return the ordinary size (p,) of every parameter of an effect on this arm, scaled from the reference arm.
 
     Equation: a unit of mass^a length^b grows with (M / M0)^a (L / L0)^b, a newton as a kilogram does: a part that rides
     on an arm, the pull of a hose, and the moment that turns a bearing by so much are larger on a larger arm. Angles,
@@ -32,7 +32,7 @@ def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
 
 
 def size(robot: Robot) -> tuple[float, float]:
-    """Return moving mass and length of an arm over those of the reference arm; without masses, length^3 as mass."""
+    """Return moving mass and length of an arm, each over the reference arm's; without masses, length^3 as mass."""
     length = float(np.linalg.norm(robot.link[1:, :3, 3], axis=1).sum()) / LENGTH_M
     mass = float(np.sum(robot.mass[1:])) / MASS_KG
     return (mass if mass > 0 else length**3), length

@@ -20,14 +20,24 @@ class SumOfTerms(Effect, ABC):
         """Return the effect with the terms of another one of its kind after its own."""
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """Return forms with a structure of one of the ``new`` last terms slightly changed, to be tried instead."""
+        """Return forms with the structure of one of the ``new`` last terms slightly changed, to be tried instead."""
         return ()
 
     @classmethod
     def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Tell (m,) whether each term may be added to the effect ``held`` (None: to nothing), beside others by key."""
+        """Tell (m,) for each of m terms whether it may be added; False where another kind of effect is more likely.
+
+        Args:
+            terms: effects of one term each.
+            held: the effect in the model to which it would be added; None if the model has none.
+            others: effects of the model by key.
+        """
         return np.ones(len(terms), dtype=bool)
 
     def generalised(self) -> Sequence[tuple[Self | None, str]]:
-        """Return parts to keep (None: nothing), each with the key of a free function that may replace the rest."""
+        """Return alternatives in which a free function replaces terms.
+
+        Returns:
+            Pairs of what is kept of this effect (None: nothing) and the key of the effect that may replace the rest.
+        """
         return ()

@@ -58,11 +58,11 @@ class Model:
 
     @cached_property
     def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:
-        """Hold the `Multibody` of each choice of `multibody` that was built already, by its (bodies, carried)."""
+        """The `Multibody` models that `multibody` has built so far, by its arguments (bodies, carried)."""
         return {}
 
     def felt(self, state: State) -> State:
-        """Return the states with this arm's robot, station and, unless they state it by row, gravity."""
+        """Return the states with this arm's robot, station and gravity; gravity that the states give by row is kept."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
         return state.with_(robot=self.robot, station=self.station, gravity=gravity)
 
@@ -84,7 +84,7 @@ class Model:
         return self.multibody(ALL_BODIES)
 
     def standing(self, station: Station) -> Model:
-        """Return this arm at a place of a cell; its base leans as gravity there says, with external axes at zero."""
+        """Return this arm at a place of a cell; gravity there, with axes at zero, gives ``R_world_base`` if known."""
         gravity = station.gravity(np.zeros((1, 6)))
         if gravity is None or not np.isfinite(gravity).all():
             return replace(self, station=station)

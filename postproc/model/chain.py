@@ -89,18 +89,18 @@ class Directions:
     carried: tuple[int, ...]
 
     def some(self, index: NDArray[np.int_]) -> Directions:
-        """Return the directions of the coordinates with these numbers, ascending."""
+        """Return the directions of the coordinates with these numbers, from 0 in chain order, ascending."""
         carried = tuple(self.carried[k] for k in index)
         return Directions(self.slide[:, index], self.spin[:, index], self.origin[:, index], carried)
 
     @cached_property
     def line(self) -> Array:
-        """(n, m, 6) line [s + o x a, a] of each coordinate, whose product with a base wrench is the load on it."""
+        """(n, m, 6) line [s + o x a, a] of each coordinate; times a wrench about the base origin it is the load."""
         return np.concatenate([self.slide + np.cross(self.origin, self.spin), self.spin], axis=-1)
 
 
 def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Directions:
-    """Compute the directions of the six joints and of the six springs of each of these bodies, in base axes."""
+    """Compute the directions of the six joints and of six springs for each of these bodies (0 to 6), in base axes."""
     axes = (chain.T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
     origin = chain.T_base_body[:, 1:, :3, 3]
     if not bodies:
@@ -131,10 +131,10 @@ def point_jacobian(along: Directions, point: Array) -> Array:
 
 
 def spread(along: Directions, forces: Array) -> Array:
-    """Return the generalised forces J^T w (n, m) of wrenches w on the bodies.
+    """Return the generalised forces J^T w (n, m) of wrenches w: the load that they put on each coordinate.
 
     Args:
-        forces: (n, 8, 6) force [N] and moment about the base origin [N m] on each body and the flange.
+        forces: (n, 8, 6) force [N] and moment about the base origin [N m] on bodies 0 to 6 and the flange.
     """
     # A coordinate bears what acts on the first body that it moves, and on all after it.
     w = np.cumsum(forces[:, ::-1], axis=1)[:, ::-1][:, list(along.carried)]

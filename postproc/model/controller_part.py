@@ -41,11 +41,14 @@ def check_parts(parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
-    """Return the model of an arm whose controller corrects these parts of it by itself.
+    """Return the model with ``controller`` and ``already`` set to the parts that the controller corrects by itself.
 
     The controller is taken to correct, for ``geometry``, effects that displace joints or bodies equally in every
     posture; for a load, all springs; with ``gravity``, also torques that act on joints alone (a balancer). It knows no
     forces that effects add (cables, a payload that is not as stated).
+
+    Args:
+        parts: names out of `PARTS`; with none the model is returned as it is.
 
     Raises:
         PostprocError: MOD012, as in ``check_parts``.
@@ -62,7 +65,10 @@ def corrected_by_controller(model: Model, parts: Sequence[str]) -> Model:
 
 
 def known_state(parts: Sequence[str], state: State) -> State:
-    """Return the state with those loads only that the controller knows: wrench, payload and motion if in ``parts``."""
+    """Return the states with those loads only that the controller knows.
+
+    ``force`` in ``parts`` keeps the wrench, ``tool`` the payload, ``inertia`` speeds and accelerations; else None.
+    """
     if "force" not in parts:
         state = state.with_(wrench=None)
     if "tool" not in parts:
@@ -73,7 +79,10 @@ def known_state(parts: Sequence[str], state: State) -> State:
 
 
 def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
-    """Return model and state without the loads that the controller corrects already (``model.already``)."""
+    """Return model and states without the loads whose deflection the controller corrects already (``model.already``).
+
+    Payload and wrench become None in the states, link masses zero in the model.
+    """
     parts = model.already
     if "force" in parts:
         state = state.with_(wrench=None)
@@ -85,7 +94,7 @@ def unknown_loads(model: Model, state: State) -> tuple[Model, State]:
 
 
 def _known(model: Model, effect: Effect, parts: Sequence[str]) -> bool:
-    """Tell whether a controller that corrects these parts corrects this effect, see `corrected_by_controller`."""
+    """Tell whether a controller that corrects these parts corrects this effect, as `corrected_by_controller` says."""
     if "load" in effect.reads:
         return any(part in parts for part in _LOADS)
     if not {"q", "robot"} >= set(effect.reads):

@@ -19,7 +19,14 @@ REACH = 3.0  # [m] at which a rotation of a joint or a body counts
 
 @dataclass(frozen=True, slots=True)
 class Deflection:
-    """What all effects move together: joints (n, 6) [rad], ends of bodies, tool, the base as the instrument sees it."""
+    """What all effects move together at n states.
+
+    Args:
+        joint: (n, 6) joint angles [rad].
+        body: by number of the body, (n, 6) displacement of its far end, translation [m] and rotation [rad], body axes.
+        tool: (n, 6) or (6,) displacement at the TCP in tool axes; None for none.
+        instrument: (n, 6) or (6,) displacement of the base as the instrument sees it; None for none.
+    """
 
     joint: Array
     body: Mapping[int, Array]
@@ -52,7 +59,10 @@ def _plus(total: Array | None, share: Array | None) -> Array | None:
 
 
 def distance(new: Deflection, old: Deflection) -> Array:
-    """Bound from above how far the TCP moves from ``old`` to ``new``, (n,) [m]; tool and instrument are not counted."""
+    """Return an upper bound (n,) [m] of how far the TCP moves from deflection ``old`` to ``new``.
+
+    Displacements of tool and instrument are not counted; rotations count at a lever of `REACH`.
+    """
     total = np.abs(new.joint - old.joint).max(axis=1) * REACH
     for b, xi in new.body.items():
         step = np.abs(xi - old.body[b]) if b in old.body else np.abs(xi)
@@ -61,12 +71,12 @@ def distance(new: Deflection, old: Deflection) -> Array:
 
 
 def moves(new: Deflection, old: Deflection) -> Array:
-    """Return ``new`` minus ``old`` as columns: six joints, then six for each body of ``new``, in its order."""
+    """Return ``new`` minus ``old`` as an array (n, k): six columns of the joints, then six for each body of ``new``."""
     return np.hstack([new.joint - old.joint, *(xi - old.body.get(b, 0.0) for b, xi in new.body.items())])
 
 
 def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
-    """Return ``old`` plus ``part`` (n, k), a step in the columns of `moves`, with tool and instrument of ``new``."""
+    """Return ``old`` plus a step (n, k) in the columns of `moves`, with the bodies, tool and instrument of ``new``."""
     body = {b: old.body.get(b, 0.0) + part[:, 6 * k + 6 : 6 * k + 12] for k, b in enumerate(new.body)}
     return Deflection(old.joint + part[:, :6], body, new.tool, new.instrument)
 

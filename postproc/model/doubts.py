@@ -21,7 +21,10 @@ SURE = 2.0
 
 
 def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
-    """Yield (effect key, parameter, MOD005) for values that no arm has, as negative compliance or mass."""
+    """Yield (effect key, parameter name, diagnostic MOD005) for each effect with values that no arm has.
+
+    Examples are a negative compliance or mass; of several such values of one effect the first is named.
+    """
     beside = {effect.key: effect for effect in model.effects}
     for key, effect in beside.items():
         none = effect.impossible(model.robot, beside) | below_least(model, effect)
@@ -34,7 +37,7 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
 
 
 def flange_mass(model: Model, state: State) -> Array:
-    """Return (n,) the mass [kg] of the last body and all that hangs on it: its own, the stated payload, and of effects.
+    """Return (n,) the mass [kg] of the last body and all that hangs on it: link, stated payload, masses of effects.
 
     Of an effect counts what changes with gravity, F(g) - F(0) = m g: the pull of a hose is no weight.
     """
@@ -51,7 +54,10 @@ def flange_mass(model: Model, state: State) -> Array:
 
 
 def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
-    """Return (p,) which parameters are more than two standard deviations below the least that an arm can have."""
+    """Return a mask (p,) of the effect's parameters that are surely below the least that an arm can have.
+
+    That is by more than two standard deviations of the fit, or at all where the model notes no uncertainty.
+    """
     sigma, known = np.zeros(len(effect.vector())), read_uncertainty(model)
     if known is not None:
         for k, (key, index) in enumerate(known.parameters):

@@ -69,14 +69,15 @@ class Equilibrium:
 
 
 def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled: float = SETTLED) -> Equilibrium:
-    """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
+    """Compute where the arm comes to rest: deflection xi = C load(q, xi), by fixed-point sweeps.
 
-    Where an effect is steep or jumps at a load, sweeps alternate between both sides; the arm then rests at the load
-    where it jumps (Filippov 1988). From the eighth sweep on, steps that turn back are halved, which finds it.
+    A sweep contracts the error by about 1e-3. Where an effect is steep or jumps at a load, sweeps alternate between
+    both sides; the arm then rests at the load where it jumps (Filippov 1988). From the eighth sweep on, steps that turn
+    back are halved, which finds it.
 
     Args:
-        also: bodies whose loads are wanted beside those that the effects move or read.
-        settled: [m] what a further sweep may still move.
+        also: numbers of bodies whose loads are wanted beside those that the effects move or read.
+        settled: [m] movement of the TCP in a sweep below which the search ends.
 
     Raises:
         PostprocError: MOD010, the arm is so soft that its loads do not settle.
@@ -112,7 +113,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
 
 
 def unsettled(index: int) -> PostprocError:
-    """Return the error MOD010: the loads of the pose with this index deflect the springs farther at every sweep."""
+    """Return the error MOD010: at the pose with this index the deflection grows from sweep to sweep."""
     return PostprocError.of(
         "MOD010",
         f"the deflection of pose {index} does not settle",
@@ -122,18 +123,14 @@ def unsettled(index: int) -> PostprocError:
 
 
 def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
-    """Return the equilibrium at a converged deflection, with chain and TCP of the deflected arm."""
+    """Return the `Equilibrium` at a converged deflection; the states hold its loads, computed for ``bodies``."""
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
     return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
 
 
 def predict(model: Model, state: State, settled: float = SETTLED) -> Array:
-    """Return the real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4).
-
-    Args:
-        settled: [m] what a further sweep of `equilibrium` may still move.
-    """
+    """Return the real TCP poses T_instrument_tcp (n, 4, 4); ``settled`` and errors are those of `equilibrium`."""
     result = np.empty((len(state), 4, 4))
     for rows in blocks(len(state)):
         result[rows] = equilibrium(model, state.rows(rows), settled=settled).T_instrument_tcp
@@ -146,7 +143,7 @@ def carries_load(model: Model) -> bool:
 
 
 def active_bodies(model: Model, state: State) -> tuple[int, ...]:
-    """Return the bodies whose far ends an effect moves or whose load it reads, ascending.
+    """Return the numbers of the bodies whose far ends an effect moves or whose load it reads, ascending.
 
     Effects are evaluated at one state with NaN as the load of one body after another: NaN in the result shows that it
     is read. A comparison hides NaN, so an effect that reads loads and returns none counts as reading those of all

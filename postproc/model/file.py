@@ -52,7 +52,7 @@ class _Tool(FileTable):
 
 
 def _numbers(row: object) -> object:
-    """Split a text of numbers at its spaces; anything else comes back as it is."""
+    """Split a text of numbers at its spaces, as a row of a matrix is written; any other value comes back as it is."""
     return [_number(word) for word in row.split()] if isinstance(row, str) else row
 
 
@@ -116,7 +116,7 @@ class _Fit(FileTable):
     @field_validator("covariance")
     @classmethod
     def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
-        """Refuse a covariance that has not one row a parameter, or that is not positive semidefinite."""
+        """Return the rows of a covariance; refuse them if not one a parameter, or not positive semidefinite."""
         count = len(found.data.get("parameters", []))
         if len(rows) != count:
             raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)
@@ -131,7 +131,7 @@ class _Fit(FileTable):
     @field_validator("unseen")
     @classmethod
     def _a_number_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
-        """Refuse a direction that has not one number for each fitted and each undetermined parameter."""
+        """Return the directions; refuse one that has not one number for each fitted and each undetermined parameter."""
         count = len(found.data.get("parameters", [])) + len(found.data.get("not_identifiable", []))
         odd = next((i for i, row in enumerate(rows) if len(row) != count), None)
         if odd is not None:

@@ -24,6 +24,9 @@ def controller_model(robot_name: str, calibration: Calibration | None) -> Model:
     """Return the arm with the joint compliances of its Absolute Accuracy calibration; other joints take the library's.
 
     ``robot.sources`` says where each number comes from and which entries are not used.
+
+    Raises:
+        PostprocError: KIN018, there is no calibration, or a value in it is no compliance; those of `load_robot`.
     """
     robot = load_robot(robot_name)
     if calibration is None:

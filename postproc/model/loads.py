@@ -18,7 +18,7 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
     """Return the states with body poses, and with the loads on joints and springs of the arm at this deflection.
 
     Args:
-        bodies: those whose far ends carry a spring, beside those that are deflected.
+        bodies: numbers of bodies whose far ends carry a spring, beside those that are deflected.
     """
     springs = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
@@ -28,11 +28,14 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
 def borne(
     model: Model, state: State, deflection: Deflection, chain: Chain, along: Directions, springs: tuple[int, ...]
 ) -> State:
-    """Return the states with the poses of the bodies and the loads on joints and on the springs of these bodies.
+    """Return the states with the poses of the bodies and the loads on joints and on the springs of some bodies.
 
     load = J_g^T G + J_theta^T f - (M qdd + v), on every virtual spring (Eqs. 14-16, 23 corrected): links through the
-    recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies. Other bodies' loads are
-    NaN.
+    recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
+
+    Args:
+        deflection: of the arm; chain: its geometry; along: directions of its joints and springs.
+        springs: numbers of the bodies with a spring; the loads of other bodies are NaN.
     """
     state = state.with_(T_base_body=chain.T_base_body)
     base = _carried(state)
@@ -49,7 +52,7 @@ def borne(
 
 
 def _carried(state: State) -> tuple[Array, Array, Array] | None:
-    """Return gravity, angular velocity and acceleration of the base, (n, 3) each, base axes; None if it is fixed."""
+    """Return gravity, angular velocity and acceleration of a moving base, (n, 3) each, base axes; None if fixed."""
     if state.gravity.ndim == 1 and state.base_spin is None:
         return None
     still = np.zeros((len(state), 3))
@@ -58,7 +61,7 @@ def _carried(state: State) -> tuple[Array, Array, Array] | None:
 
 
 def coordinates(chain: Chain, arm: Multibody) -> Array:
-    """Return the coordinates (n, m) of the deflected arm in chain order: joint angles [rad], displacements [m, rad]."""
+    """Return the coordinates (n, m) of the deflected arm in the order of ``arm``: joints [rad], springs [m, rad]."""
     if not arm.bodies:
         return chain.q
     result = np.zeros((len(chain.q), arm.size))
@@ -69,7 +72,12 @@ def coordinates(chain: Chain, arm: Multibody) -> Array:
 
 
 def applied(model: Model, state: State, chain: Chain, deflection: Deflection) -> tuple[Array | None, Array]:
-    """Return outer and effect forces: (n, 8, 6) on bodies and flange about the base origin, or None; torques (n, 6)."""
+    """Return the forces of payload, wrench and effects on the arm.
+
+    Returns:
+        Wrenches (n, 8, 6) on bodies 0 to 6 and the flange about the base origin [N, N m], None if there are none;
+        and the torques (n, 6) of effects on joints [N m].
+    """
     n = len(state)
     forces: Array | None = None
     torques = np.zeros((n, 6))

@@ -24,7 +24,7 @@ class Multibody:
 
     Attributes:
         joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
-        columns: the latter by the number of the body; place: (size,) place of each coordinate, as `places` counts them.
+        columns: the latter by the number of the body; place: (size,) column of each as of `places.placed`.
     """
 
     def __init__(self, robot: Robot, gravity: Array | None, bodies: tuple[int, ...]) -> None:
@@ -78,10 +78,10 @@ class Multibody:
         """Return the generalised forces M a + C v + g, (n, size), of a motion (recursive Newton-Euler).
 
         Args:
-            coordinates: (n, size); v, a: (n, 6) of the arm joints [rad/s], [rad/s^2], None for rest; springs are at
-                rest.
-            base: of one that moves, (n, 3) each: gravity less the acceleration of its origin, angular velocity, and
-                angular acceleration.
+            coordinates: (n, size) joint angles [rad] and displacements of the springs [m, rad], which are at rest.
+            v, a: (n, 6) speeds and accelerations of the arm joints [rad/s], [rad/s^2]; None for rest.
+            base: only of an arm whose base moves, (n, 3) each: gravity less the acceleration of its origin, angular
+                velocity, and angular acceleration.
         """
         n = len(coordinates)
         q = np.zeros((self.base + self.size, n), order="F")
@@ -99,22 +99,14 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Return the derivative (n, m, m) of the links' weight by the coordinates: gravity's part of K_E (Eq. 21).
-
-        Args:
-            coordinates: (n, m) joint angles and displacements.
-        """
+        """Return the derivative (n, m, m) of the links' weight by coordinates: gravity's part of K_E (Eq. 21)."""
         none = self.pin.StdVec_Force()
         none.extend([self.pin.Force.Zero()] * self.model.njoints)
         # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.
         return np.array([-self.pin.computeStaticTorqueDerivatives(self.model, self.data, q, none) for q in coordinates])
 
     def inertia(self, coordinates: Array) -> Array:
-        """Return the joint-space inertia of the links, (n, size, size), by the composite rigid body algorithm.
-
-        Args:
-            coordinates: (n, size).
-        """
+        """Return the inertia (n, m, m) of the links at coordinates (n, m), by the composite rigid body algorithm."""
         result = np.empty((len(coordinates), self.size, self.size))
         for i, q in enumerate(coordinates):
             M = np.triu(self.pin.crba(self.model, self.data, q))

@@ -28,12 +28,12 @@ def with_axes(station: Station, state: State, positions: Array) -> State:
 
 
 def in_world(station: Station) -> Station:
-    """Return the station with all units idle, so that measured points are in the world and not on a positioner."""
+    """Return the station with all units marked as carrying nothing: measured points then count in the world."""
     units = {name: replace(unit, idle=True) for name, unit in station.cell.units.items()}
     return replace(station, cell=replace(station.cell, units=units))
 
 
 def as_written(station: Station, positions: Array) -> dict[str, Array]:
-    """Return the columns ``eax_a`` .. of positions (n, 6) [m, rad], in mm and degrees as programs write them."""
+    """Convert positions (n, 6) [m, rad] to columns ``eax_a`` .. of the station's axes, in mm and degrees."""
     scales = {axis: 1e3 if joint.kind == "linear" else 180.0 / np.pi for axis, joint in station.joints.items()}
     return {f"eax_{axis}": scale * positions[:, LETTERS.index(axis)] for axis, scale in sorted(scales.items())}

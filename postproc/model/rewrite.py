@@ -48,7 +48,7 @@ def _stiffness_source(model: Model) -> str:
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of mounting and tool; angles of an equal rotation stay as they are in the document."""
+    """Return the tables ``mounting`` and ``tool``; angles of an equal rotation stay as the document states them."""
     from scipy.spatial.transform import Rotation
 
     def angles(table: str, R: Array) -> list[float]:
@@ -69,8 +69,8 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
     """Write values into a tomlkit table: equal ones stay as the user wrote them, changed ones keep their comment.
 
     Args:
-        prune: tables of which keys that ``content`` lacks are deleted; empty inside such a table, for all of its
-            tables.
+        content: the values by key, with tables as mappings.
+        prune: keys of tables from which entries that ``content`` lacks are deleted; if empty, from all tables in it.
     """
     for key, value in content.items():
         if isinstance(value, Mapping):
@@ -86,7 +86,7 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
 
 
 def _in_lines(value: Any) -> Any:
-    """Return a list of texts longer than 100 characters as an array with a line for each; any other value unchanged."""
+    """Return a list of texts of over 100 characters as a TOML array, a line for each; any other value unchanged."""
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
         return value
     import tomlkit

@@ -56,7 +56,11 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
 
 
 def _shares(model: Model, state: State) -> Array:
-    """Return shares (42, 3 n) of the TCP's deflection [m]: for each joint of bodies 1 to 6, then of stated loads."""
+    """Return the shares (42, 3 n) of the TCP's deflection [m] by joint and source of its torque.
+
+    Rows run over the six joints, for each of them over the weights of bodies 1 to 6 and then all stated loads. They are
+    zero without joint springs.
+    """
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
         return np.zeros((42, 3 * len(state)))

@@ -60,7 +60,7 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
-    """Read the uncertainty in the model's table [fit]; None without covariance. Unknown parameters are left out."""
+    """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
@@ -93,7 +93,9 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     closer than its two bounds) e is half of the change of the position between the bounds.
 
     Args:
-        instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
+        known: the uncertainty that the fit noted.
+        instrument: True: as an instrument sees the TCP; False: in the base frame, where the errors of the instrument's
+            frame do not count.
     """
     result = np.empty((len(state), 3, 3))
     for rows in blocks(len(state), BATCH):
@@ -109,9 +111,9 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 
 def _half_steps(model: Model, state: State) -> Iterator[Array]:
-    """Yield, for each edge of an effect composed from data, half the position change [m] between its bounds.
+    """Yield half the position change (n, 3) [m] between the bounds of each number that a diagnosis read off data.
 
-    Each is (n, 3); an edge is a structural parameter that is a float.
+    Such a number, as the edge of a step, is a structural parameter of an effect that was composed from data.
     """
     for effect in model.effects:
         edges = type(effect).structures() if effect.drafted else {}
@@ -124,11 +126,15 @@ def _half_steps(model: Model, state: State) -> Iterator[Array]:
 def derivatives(
     model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return derivatives of the position (n, 3, p), error of limited functions (n, 3) [m], and which parameters count.
+    """Return the derivatives of the predicted position by parameters, and what a limited function leaves out.
 
     Args:
         parameters: (effect key, index in its vector) of the p parameters.
-        instrument: False: parameters of the instrument's frame do not count (False in the third array, (p,)).
+        instrument: whether parameters of the instrument's frame count.
+
+    Returns:
+        Derivatives (n, 3, p); distance (n, 3) [m] between the position by functions without the limits of their fitted
+        range and the predicted one; mask (p,) of the parameters that count.
     """
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(parameters)))
@@ -153,7 +159,7 @@ def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
     NaN where the model file has no covariance.
 
     Args:
-        instrument: as an instrument sees it; else in the base frame.
+        instrument: True: as an instrument sees the TCP; False: in the base frame.
     """
     known = read_uncertainty(model)
     if known is None:
@@ -180,7 +186,7 @@ class Beyond:
 
     @property
     def text(self) -> str:
-        """One clause on the channel, the value it reaches and the range that was measured."""
+        """One clause that names the channel, the value it reaches and the range that was measured."""
         low, high, reached = self.low, self.high, self.reached
         if self.channel.startswith("dir"):
             side = "+" if reached > 0 else "-"

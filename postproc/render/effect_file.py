@@ -68,11 +68,14 @@ class _Term:
 
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of an effect with the shape of the remaining error; no text if no pose determines it.
+    """Key and Python text of an effect with the shape of the error that a diagnosis leaves unexplained.
+
+    The text is None if no pattern of the error can be computed from a single pose.
 
     Args:
+        found: the diagnosis, whose suspects give the shape.
         name: of the file, from which the key is made.
-        data: name of the measurement table.
+        data: name of the measurement table, for the documentation of the effect.
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
@@ -113,7 +116,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
 
 
 def _names(drafts: Iterable[Draft]) -> dict[Way, str]:
-    """Parameter names of the numbers in the drafts that a fit may change, such as the place of an edge."""
+    """Parameter names for the numbers in drafted expressions that a fit may change, such as the place of an edge."""
     found: dict[Way, str] = {}
     count = Counter[str]()
     for way in dict.fromkeys(part for draft in drafts for part in draft if isinstance(part, Way)):
@@ -128,7 +131,7 @@ def _inside(text: str) -> str:
 
 
 def nothing_to_draft(found: Diagnosis) -> Diagnostic:
-    """DAT028 (info): no effect file is written, with the reason."""
+    """DAT028 (info): no effect file is written, with the reason from the diagnosis."""
     help_ = "write it by hand: `postproc explain DAT028` shows how"
     if not found.suspects:
         why, help_ = "nothing remains that follows a channel", "see what the verdict says"
@@ -143,7 +146,8 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str, names: Mapping[Way, 
     For the end of a casting they include the constant part, which no base frame takes up.
 
     Args:
-        number: put behind the names of its parameters.
+        found: the diagnosis with the suspect.
+        number: text put behind the names of its parameters.
         names: parameter names of the numbers that a fit may change.
     """
     where = _PLACE.fullmatch(suspect.where)

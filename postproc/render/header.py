@@ -11,9 +11,12 @@ from postproc.model.arm import Model
 
 
 def header_values(model: Model, options: Options, document: Mapping[str, Any]) -> dict[str, Any]:
-    """The values for the template ``header.j2``, from the ``postproc/compensate/1`` document.
+    """The values for the template ``header.j2``.
 
     Errors in transients and transitions are empty if they are within the tolerance.
+
+    Args:
+        document: the result of the compensation in the form ``postproc/compensate/1``.
     """
     beyond = {
         name: f"{value:.3f}" if (value := document[f"max_{name}"]) > document["tolerance_mm"] else ""
@@ -46,7 +49,7 @@ def _mm(value: float | None) -> str:
 
 
 def _wrench_text(options: Options) -> str:
-    """Force and moment of the options in words and where they act; empty if both are zero."""
+    """Process force and moment of the options as text, with where they act; empty if both are zero."""
     parts = [
         f"{name} {', '.join(f'{x:g}' for x in vector)} {unit}"
         for name, vector, unit in (("force", options.force, "N"), ("moment", options.moment, "N m"))

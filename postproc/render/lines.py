@@ -12,9 +12,10 @@ _FIXED = ('"', "!", "\n")  # a text, a comment or lines of its own: left as it i
 
 
 def broken(text: str, lead: str, newline: str) -> str:
-    """A statement or an argument with line breaks if it has more than 200 characters.
+    """A statement or an argument with line breaks if it has more than 200 characters, otherwise as it is.
 
-    Breaks stand after commas, and before the signs of a sum that is still too long.
+    Breaks stand after commas, and before the signs of a sum that is still too long. Text with a string, a comment or
+    breaks of its own stays as it is.
 
     Args:
         lead: blanks before the statement; continued lines are indented by one step more.

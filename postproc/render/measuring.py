@@ -28,7 +28,7 @@ def measuring_module(
 
     Args:
         q: (n, 6) joint angles of the poses [rad].
-        approach: (n, 6) direction of each joint's last travel, -1, 0 or +1; None for no matter.
+        approach: (n, 6) direction in which each joint travels last, -1, 0 (any) or +1; None if it does not matter.
         labels: (n) name of each pose in the table; table: name of the table.
         payload_kg: (n,) what hangs on the flange; poses with the same payload are visited together.
         extax: (n, 6) external axes [mm], [deg], NaN for axes that are not there.

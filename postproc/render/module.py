@@ -35,7 +35,11 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
-    """Edits that write corrected targets: new numbers for numbers, or an offset around the expression."""
+    """Edits, with the file of each, that write corrected targets into a program.
+
+    A target of numbers gets new numbers, ``Offs`` and ``RelTool`` new amounts; around any other expression a
+    displacement is put.
+    """
     for change in changes:
         if change.form == "numbers":
             edit = _number_edit(change)
@@ -49,7 +53,7 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
 
 
 def _around(env: SandboxedEnvironment, change: Change) -> Edit:
-    """Edit that replaces an expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
+    """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
 
     The aggregate holds the components of a named target with other configuration data.
     """
@@ -106,7 +110,12 @@ def _only(axis: int, values: Vec3) -> Vec3:
 
 
 def _sums(law: OffsetLaw, text: str) -> list[str]:
-    """An offset along x, y, z as RAPID expressions; names are spelled as in ``text``."""
+    """An offset along x, y and z as three RAPID expressions.
+
+    Args:
+        law: the offset: constants [mm] and factors of RAPID variables.
+        text: RAPID text from which the spelling of these names is taken.
+    """
     found = []
     for axis in range(3):
         parts = [rapid_number(law.constant[axis], MM_DECIMALS)]
@@ -121,7 +130,7 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 
 
 def _number_edit(change: Change) -> Edit | None:
-    """One edit from the first number that changes to the last, None if none changes; programs have many targets."""
+    """One edit from the first number of a target that changes to the last; None if none changes."""
     value, data = change.value, change.source.data
     found = literal(data, *change.span)
     assert found is not None
@@ -150,7 +159,10 @@ def _same_rotation(before: Sequence[float], rot: Sequence[float]) -> bool:
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
-    """Edits that add statements, each on a line of its own, indented and ended like the line of its original."""
+    """Edits, with the file of each, that add statements before the statement that each is derived from.
+
+    An added statement has a line of its own, indented and ended like the line of that statement.
+    """
     template = load_template(env, "statement.j2")
 
     def target(value: TargetValue, statement: MotionStatement) -> str:
@@ -204,12 +216,12 @@ def function_edits(
 
 
 def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:
-    """The arguments of an added statement, each with the text before it, its own text and its role.
+    """The arguments of an added statement, as dictionaries with ``lead`` (text before it), ``text`` and ``role``.
 
-    Options that act at the target of the original, and arguments that a plain move does not have, are left out.
+    Options of the original that act at its target, and arguments that a plain move does not have, are left out.
 
     Args:
-        replaced: new text by role.
+        replaced: new text of arguments, by role.
     """
     statement = insertion.statement
     data = statement.source.data
@@ -244,11 +256,11 @@ def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
 
 
 def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values: Mapping[str, object]) -> Edit:
-    """Edit that adds the comment on what was done, on lines of its own after the MODULE line.
+    """Edit that adds the comment on the compensation, on lines of its own after the MODULE line.
 
     Args:
         head_end: byte offset where the MODULE line's declaration ends.
-        values: for the template ``header.j2``.
+        values: for the template ``header.j2``, from `header_values`.
     """
     data = source.data
     _, newline = line_style(data, max(0, head_end - 1))
@@ -263,7 +275,7 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
 
 
 def indent_after(data: bytes, offset: int) -> str:
-    """Indentation of the first line with text after the line at a byte offset; two blanks if there is none near."""
+    """Indentation of the first line with text within 4096 bytes after the line at a byte offset; else two blanks."""
     for line in data[offset : offset + 4096].split(b"\n")[1:]:
         if line.strip():
             return line[: len(line) - len(line.lstrip())].decode("latin-1")
@@ -271,6 +283,6 @@ def indent_after(data: bytes, offset: int) -> str:
 
 
 def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:
-    """The module after the edits, put together by the template ``module.j2`` from unchanged and replaced parts."""
+    """The file's bytes after edits, put together by the template ``module.j2`` from unchanged and replaced parts."""
     parts = [part.decode("latin-1") for part in edited(data, edits)]
     return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1", "replace")

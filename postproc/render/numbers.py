@@ -27,12 +27,13 @@ def _shortened(text: str) -> str:
 
 
 def number_like(original: str, before: float, value: float, least_decimals: int) -> str:
-    """Text of a new value in the format of the number it replaces; the original if both agree at that precision.
+    """Text of a new value in the format of the number that it replaces; the original if both agree when rounded.
 
     A number that is no decimal (``0x1F``) is replaced by one that is.
 
     Args:
-        original: the text of the number; before: its value.
+        original: the number's text in the program; before: its value.
+        least_decimals: decimals to write if the original has fewer.
 
     >>> number_like("600.00", 600, 600.4124, 3), number_like("600.00", 600, 600.0001, 3)
     ('600.412', '600.00')

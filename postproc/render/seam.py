@@ -66,12 +66,12 @@ def seam_module(
     *,
     templates: Path | None = None,
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The module as it is programmed, not yet compensated, and notes on the defaults that were used.
+    """The RAPID module that welds a seam, not yet compensated, and notes on the defaults that were used.
 
     Args:
         T_flange_tcp: (4, 4) tool frame [m] where the options name no tool.
         side_files: modules that declare data which the options name.
-        templates: folder of the user's own.
+        templates: folder with templates of the user.
 
     Raises:
         PostprocError: SEA007 data that cannot be used, SEA008 points out of reach, SEA009 no configuration for all of
@@ -112,7 +112,10 @@ def seam_module(
 
 
 def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamData], list[str]]:
-    """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default."""
+    """The data declarations of the module by role (tool, wobj, seam, weld), and a note on each default.
+
+    SEA007 where there is no tool, or a text is no such data. T_flange_tcp: (4, 4) [m], for options without a tool.
+    """
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
         raise PostprocError.of("SEA007", text, help=help_)
@@ -143,7 +146,10 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _SeamDat
 
 
 def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_SeamData], list[int]]:
-    """A weld data declaration for each speed of the table, and for each point the index of the one it uses."""
+    """Weld data declarations, one for each speed of the table, and for each point the index of the one that it uses.
+
+    The value of ``weld`` is copied with other speeds; SEA007 where it is not known, or the name is too long.
+    """
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
     speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
@@ -162,7 +168,7 @@ def _welds(weld: _SeamData, points: SeamPoints, side_files: Sequence[Source]) ->
 
 
 def _declared(name: str, side_files: Sequence[Source]) -> str | None:
-    """Text of the initial value of data in the modules that are read along, None if there is none."""
+    """Text of the initial value that the given modules declare for data of that name; None if they declare none."""
     found = read_program(side_files).declaration(name)
     return None if found is None or found.init is None else found.source.data[slice(*found.init)].decode("latin-1")
 
@@ -185,10 +191,10 @@ def _zone(points: SeamPoints) -> str:
 
 
 def _read(source: Source, side_files: Sequence[Source], count: int) -> list[MotionEvent]:
-    """The motion events of the module, whose number has to be ``count``.
+    """The motion events of a draft of the module, run as a program; they must be ``count``.
 
     Raises:
-        PostprocError: findings of the reader, without a place in the module, as it is never written.
+        PostprocError: findings of the reader, without a place in the module, as the draft is not written.
     """
     program = read_program([source, *side_files])
     events = [e for e in walk(program) if e.statement.source is source]
@@ -201,7 +207,11 @@ def _read(source: Source, side_files: Sequence[Source], count: int) -> list[Moti
 
 
 def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diagnostic]:
-    """SEA008 for each pose out of reach, or SEA009 if all can be reached but not in one configuration."""
+    """SEA008 for each pose out of reach, or SEA009 if all can be reached but not in one configuration.
+
+    Args:
+        T_base_flange: (n + 2, 4, 4) poses of approach, points and departure.
+    """
     last = len(points.rows)
     found = []
     for i in unreachable(robot, T_base_flange).tolist():

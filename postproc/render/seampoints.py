@@ -54,7 +54,7 @@ class SeamPoints:
         return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
 
     def doubts(self) -> list[Diagnostic]:
-        """SEA010 (warning) at points where the seam turns by more than 120 deg, or the torch by more than 90 deg."""
+        """SEA010 (warning) for points where the seam turns by more than 120 deg, or the torch by more than 90 deg."""
         way = np.diff(self.place_mm, axis=0)
         length = np.linalg.norm(way, axis=1)
         bend = np.arccos(np.clip(np.sum(way[1:] * way[:-1], axis=1) / (length[1:] * length[:-1]), -1.0, 1.0))
@@ -100,7 +100,7 @@ class _SeamTable:
         return value
 
     def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
-        """Add an error at a cell, by row and column from 0; ``what`` says what is wrong there."""
+        """Add an error at a cell, by row and column (from 0); ``what`` says what is wrong, ``help_`` what to do."""
         message = f"row {self.cells.lines[row]}, column `{self.header[at]}`: {what}"
         self.findings.append(Diagnostic(code, "error", message, self.cells.source, self.cells.span(row), help_))
 

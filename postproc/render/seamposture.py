@@ -20,7 +20,7 @@ SAME_ARM = 1e-6  # [rad]
 
 
 def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
-    """Confdata (n, 4) for poses (n, 4, 4) passed one after the other, None if no configuration suits all.
+    """Confdata (n, 4) for flange poses (n, 4, 4) passed one after the other; None if no configuration suits all.
 
     Of those that do, axes 1 to 3 are farthest from joint limits and a straight wrist, and axes 4 and 6 turned least.
 
@@ -45,7 +45,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
 
 
 def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
-    """Indices of poses that the arm cannot take within its limits in any configuration."""
+    """Indices of flange poses (n, 4, 4) that the arm cannot take within its limits in any configuration."""
     q = inverse(robot, T_base_flange)
     turned = q.copy()
     turned[..., TURNING] += whole_turns(q, near=_middle(robot))[..., TURNING]
@@ -54,12 +54,12 @@ def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
 
 
 def _middle(robot: Robot) -> Array:
-    """The middle of each joint's range, (6,)."""
+    """The middle of each joint's range, (6,) [rad]."""
     return (robot.lower + robot.upper) / 2
 
 
 def _in_range(robot: Robot, q: Array) -> Array:
-    """Joint angles (n, 6) with whole turns of axes 1, 4 and 6 added that bring them nearest to mid-range."""
+    """Joint angles (n, 6) of a path, with axes 1, 4 and 6 moved by whole turns so that it lies nearest to mid-range."""
     way = (q.min(axis=0) + q.max(axis=0)) / 2
     moved = q.copy()
     moved[:, TURNING] += whole_turns(way, near=_middle(robot))[TURNING]
@@ -67,7 +67,7 @@ def _in_range(robot: Robot, q: Array) -> Array:
 
 
 def _quarters(q: Array) -> int:
-    """Quarter turns, rounded up, by which axes 4 and 6 are turned from zero at most in q (n, 6), summed."""
+    """Largest turn of axis 4 and of axis 6 from zero in q (n, 6) [rad], each in quarter turns rounded up, added."""
     return int(np.ceil(np.abs(q[:, [3, 5]]).max(axis=0) / QUARTER).sum())
 
 

@@ -37,10 +37,10 @@ def degrees(values: Sequence[float]) -> list[str]:
 
 
 def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
-    """The Jinja environment with the shipped templates, those of the user's folder before them.
+    """The Jinja environment with the shipped templates; those of the user's folder take their place.
 
     Raises:
-        PostprocError: ``REN001`` if the folder does not exist.
+        PostprocError: ``REN001`` if the folder does not exist, ``REN002`` if a template in it cannot be read.
     """
     if template_dir is not None and not template_dir.is_dir():
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
@@ -68,7 +68,7 @@ def _environment(template_dir: Path | None, names: tuple[str, ...]) -> Sandboxed
 
 
 def load_template(env: SandboxedEnvironment, name: str) -> Template:
-    """Load one template.
+    """Load the template with this file name.
 
     Raises:
         PostprocError: ``REN002`` where the template is not valid Jinja.

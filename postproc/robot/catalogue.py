@@ -178,7 +178,7 @@ def describe_robot(name_or_path: str | Path) -> Robot:
     """Load a robot like `load_robot`, but also an arm with a parallelogram, whose kinematics is not computed.
 
     Raises:
-        PostprocError: KIN006, KIN007.
+        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm.
     """
     path = ARMS / f"{name_or_path}.toml"
     if not isfile(path) or Path(name_or_path).name != str(name_or_path):
@@ -202,7 +202,7 @@ def describe_robot(name_or_path: str | Path) -> Robot:
 
 
 def doubts(robot: Robot) -> list[Diagnostic]:
-    """Return warnings on an implausible arm: no masses or odd lengths (KIN010), rounded URDF angles (KIN013)."""
+    """Return diagnostics on a doubtful arm: no masses or odd lengths (KIN010), rounded angles of its URDF (KIN013)."""
     found = [no_masses(robot)] if not robot.mass.any() else []
     if "angles" in robot.sources:
         text = f"`{robot.name}`: angles of its URDF are rounded, {robot.sources['angles']}"
@@ -269,7 +269,7 @@ def _array(values: list[float] | None) -> Array | None:
 
 
 def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
-    """Return link transforms (7, 4, 4) and unit joint axes (6, 3) of the file's [chain] or [dh] table."""
+    """Return link transforms (7, 4, 4) and unit axes (6, 3) of the file's one [chain] or [dh] table; else KIN007."""
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
@@ -288,9 +288,12 @@ def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
 
 
 def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> tuple[Array, Array]:
-    """Return link transforms (7, 4, 4) [m] and axes (6, 3) of a standard Denavit-Hartenberg table, (6,) a column.
+    """Return link transforms (7, 4, 4) [m] and axes (6, 3) of a standard Denavit-Hartenberg table.
 
     T_i = Rot_z(theta_i + offset_i) Trans_z(d_i) Trans_x(a_i) Rot_x(alpha_i) (seed paper, Eq. 2b corrected).
+
+    Args:
+        a_mm, d_mm, alpha_deg, offset_deg: (6,) link lengths, link offsets, link twists, and joint angles at zero.
     """
     link = np.tile(np.eye(4), (7, 1, 1))
     for i in range(6):
@@ -303,7 +306,7 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
 
 
 def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
-    """Return the centres of mass (7, 3) [m] in body axes, converted from the frame that ``center_frame`` names."""
+    """Return the centres of mass (7, 3) [m] in body axes; ``link`` and ``axis``, as in `Robot`, convert them."""
     center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
     if file.bodies.center_frame == "body":
         return center
@@ -335,7 +338,7 @@ def _guessed(file: RobotFile) -> dict[str, str]:
 
 
 def _sources(source: Source) -> dict[str, str]:
-    """Return, by dotted key, the comment behind each value of the file, on the last line of the value."""
+    """Return, by dotted key (``joints.limits_deg``), the comment behind each value, on the last line of the value."""
     text = source.data.decode("utf-8-sig")
     found = {}
     for keys, (_, (start, end)) in locate(text).items():
@@ -347,5 +350,5 @@ def _sources(source: Source) -> dict[str, str]:
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:
-    """Return the error KIN007 at a key of the file; at no place where ``keys`` is empty."""
+    """Return the error KIN007 at the key with this path in the file; at no place where the path is empty."""
     return PostprocError.of("KIN007", message, source, span_of(source, keys) if keys else None)

@@ -28,9 +28,10 @@ def _solver(opw: Opw) -> Any:
 
 
 def inverse(robot: Robot, T_base_flange: Array) -> Array:
-    """Compute all closed-form solutions, (n, 4, 4) -> (n, 8, 6) [rad] in (-pi, pi], NaN where a branch does not exist.
+    """Compute all closed-form joint angles of flange poses, (n, 4, 4) -> (n, 8, 6) [rad] in (-pi, pi].
 
-    Rotations are normalised. Slots are in the order of py-opw-kinematics; `branch` computes the cfx of each.
+    A solution that does not exist is NaN. The eight are in the order of py-opw-kinematics; `branch` computes the cfx of
+    each. Rotations are normalised before.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
@@ -59,9 +60,13 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
 
 
 def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
-    """Return the solutions with those that are NaN at a straight wrist because cos q5 rounds to more than one.
+    """Return the solutions with those repaired that are NaN at a straight wrist because cos q5 rounds to more than one.
 
-    They are solved with the hand turned by a microradian about the wrist centre: axes 1 to 3 are right, 4 to 6 coarse.
+    ``solve`` computes them again with the hand turned by a microradian about the wrist centre: axes 1 to 3 are right,
+    4 to 6 coarse.
+
+    Args:
+        T: (n, 4, 4) flange poses; joints: (n, 8, 6) their solutions [rad].
     """
     hand = transform(np.array([0.0, 0.0, opw.c4]))
     turned = solve(T @ invert(hand) @ displace(np.array([0.0, 0.0, 0.0, 1e-6, 0.0, 0.0])) @ hand)

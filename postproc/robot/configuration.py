@@ -32,7 +32,7 @@ def closed_form(robot: Robot) -> Opw:
 
 
 def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
-    """Return the cfx 0..7 of joint angles, (..., 6) [rad] -> (...).
+    """Return the cfx 0 to 7 of joint angles, (..., 6) [rad] -> (...).
 
     4 if the wrist centre is behind axis 1, plus 2 if it is behind the lower arm, plus 1 if axis 5 is negative.
     """
@@ -54,9 +54,10 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
 
 
 def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
-    """Tell (n,) whether joint angles (n, 6) [rad] are within ``margin`` [rad] of the quadrants of confdata (n, 4).
+    """Tell (n,) whether joint angles (n, 6) [rad] have the configuration of confdata (n, 4), up to ``margin`` [rad].
 
-    cfx must be equal, but for the sign of axis 5 at a wrist that is straight within the margin.
+    Axes 1, 4 and 6 are at most the margin outside their quadrants, and cfx is equal, but for the sign of axis 5 at a
+    wrist that is straight within the margin.
     """
     turning = np.asarray(q)[..., TURNING]
     outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2

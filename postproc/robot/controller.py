@@ -72,7 +72,7 @@ class Calibration:
 
 
 def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
-    """Return the calibration of an arm by its ROBOT entry; None where MOC.cfg states no compliance of its joints."""
+    """Return the Absolute Accuracy calibration of a ROBOT entry; None where MOC.cfg states no joint compliance."""
     joints = {i: robot[f"use_joint_{i}"].lower() for i in range(6) if f"use_joint_{i}" in robot}
     springs = by_name(motion, "JOINT_CALIB")
     stated = {i: springs[name]["compl"] for i, name in joints.items() if "compl" in springs.get(name, {})}
@@ -96,7 +96,7 @@ def read_backup(folder: Path) -> Backup:
 
 
 def read_drive(backup: Backup, folder: str) -> Drive:
-    """Return what a task moves, by the name of its folder (``TASK1``) or its own name."""
+    """Return what a task of a backup moves, by the name of its folder (``TASK1``) or its own name."""
     name = backup.tasks.get(folder.upper(), folder)
     tasks = by_name(backup.system, "CAB_TASKS")
     task = tasks.get(name.lower())
@@ -128,7 +128,7 @@ def arm_entries(motion: Entries) -> list[Entry]:
 
 
 def read_entries(text: str) -> Entries:
-    """Parse a configuration file into its entries by type.
+    """Parse a configuration file (MOC.cfg, SYS.cfg) into its entries, key and value each, listed by type.
 
     A backslash at the end of a line continues it. Keys are in lower case; a key without a value has an empty text.
     """
@@ -151,15 +151,16 @@ def read_quietly(path: Path) -> bytes:
 
 
 def _not_known(text: str, help_: str = SETTLE) -> Diagnostic:
-    """Return KIN011: the arm of a task is not known."""
+    """Return KIN011, an error: the arm of a task is not known, as ``text`` says."""
     return Diagnostic("KIN011", "error", text, help=help_)
 
 
 def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool) -> str:
-    """Say why none, or which several, of the backup's ROBOT entries may be the arm of a task.
+    """Return a sentence on why the arm of a task is not known: no ROBOT entry may be its arm, or several may.
 
     Args:
-        listed: SYS.cfg lists the task, or no task at all.
+        robots: the entries that may be.
+        listed: SYS.cfg lists the task, or lists no task at all.
     """
     if robots:
         each = " and ".join(f"`{r.get('name', '?')}` (`{r.get('use_robot_type', '?')}`)" for r in robots)
@@ -180,7 +181,7 @@ def _not_in_library(task: str, type_: str) -> Diagnostic:
 
 
 def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
-    """Return the entries of a type by their name in lower case; those without a name are left out."""
+    """Return the entries of a type, such as ``SINGLE``, by name in lower case; those without a name are left out."""
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 

@@ -41,7 +41,7 @@ class UnreachedPose:
     help: str
 
     def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
-        """Return the diagnostic: KIN001 unreachable, KIN002 configuration, KIN003 limit."""
+        """Return the error KIN001 (unreachable), KIN002 (configuration) or KIN003 (limit) at a place of a file."""
         code = {"unreachable": "KIN001", "configuration": "KIN002", "limit": "KIN003"}[self.reason]
         return Diagnostic(code, "error", self.message, source, span, self.help)
 
@@ -56,6 +56,8 @@ class JointSolution:
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
     """Compute the joint angles that a controller takes for poses with confdata, whole turns included.
+
+    A pose without one has NaN and a failure.
 
     Args:
         T_base_flange: (n, 4, 4). conf: (n, 4) [cf1, cf4, cf6, cfx].
@@ -75,7 +77,7 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
     """Return a failure for each posture (n, 6) [rad] outside the limits, about its joint farthest out.
 
-    NaN rows have none.
+    Up to 0.1 degrees (``RECORDED``) outside counts as inside. NaN rows have none.
     """
     excess = excess_of(robot, q)
     help_ = "move or turn the target, or give it another configuration"
@@ -89,7 +91,7 @@ def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:
 
 
 def excess_of(robot: Robot, q: Array) -> Array:
-    """Return (n, 6) how far joint angles [rad] are beyond their limits, less 0.1 degrees (``RECORDED``) of rounding."""
+    """Return (n, 6) how far joint angles [rad] are beyond their limits less 0.1 degrees; positive is outside."""
     return np.asarray(np.maximum(robot.lower - q, q - robot.upper) - RECORDED)
 
 
@@ -108,7 +110,7 @@ def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
 
 
 def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[UnreachedPose]]:
-    """Compute the joint angles (n, 6) of one block; NaN rows have a failure, in the order of the poses."""
+    """Compute the joint angles (n, 6) of poses (n, 4, 4) with confdata ``wanted`` (n, 4); NaN rows have a failure."""
     opw = closed_form(robot)
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
@@ -138,9 +140,15 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Move solutions (n, 8, 6) by whole turns to their quadrants; return them and the gaps (n, 8) [rad] that stay.
+    """Move axes 1, 4 and 6 of solutions by whole turns into their quadrants, or as near as possible.
 
     At a straight wrist axes 4 and 6 are divided anew where that helps.
+
+    Args:
+        q: (n, 8, 6) [rad]; cf: (n, 1, 3) quadrants cf1, cf4, cf6.
+
+    Returns:
+        The moved angles, and the largest distance (n, 8) [rad] of an axis from its quadrant.
     """
     moved, gap = _near_quadrants(q, cf)
     again = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
@@ -151,7 +159,7 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Move axes 1, 4 and 6 by whole turns to their quadrants ``cf``; return the angles and the largest gap [rad]."""
+    """Move axes 1, 4 and 6 by whole turns to their quadrants; arguments and result are those of `_turned`."""
     middle = (cf + 0.5) * QUARTER
     turning = q[..., TURNING] + whole_turns(q[..., TURNING], near=middle)
     gap = np.maximum(np.abs(turning - middle) - QUARTER / 2, 0.0).max(axis=-1)
@@ -161,7 +169,7 @@ def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """Divide the rotation of axes 4 and 6 at a straight wrist so that both are in their quadrants, if possible."""
+    """Divide the turn of axes 4 and 6 at a straight wrist so that both are in their quadrants, see `_turned`."""
     forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
     # A quadrant does not own its upper edge.
     low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST
@@ -178,7 +186,7 @@ def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
 
 
 def _out_of_reach(robot: Robot, T_base_flange: Array) -> str:
-    """Say where the flange would be, and by how much its wrist centre is too far from or too near to axis 2."""
+    """Return a sentence that says where the flange would be, and how far its wrist centre is too far or too near."""
     arm = closed_form(robot)
     x, y, z = T_base_flange[:3, 3] - arm.c4 * T_base_flange[:3, 2]
     ahead = np.sqrt(max(x * x + y * y - arm.b**2, 0.0)) - arm.a1
@@ -194,6 +202,7 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
     """Return the failure of a pose without a solution in the wanted configuration, listing those that exist.
 
     Args:
+        index: number of the pose.
         solutions: (8, 6) of the pose [rad], NaN rows where there is none; wanted: its confdata (4,).
     """
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]

@@ -20,7 +20,7 @@ def skew(vector: Array) -> Array:
 
 
 def joint_turns(robot: Robot, q: Array) -> Array:
-    """Compute the rotation from each body to the next by link and joint (Rodrigues), (n, 6) [rad] -> (6, 3, 3, n)."""
+    """Compute the rotation from each body to the next, link and joint together, (n, 6) [rad] -> (6, 3, 3, n)."""
     angles = np.asarray(q, dtype=float).reshape(-1, 6).T[:, None, None]
     S, turn = skew(robot.axis), robot.link[:6, :3, :3]
     still, wave, tilt = (M[..., None] for M in (turn @ (np.eye(3) + S @ S), turn @ S, -turn @ S @ S))
@@ -63,13 +63,13 @@ class BodyMotion(NamedTuple):
     spin_rate: Array
 
     def swung(self, arm: Array) -> Array:
-        """Return the acceleration (n, 3) [m/s^2] of points relative to the origin, at ``arm`` (n, 3) [m] from it."""
+        """Return the acceleration (n, 3) [m/s^2] of points, relative to the origin, at ``arm`` (n, 3) [m] from it."""
         spin, arm = self.spin.T, np.asarray(arm).T
         return (cross(self.spin_rate.T, arm) + cross(spin, cross(spin, arm))).T
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return cross products of vectors (3, n) along the first axis; faster than numpy's."""
+    """Return cross products (3, n) of vectors (3, n), components along the first axis; faster than numpy's."""
     x, y, z = a
     u, v, w = b
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])

@@ -36,7 +36,7 @@ def fault(link: Array, axis: Array) -> str:
 
 
 def derive(link: Array, axis: Array) -> Opw | None:
-    """Return the closed-form parameters of a chain; None where `fault` finds that it is no such arm."""
+    """Return the closed-form parameters of a chain; None where `fault` of the same arguments finds a difference."""
     if fault(link, axis):
         return None
     p, _, T_flange = _at_zero(link, axis)
@@ -54,7 +54,11 @@ def derive(link: Array, axis: Array) -> Opw | None:
 
 
 def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Return points (6, 3) on the axes, their directions (6, 3), and the flange (4, 4), with all joints at zero."""
+    """Return points (6, 3) on the axes, their directions (6, 3) and the flange (4, 4) in the base, all joints at zero.
+
+    Args:
+        link: (7, 4, 4) transforms, axis: (6, 3) joint axes, as in `Robot`.
+    """
     points, axes, T = [], [], np.eye(4)
     for j in range(6):
         T = T @ link[j]
@@ -64,12 +68,12 @@ def _at_zero(link: Array, axis: Array) -> tuple[Array, Array, Array]:
 
 
 def _wrist(points: Array) -> Array:
-    """Return the wrist centre (3,) of points on the axes: x of axis 5, y and z of axis 4."""
+    """Return the wrist centre (3,) from points (6, 3) on the axes at zero: x of that on axis 5, y and z of axis 4."""
     return np.array([points[4, 0], points[3, 1], points[3, 2]])
 
 
 def wrist_place(opw: Opw, q: Array) -> tuple[Array, Array]:
-    """Return how far the wrist centre is before axis 1 and before the lower arm, (..., 6) [rad] -> two (...) [m]."""
+    """Return how far [m] the wrist centre is before axis 1 and before the lower arm, (..., 6) [rad] -> two (...)."""
     upper = q[..., 1] - opw.offsets[1]
     reach, bend = np.hypot(opw.a2, opw.c3), np.arctan2(opw.a2, opw.c3)
     inner = q[..., 2] - opw.offsets[2] + bend

@@ -30,7 +30,7 @@ def displace(xi: Array) -> Array:
 
 
 def pose_error(T: Array, T_wanted: Array) -> Array:
-    """Return the difference from T to T_wanted in the base axes: position and rotation vector, (n, 6) [m, rad]."""
+    """Return the difference from pose T to T_wanted, (n, 6): position [m] and rotation vector [rad], base axes."""
     rotation = T_wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     vector = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec().reshape(*rotation.shape[:-2], 3)
     return np.concatenate([T_wanted[..., :3, 3] - T[..., :3, 3], vector], axis=-1)

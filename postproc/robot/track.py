@@ -52,9 +52,10 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
 
 
 def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
-    """Return the branch of shoulder and elbow (cfx without its last bit) of a posture.
+    """Return the branch of shoulder and elbow (cfx without its last bit) of the posture ``q_start`` (6,) [rad].
 
-    Within 1 mm of the edge of two branches it is that of the solution of ``first`` (1, 4, 4) whose joints are nearest.
+    Within 1 mm of the edge of two branches it is that of the solution of the pose ``first`` (1, 4, 4) whose joints are
+    nearest.
     """
     if np.any(np.abs(wrist_place(opw, q_start)) < ARM_SINGULAR):
         solutions = inverse(robot, first)[0]
@@ -65,9 +66,12 @@ def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
-    """Return the two wrist solutions (n, 2, 6) of each pose in one branch of shoulder and elbow, or raise KIN004.
+    """Return the two solutions (n, 2, 6) [rad] of each pose in one branch of shoulder and elbow; KIN004 without.
+
+    They differ in the sign of axis 5.
 
     Args:
+        arm: the branch, cfx without its last bit.
         start: number of poses of the path before these, for the message.
     """
     solutions = inverse(robot, poses)
@@ -82,7 +86,12 @@ def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array
 
 
 def _wrist_pair(options: Array, q_start: Array) -> Array:
-    """Return the two wrists (n, 2, 6) of each pose; at a straight one axis 4 stays as it was and axis 6 follows."""
+    """Return the two solutions (n, 2, 6) of each pose; at a straight wrist axis 4 stays as it was and axis 6 follows.
+
+    Args:
+        options: (n, 2, 6) solutions [rad] that differ at the wrist; only the first of each pose is used.
+        q_start: (6,) posture before the first pose [rad].
+    """
     first = options[:, 0].copy()
     singular = np.abs(np.sin(first[:, 4])) < TAUGHT_WRIST
     if singular.any():
@@ -114,7 +123,7 @@ def _left_branch(robot: Robot, index: int) -> None:
 
 
 def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
-    """Solve the poses in turn by Newton's method, each from the solution before, for arms without closed form."""
+    """Solve poses in turn by Newton's method, each from the solution before, without closed form; KIN004 if lost."""
     q, result = np.asarray(q_start, dtype=float), []
     for index, T in enumerate(poses):
         for _ in range(50):

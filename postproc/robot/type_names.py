@@ -104,7 +104,7 @@ def _model(type_: str) -> str | None:
 
 
 def _bare(type_: str) -> str:
-    """Return a type name without the robot's number, and in a uniform spelling if it can be parsed."""
+    """Return a type name without its start ``ROB1_``, in upper case; one that can be parsed in a uniform spelling."""
     parsed = parse_type_name(type_)
     return str(parsed) if parsed is not None else re.sub(r"^ROB\d*_", "", type_.strip().upper())
 

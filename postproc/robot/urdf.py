@@ -82,7 +82,7 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
-    """Return the pinocchio model of a URDF file, and the angles rounded to eighths of a turn; KIN007 if it is none."""
+    """Return the pinocchio model of a URDF file, and the angles that `exact_angles` rounds; KIN007 if it is none."""
     if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
         made = f"{path.name.split('.')[0]}_made.urdf"
         text = f"`{path}` is a xacro file, a recipe for a URDF"
@@ -97,7 +97,7 @@ def _parsed(path: Path, pin: Any) -> tuple[Any, list[str]]:
 
 
 def exact_angles(text: str) -> tuple[str, list[str]]:
-    """Return a URDF text with rounded eighths of a turn written in full, and the angles that were rounded, sorted.
+    """Return a URDF text with rounded multiples of pi / 4 written in full, and the angles that were rounded, sorted.
 
     Four digits of pi / 2 put a wrist 4 micrometres from its axis at 1 m, and no closed form finds it.
     """

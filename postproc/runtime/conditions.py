@@ -54,7 +54,7 @@ class Conditions:
         return bool(np.any(self.force) or np.any(self.moment))
 
     def states(self, q: Array) -> State:
-        """States at joint angles (n, 6) [rad] with load, channels and, always, the process force."""
+        """States at joint angles (n, 6) [rad] with load, channels and the process force, whatever ``force_on`` says."""
         n = len(q)
         stated = {name: np.full(n, value) for name, value in self.channels.items()}
         return State(
@@ -68,12 +68,12 @@ class Conditions:
         )
 
     def drawn(self, count: int, seed: int) -> Array:
-        """Random joint angles (count, 6) [rad], uniform over the region, none with a straight wrist."""
+        """Random joint angles (up to count, 6) [rad], uniform over the region, none with a straight wrist."""
         q = np.random.default_rng(seed).uniform(self.lower, self.upper, (4 * count, 6))
         return q[np.abs(np.sin(q[:, 4])) > WRIST][:count]
 
     def spread(self, count: int) -> Array:
-        """Joint angles (count, 6) [rad] that fill the region evenly (Halton sequence), none with a straight wrist."""
+        """Joint angles (up to count, 6) [rad] that fill the region evenly (Halton sequence), no straight wrist."""
         from scipy.stats.qmc import Halton
 
         q = self.lower + Halton(6, seed=5).random(4 * count) * (self.upper - self.lower)
@@ -85,11 +85,14 @@ WRIST = np.sin(np.radians(2.0))
 
 
 def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, tuple[str, ...]]:
-    """The model with the effects that depend only on what a controller knows at a target, and keys of the others.
+    """The model with the effects that depend only on what a controller knows at a target, and keys of those left out.
 
     An effect is left out if it reads a channel which nobody states (direction of approach, speeds, time, temperature),
-    and so is the error of the measured tool, as other tools count as calibrated. Effects of the measurement are in
-    neither.
+    and so is the error of the measured tool, as other tools count as calibrated. Effects that do nothing, or describe
+    the data or the instrument, are in neither.
+
+    Args:
+        channels: constants that are stated, by name of the channel.
     """
     ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
@@ -102,7 +105,7 @@ def known_effects(model: Model, channels: Mapping[str, float]) -> tuple[Model, t
 
 
 def _moves_instrument(effect: Effect, model: Model) -> bool:
-    """Whether an effect displaces the frame of the measuring instrument (found by evaluating it at one pose)."""
+    """Whether an effect displaces the frame of the measuring instrument, found by evaluating it at one pose."""
     one, six = np.ones(1), np.zeros((1, 6))
     probe = State(
         q=six + 0.1, v=six, a=six, approach=six + 1.0, payload_mass=one, payload_center=np.zeros((1, 3)), wrench=six,

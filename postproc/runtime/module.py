@@ -34,8 +34,8 @@ def module_tables(found: CorrectedModel, done: Conditions) -> dict[str, object]:
     """Values for the template of the module: header lines and all tables, as RAPID text.
 
     Args:
-        found: the model as corrected at run time.
-        done: the conditions that it is made for.
+        found: the part of the model that is corrected at run time.
+        done: the conditions that the module is made for.
     """
     return {
         "header": [*header(found, done)],
@@ -59,7 +59,7 @@ def module_tables(found: CorrectedModel, done: Conditions) -> dict[str, object]:
 def runtime_module(
     tables: Mapping[str, object], errors: Sequence[str] = (), name: str = NAME, template_dir: Path | None = None
 ) -> bytes:
-    """The text of the module.
+    """The text of the module that corrects targets on the controller.
 
     Args:
         tables: from `module_tables`.
@@ -68,7 +68,7 @@ def runtime_module(
         template_dir: folder whose `runtime_module.j2` takes the place of the shipped one.
 
     Raises:
-        PostprocError: RUN001 the name is none of RAPID; REN001, REN002 the template.
+        PostprocError: RUN001, no valid RAPID name; REN001 or REN002, the template folder or the template.
     """
     if not (name.isascii() and name.isidentifier() and not name.startswith("_") and len(name) <= 32):
         text = f"`{name}` is no name of a module"
@@ -79,7 +79,7 @@ def runtime_module(
 
 
 def _frames(model: Model) -> Array:
-    """(7, 3, 3) for each body, as columns, axes of which z is the axis of the joint that carries it."""
+    """Rotations (7, 3, 3) by body: the third column is the axis of its joint, in body axes; identity for the base."""
     upright = [np.eye(3)]
     for axis in model.robot.axis:
         upright.append(Rotation.align_vectors(axis[None], np.array([[0.0, 0.0, 1.0]]))[0].as_matrix())
@@ -87,7 +87,7 @@ def _frames(model: Model) -> Array:
 
 
 def _arm(found: CorrectedModel) -> dict[str, object]:
-    """Tables of link frames, masses, first moments, gravity, joint compliances and joint offsets, as RAPID text."""
+    """Tables of link frames, masses, gravity, joint compliances and joint offsets, by their names in the template."""
     robot, tables, turned = found.model.robot, found.tables, _frames(found.model)
     mass = robot.mass + tables.mass
     first = np.einsum("bji,bj->bi", turned, robot.mass[:, None] * robot.center + tables.first_moment)
@@ -106,7 +106,7 @@ def _arm(found: CorrectedModel) -> dict[str, object]:
 
 
 def _loads(found: CorrectedModel) -> dict[str, object]:
-    """Tables of what effects add to the stated load, and of elastic lines between two bodies, as RAPID text."""
+    """Tables of what effects add to the stated load, and of the pulls of hoses, by their names in the template."""
     tables, turned = found.tables, _frames(found.model)
     stated = {
         "share": number(tables.share),
@@ -127,7 +127,7 @@ def _loads(found: CorrectedModel) -> dict[str, object]:
 
 
 def _bodies(found: CorrectedModel) -> dict[str, object]:
-    """Tables of the displacement of the ends of bodies: constant, by force and by moment, as RAPID text."""
+    """Tables of displacements of the ends of bodies (constant, by force, by moment), by their names in the template."""
     tables, turned = found.tables, _frames(found.model)
     both = np.zeros((7, 6, 6))
     both[:, :3, :3] = both[:, 3:, 3:] = np.swapaxes(turned, 1, 2)
@@ -147,7 +147,7 @@ def _bodies(found: CorrectedModel) -> dict[str, object]:
 
 
 def _curves(found: CorrectedModel, done: Conditions) -> dict[str, object]:
-    """Tables of the functions of one variable: one row for each, and the values of all, as RAPID text."""
+    """Tables of the functions of one variable, a row for each and the values of all, by their names in the template."""
     curves = curves_of(found, done)
     every, at = curves.every, 1
     rows: list[list[float]] = []
@@ -168,8 +168,8 @@ def header(found: CorrectedModel, done: Conditions) -> Iterator[str]:
     """Lines of the module's header, without comment sign: model, effects, gravity, force, region, tool and load.
 
     Args:
-        found: the model as corrected at run time.
-        done: the conditions that it is made for.
+        found: the part of the model that is corrected at run time.
+        done: the conditions that the module is made for.
     """
     estimated = found.model.stiffness_source == "estimated"
     shipped = f"shipped, with a stiffness that is {'estimated by a rule' if estimated else 'published for its type'}"
@@ -223,7 +223,7 @@ def _nested(value: object) -> str:
 
 
 def quaternion(R: Array) -> Array:
-    """Quaternions (.., 4) of rotations (.., 3, 3), scalar first and not negative, as RAPID has them."""
+    """Quaternions (.., 4) of rotations (.., 3, 3), scalar first and not negative."""
     return np.asarray(np.roll(Rotation.from_matrix(R).as_quat(canonical=True), 1, axis=-1))
 
 

@@ -62,7 +62,7 @@ class CorrectedModel:
 
 
 def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
-    """The part of a model that the tables of the function can represent.
+    """The part of a model that the tables of the run-time function can represent.
 
     Raises:
         PostprocError: RUN006, the region holds nothing but singular poses; MOD010, the loads of the arm do not settle.
@@ -82,7 +82,10 @@ def corrected_model(model: Model, conditions: Conditions) -> CorrectedModel:
 
 
 def _largest_loads(model: Model, done: Conditions) -> Array:
-    """(48,) largest load over the region on each joint and end of body, times 1.5 and never below 1.5 [N m, N]."""
+    """(48,) largest loads over the region, times 1.5 and never below 1.5 (1 if no effect reads loads).
+
+    They are torques on joints [N m], then force and moment at the ends of the seven bodies [N, N m].
+    """
     rest = equilibrium(model, done.states(done.drawn(400, 4)), tuple(range(7))).state
     if rest.joint_load is None or rest.body_load is None:
         return np.ones(LOADS)
@@ -91,7 +94,7 @@ def _largest_loads(model: Model, done: Conditions) -> Array:
 
 
 def _shares(model: Model, effect: Effect, states: State, largest: Array) -> RunTimeTables | None:
-    """What an effect contributes to the tables; None if they cannot represent it."""
+    """What an effect contributes to the tables, found at states and loads up to ``largest`` (48,); None if unfit."""
     stated = effect.run_time_tables()
     if stated is not None:
         return stated
@@ -143,19 +146,19 @@ class _Asked:
         )
 
     def _of_angle(self, joint: int, source: int) -> Law:
-        """Function of the angle of joint ``source`` (n,) [rad]: change of the displacement of a joint (n,) [rad]."""
+        """Displacement of a joint (n,) [rad] by the angle of joint ``source`` (n,) [rad], less a constant."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(_alone(x, source, still), nothing)[0][:, joint] - level
 
     def _of_torque(self, joint: int) -> Law:
-        """Function of the torque on a joint (n,) [N m]: change of the displacement of that joint (n,) [rad]."""
+        """Displacement of a joint (n,) [rad] by the torque on it (n,) [N m], less that without torque."""
         still, nothing = self.states.q[:1], np.zeros((1, LOADS))
         level = self.moves(still, nothing)[0][0, joint]
         return lambda x: self.moves(still, _alone(x, joint, nothing))[0][:, joint] - level
 
     def _torque(self, joint: int, source: int, less: float) -> Law:
-        """Function of the angle of joint ``source`` (n,) [rad]: torque on a joint (n,) [N m], less a constant."""
+        """Torque on a joint (n,) [N m] by the angle of joint ``source`` (n,) [rad], less a constant [N m]."""
         still = self.states.q[:1]
         return lambda x: self.pushes(_alone(x, source, still))[0][:, joint] - less
 
@@ -206,7 +209,7 @@ class _Asked:
         return np.zeros((len(q), 6)) if share.joint is None else share.joint, dict(share.body)
 
     def _at(self, q: Array, **loads: Array) -> State:
-        """The states with joint angles q (n, 6) and loads, otherwise as the first state."""
+        """The states with joint angles q (n, 6) and these load fields, otherwise as the first state."""
         rows, robot = self.states.rows(np.zeros(len(q), dtype=int)), self.model.robot
         return rows.with_(q=q, robot=robot, gravity=self.model.gravity, T_base_body=body_poses(robot, q), **loads)
 
@@ -315,7 +318,7 @@ def curves_of(found: CorrectedModel, done: Conditions) -> CurveTables:
 
 
 def _total(laws: Sequence[Law], units: tuple[float, float], x: Array) -> Array:
-    """Sum of functions at x (n,), in other units than theirs.
+    """Sum of functions at x (n,), with argument and result in other units than theirs.
 
     Args:
         units: of x and of the result, in the units of the functions.
@@ -324,11 +327,11 @@ def _total(laws: Sequence[Law], units: tuple[float, float], x: Array) -> Array:
 
 
 def tabulated(key: tuple[int, int], function: Law, low: float, high: float, tolerance: float) -> Curve:
-    """The coarsest curve within the tolerance of a function, or with 4096 intervals if none is.
+    """The coarsest curve within a tolerance of a function; the finest one, of 4096 intervals, if none is.
 
     Args:
-        key: joint that it acts on, joint that is its argument, from 0.
-        low, high: the range in which it is read.
+        key: joint that the function acts on, joint whose angle or torque is its argument, from 0.
+        low, high: the range of the argument.
         tolerance: in the unit of the values.
     """
     count = COARSEST

@@ -45,11 +45,11 @@ class RunTimeModule:
 
 
 def write_module(model: Model, conditions: Conditions, name: str = NAME, template: Path | None = None) -> RunTimeModule:
-    """Make the module, run it over the region with three loads, and state the errors found in its header.
+    """Make the run-time module, run it over the region with three loads, and state the errors found in its header.
 
     Raises:
         PostprocError: RUN001 the name; REN001, REN002 the template; RUN003 the template's text cannot be run; RUN006
-            the region; MOD010.
+            the region; MOD010 the deflection does not settle.
     """
     corrected = corrected_model(model, conditions)
     tables = module_tables(corrected, conditions)
@@ -68,7 +68,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
 
 
 def _findings(corrected: CorrectedModel, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
-    """Findings on effects left out (RUN004, RUN012), errors above 0.02 mm (RUN005) and no corrected target (RUN006)."""
+    """Diagnostics: effects left out (RUN004, RUN012), errors over 0.02 mm (RUN005), no target corrected (RUN006)."""
     found = []
     for keys, code, why, help_ in (
         (corrected.untold, "RUN004", "a target does not tell what it follows", "state it with --channel, if it can be"),

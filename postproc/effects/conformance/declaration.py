@@ -44,7 +44,11 @@ INSTEAD = {
 
 
 def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
-    """Yield everything wrong with what an effect class declares, before it is evaluated."""
+    """Yield everything wrong with what an effect class declares, before it is evaluated.
+
+    EFF002 and EFF017 for units, EFF006 for the docstring, EFF014 for no method that moves or loads the arm, EFF016 for
+    names, bounds and channels.
+    """
     own = inspect.get_annotations(cls)
     if taken := [name for name in own if hasattr(Effect, name) or name in Effect.__annotations__]:
         for name in taken:
@@ -59,7 +63,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
         if not meta.unit:
             help = f'write `{name}: ... = param(unit="rad", ...)`, or unit="1" for a pure number'
             yield finding("EFF002", f"the parameter `{name}` of `{cls.key}` has no unit", cls, member=name, help=help)
-        elif odd := foreign(meta.unit, own_channels(cls)):
+        elif odd := foreign(meta.unit, columns_read(cls)):
             help = f"write `{INSTEAD[odd]}` in place of `{odd}`; " if odd in INSTEAD else ""
             help += f"units are those of the SI and what they make, `rad/(N m)`: {', '.join(SI)}; `1` for a pure number"
             message = f"the unit `{meta.unit}` of `{name}` of `{cls.key}` is not of the SI"
@@ -69,7 +73,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
             yield finding("EFF017", message, cls, member=name, help=help, warn=True)
         yield from _bounds(cls, name, meta)
-    for name in own_channels(cls):
+    for name in columns_read(cls):
         if name.lower() in KNOWN:
             message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
             help = (
@@ -109,12 +113,12 @@ def foreign(unit: str, columns: Sequence[str]) -> str:
     """Return the first part of a unit that is not of the SI; empty where all are.
 
     Args:
-        columns: own columns that the effect reads; with any, the unit below the slash may be anything.
+        columns: columns of the table that the effect reads; with any, the unit below the slash may be anything.
     """
     told = unit.partition("/")[0] if columns else unit
     return next((part for part in re.split(r"[\s()*/^\d.-]+", told) if part and part not in SI), "")
 
 
-def own_channels(cls: type[Effect]) -> tuple[str, ...]:
-    """Return the columns of the measurement table that an effect reads by their own names."""
+def columns_read(cls: type[Effect]) -> tuple[str, ...]:
+    """Return the columns of the measurement table that an effect reads: ``reads`` without the channels of a state."""
     return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))

@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import Effect, State
-from postproc.effects.conformance.declaration import own_channels
+from postproc.effects.conformance.declaration import columns_read
 from postproc.effects.contract import FIELDS
 from postproc.effects.findings import describe, finding, line_of
 
@@ -40,7 +40,7 @@ def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnos
 
 
 def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
-    """Yield texts on what may help, the most likely first."""
+    """Yield texts on what may help against an exception in an effect, the most likely first; at least one."""
     text = str(error)
     if isinstance(error, KeyError) and error.args:
         yield f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'
@@ -56,7 +56,7 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
         owner = type(error.obj)
         known = [*cls.structures(), *cls.parameters()] if owner is cls else [f.name for f in fields(State)]
         meant = did_you_mean(error.name or "", known)
-        if owner is State and error.name in own_channels(cls):
+        if owner is State and error.name in columns_read(cls):
             yield " ".join(filter(None, (meant, f'a column of the table is `state.channels["{error.name}"]`')))
         if owner in (cls, State):
             has = f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"

@@ -13,7 +13,7 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect, State, Variant, variant
-from postproc.effects.conformance.declaration import declaration, own_channels
+from postproc.effects.conformance.declaration import columns_read, declaration
 from postproc.effects.conformance.failures import EffectFailure, raised
 from postproc.effects.conformance.trial import contribution, displaced, locked, sensitivity
 from postproc.effects.example import example_arm, example_state
@@ -46,7 +46,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """Return the state with only q and what the effect reads, all arrays read-only."""
     along = np.arccos(np.linspace(-1.0, 1.0, ROWS))
-    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(own_channels(cls))}
+    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(columns_read(cls))}
     keep = {
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),
@@ -62,7 +62,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    """Evaluate all forms, which refuses wrong shapes; yields EFF003 where `displacement` returns nothing."""
+    """Evaluate all forms, EffectFailure for wrong shapes; yield EFF003 where `displacement` returns nothing."""
     contribution(_sized(cls.null()), state)
     for form in _forms(cls, state):
         contribution(_sized(form.effect), state)
@@ -149,7 +149,7 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
             dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
             help = "remove the parameter, or check the channel, the index and the limit (rad, m) that it acts on"
             # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
-            levels = bool(own_channels(cls)) or "payload" in cls.reads
+            levels = bool(columns_read(cls)) or "payload" in cls.reads
             excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels
             message = f"{dead} of `{cls.key}` changes nothing on a rich set of poses"
             yield finding("EFF014", message, cls, help=help, warn=excused)
@@ -194,7 +194,7 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     """Warn (EFF016) of columns that are declared but not used, as data without them would switch the effect off."""
     effects = [_sized(form.effect) for form in (variant(cls.null()), *_forms(cls, state))]
-    for name in own_channels(cls):
+    for name in columns_read(cls):
         without = replace(state, channels={n: x for n, x in state.channels.items() if n != name})
         try:
             for effect in effects:
@@ -207,13 +207,13 @@ def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _forms(cls: type[Effect], state: State) -> tuple[Variant, ...]:
-    """Return about twelve forms of an effect, evenly chosen."""
+    """Return about twelve of the forms of an effect, evenly chosen from all."""
     forms = cls.variants(state)
     return forms[:: max(1, len(forms) // MOST_VARIANTS)]
 
 
 def _sized(effect: Effect) -> Effect:
-    """Return the effect with amplitudes at their typical size from null; other parameters as they are."""
+    """Return the effect with each amplitude one typical size from its null value; other parameters as they are."""
     x, null = effect.vector(), effect.null_vector()
     low, high = effect.bounds()
     return effect.with_vector(np.where(effect.amplitudes(), np.clip(null + effect.scale(), low, high), x))

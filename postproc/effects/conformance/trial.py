@@ -22,7 +22,13 @@ Rows = NDArray[np.int_]
 
 
 def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
-    """Return (rows, k) the change of all outputs of the effect, flattened, per typical size of each freed parameter."""
+    """Return (rows, k) the change of all outputs at all states per typical size of each of k parameters.
+
+    Where the effect has a `basis` a row is a state, and a column the angle of the joint that its parameter moves.
+
+    Args:
+        freed: (k,) indices of the parameters in the effect's vector.
+    """
     exact = effect.basis(state)
     if exact is not None:
         return np.asarray(exact.values[:, freed] * effect.scale()[freed])
@@ -53,7 +59,7 @@ def _loaded(effect: Effect, state: State) -> Array:
 
 
 def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
-    """Evaluate an effect by ``ask``; exceptions and results that are no ``kind`` become an EffectFailure."""
+    """Evaluate the method ``member`` by ``ask``; EffectFailure if it raises an exception or returns no ``kind``."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
             warnings.simplefilter("error", np.exceptions.ComplexWarning)
@@ -69,7 +75,11 @@ def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
-    """Return all parts side by side, (n, 6 k); refuses what is not (n, 6), not finite, or on an unknown body."""
+    """Return all parts of a result, arrays or mappings of such by body, side by side, (n, 6 k).
+
+    Raises:
+        EffectFailure: EFF003, a part is not (n, 6), not finite, or on an unknown body.
+    """
     n, result = len(state), []
     for part in parts:
         if isinstance(part, Mapping):
@@ -83,7 +93,7 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
 
 
 def _block(effect: Effect, member: str, n: int, part: object) -> Array:
-    """Return one part as (n, 6), zero for None; refuses other shapes and values that are not finite."""
+    """Return one part of a result as (n, 6), zero for None; EffectFailure for other shapes or not finite values."""
     if part is None:
         return np.zeros((n, 6))
     array = np.asarray(part)
@@ -97,7 +107,7 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
 
 
 def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
-    """Return EFF003: a member of the effect returns something of the wrong form."""
+    """Return EFF003: ``member`` of the effect returns something of the wrong form, as the clause ``what`` says."""
     cls = type(effect)
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
 

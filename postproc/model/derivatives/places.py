@@ -15,14 +15,17 @@ LOADS = 54
 
 
 def placed(displacement: Displacement) -> dict[int, Array]:
-    """Return the parts of a displacement, (n, 6) or (6,) each, by their first column in the 60 ``PLACES``."""
+    """Return a displacement in parts, (n, 6) or (6,) each, by number of the first of their columns.
+
+    The ``PLACES`` columns are six of the joints, six each of bodies 0 to 6, of the tool and of the instrument.
+    """
     parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
     others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
     return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """Write parts, by first column, into one array (n, places) that is zero elsewhere."""
+    """Write parts, as of `placed` or `carried`, into one array (n, places) that is zero elsewhere."""
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -30,12 +33,15 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, both by first column, without parts that are zero in every row."""
+    """Return one + times * other, all in parts as of `placed` or `carried`; parts that are zero are left out."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
 def carried(load: Load) -> dict[int, Array]:
-    """Return joint torques and body wrenches of a load, (n, 6) each, by their first column in the 54 ``LOADS``."""
+    """Return joint torques and body wrenches of a load in parts, (n, 6) each, by number of the first of their columns.
+
+    The ``LOADS`` columns are six of the joints, then six each of bodies 0 to 6 and the flange.
+    """
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}

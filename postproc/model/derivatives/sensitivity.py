@@ -45,7 +45,7 @@ class Loaded:
 
     @cached_property
     def every(self) -> State:
-        """The states with the loads on all springs that an arm may have."""
+        """The states with the loads on the six joints and on the springs of all seven bodies."""
         return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
 
     @cached_property
@@ -64,10 +64,12 @@ class Loaded:
 class Sensitivity:
     """Derivative of the TCP pose in the instrument's frame at the present parameters of a model.
 
+    A column is a component of a displacement; `places.placed` says in which order.
+
     Args:
-        matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, by place [rad or m].
+        matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, per displacement [rad or m].
         loaded: the states, with loads.
-        along: directions of the coordinates whose loads the springs follow; column: (m,) place of each of them.
+        along: directions of the m coordinates whose loads the springs follow; column: (m,) column of each of them.
         springs: effects whose displacement follows the load.
     """
 
@@ -112,11 +114,7 @@ class Sensitivity:
         return result
 
     def by_places(self, moved: dict[int, Array]) -> Array:
-        """Return the change (n, 6) of the pose by a small displacement of some places.
-
-        Args:
-            moved: (n, 6) or (6,) displacement [rad or m] by first column of its place.
-        """
+        """Return the change (n, 6) of the pose by a small displacement [rad or m] in parts as of `placed`."""
         result = np.zeros(self.matrix.shape[:2])
         for at, part in moved.items():
             there = self.matrix[:, :, at : at + 6]
@@ -124,9 +122,9 @@ class Sensitivity:
         return result
 
     def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
-        """Yield, for each parameter in ``index``, the derivative of the displacement by first column of its place.
+        """Yield the derivative of the displacement by each parameter in ``index``, in parts as of `placed`.
 
-        It includes how the springs give under the load that the effect adds.
+        It includes how the springs give under the load that the effect adds. ``state`` are the states that it sees.
         """
         if effect.missing(state):
             return
@@ -154,9 +152,10 @@ class Sensitivity:
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
-        """Return how far the springs give under an added load (n, 54), by first column of the place.
+        """Return the displacement of the springs under an added load, in parts as of `placed`.
 
         Args:
+            load: (n, 54) torques on joints, then wrenches on the seven bodies and the flange about the base origin.
             state: the states of ``loaded`` to which the load is added.
         """
         n = len(state)
@@ -169,16 +168,16 @@ class Sensitivity:
 
     @cached_property
     def _sprung_by_own(self) -> dict[int, Array]:
-        """Displacement of the springs under ``loaded.own``, by first column of the place."""
+        """Displacement of the springs under the loads of ``loaded.own``, in parts as of `placed`."""
         return self._sprung(self.loaded.own)
 
     @cached_property
     def _sprung_by_every(self) -> dict[int, Array]:
-        """Displacement of the springs under ``loaded.every``, by first column of the place."""
+        """Displacement of the springs under the loads of ``loaded.every``, in parts as of `placed`."""
         return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
-        """Return the displacement of the springs under the loads of the states, by first column of the place."""
+        """Return the displacement of all springs under the loads of the states, in parts as of `placed`."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))
@@ -186,7 +185,7 @@ class Sensitivity:
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
-    """Compute the Jacobian J_theta of the measured pose by all places at an equilibrium, with loads kept."""
+    """Compute the derivative of the measured pose by every displacement at an equilibrium, with loads kept constant."""
     n = len(rest.state)
     chain = rest.chain
     if chain.tip is None:
@@ -211,7 +210,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
-    """Compute the Jacobian of `sensitivity` with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
+    """Compute the `Sensitivity` of states with loads that follow the deflection, J_theta (I - C K_E)^-1; slower."""
     rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place
@@ -226,6 +225,6 @@ def nudged(model: Model) -> Model:
 
 
 def _turned(displacement: Array | None, n: int) -> Array:
-    """Return (n, 3, 3) the rotation per change of a displacement's rotation vector, in outer axes; None is zero."""
+    """Return (n, 3, 3) the rotation per change of the rotation vector in ``displacement[..., 3:]``; None is zero."""
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     return left_jacobian(np.broadcast_to(vector, (n, 3)))

@@ -56,7 +56,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
 
 
 def inertia(rest: Equilibrium, at: RestingArm) -> Array:
-    """Return the mass matrix (n, m, m) of links and payload (a point mass) in the coordinates of the arm."""
+    """Return the mass matrix (n, m, m) of links and payload (a point mass) in the m coordinates of the arm at rest."""
     M = at.bodies.inertia(at.coordinates)
     state = rest.state
     if state.payload_mass is None:

@@ -23,7 +23,12 @@ POSE_STEP = 1e-6  # [rad, m]
 
 @dataclass(frozen=True, slots=True)
 class RestingArm:
-    """The arm at an equilibrium with its m coordinates (n, m): six joints, and six for each virtual spring."""
+    """The arm at an equilibrium, in m coordinates: six joints, and six for each virtual spring.
+
+    Args:
+        bodies: its rigid-body model; chain: geometry of the deflected arm; along: directions of the coordinates.
+        coordinates: (n, m) joint angles [rad] and displacements of the springs [m, rad], in chain order.
+    """
 
     bodies: Multibody
     chain: Chain
@@ -32,7 +37,7 @@ class RestingArm:
 
 
 def frame(model: Model, rest: Equilibrium) -> RestingArm:
-    """Return the arm at an equilibrium with the six joints and springs at those bodies that are displaced or loaded."""
+    """Return the arm at an equilibrium as coordinates: six joints, and springs at the bodies in ``rest.bodies``."""
     bodies = model.multibody(rest.bodies)
     chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
     return RestingArm(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
@@ -57,7 +62,10 @@ class Tangent:
 
 
 def tangent(model: Model, rest: Equilibrium) -> Tangent:
-    """Compute derivatives of loads and displacements at an equilibrium (Eqs. 17-22); zero if no effect reads loads."""
+    """Compute derivatives of loads and displacements at an equilibrium (Eqs. 17-22).
+
+    Where no effect reads loads, ``compliance`` and ``K_E`` are zero and ``give`` is the identity.
+    """
     at = frame(model, rest)
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
     n, m = len(rest.state), at.bodies.size
@@ -72,7 +80,7 @@ def tangent(model: Model, rest: Equilibrium) -> Tangent:
 
 
 def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
-    """Return how the loads of payload weight and wrench change with the coordinates, (n, m, m)."""
+    """Return the derivative (n, m, m) of the loads from payload weight and wrench by the coordinates, at rest."""
     state, n = rest.state, len(rest.state)
     K = np.zeros((n, along.spin.shape[1], along.spin.shape[1]))
     if state.payload_mass is not None:
@@ -86,8 +94,9 @@ def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
 
 
 def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: Array) -> Array:
-    """Return the derivative (n, m, m) of J^T (F, M) by the coordinates, F and M at a flange point fixed in base axes.
+    """Return the derivative (n, m, m) of J^T (F, M) by the coordinates.
 
+    Force F and moment M act at a point fixed to the flange, and keep their direction in base axes.
     d(J_i . F)/d(q_k) = F . (spin_i x J_k) for i before k and F . (spin_k x J_i) after; d(spin_i . M)/d(q_k) = (spin_k x
     spin_i) . M for k before i. Pinocchio's static torque derivatives hold the force fixed in the moving frame instead,
     which is wrong by 15 % of K_E here.
@@ -106,7 +115,7 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
 
 
 def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
-    """Return how the loads that effects add change with the coordinates, (n, m, m), by central differences."""
+    """Return the derivative (n, m, m) of the loads that effects add by the coordinates, by central differences."""
     bodies = at.bodies
     n = len(rest.state)
     K = np.zeros((n, bodies.size, bodies.size))
@@ -127,7 +136,10 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
 
 
 def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
-    """Return the displacement of each coordinate per load on each, (n, m, m), by central differences of the effects."""
+    """Return the displacement (n, m, m) of each coordinate of ``bodies`` per load on each; zero without loads.
+
+    By central differences of the effects that read loads.
+    """
     n, m = len(state), bodies.size
     C = np.zeros((n, m, m))
     if state.joint_load is None:
@@ -140,7 +152,10 @@ def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
 
 
 def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, step: float) -> Array:
-    """Return the displacement (n, m) of all coordinates with the load on coordinate k raised by ``step`` [N or N m]."""
+    """Return the displacement (n, m) of all coordinates of ``bodies`` with the load on number k raised by ``step``.
+
+    ``readers`` are the effects that read loads.
+    """
     n, place = len(state), int(bodies.place[k])
     joint, body = np.array(state.joint_load), state.body_load
     if place < BODY:

@@ -115,7 +115,15 @@ def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
 
 
 def _sample_program(model: Model, fit: Fit, rows: Array) -> list[Values]:
-    """Return six measured poses as targets: the position [mm] as programmed, and as corrected with the model."""
+    """Return up to six measured poses, chosen evenly from some rows, as targets before and after correction.
+
+    Args:
+        model: by which they are corrected. fit: whose data and equilibrium give the poses.
+        rows: (r,) indices of the rows to choose from.
+
+    Returns:
+        One entry a pose: its ``name``, and the positions ``programmed`` and ``written`` [mm] of the TCP.
+    """
     index = rows[np.linspace(0, len(rows) - 1, min(TARGETS, len(rows))).astype(int)]
     state = fit.problem.rest.state.rows(index)
     if not fit.data.tool_known:

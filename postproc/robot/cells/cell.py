@@ -59,7 +59,7 @@ class Joint:
 
     @property
     def way(self) -> Array:
-        """(3,) direction of the joint in the frame that a model file states: x of a slide, z of a turn."""
+        """(3,) direction of the motion in the joint's own frame in a model file: x of a slide, z of a turn."""
         return np.array([1.0, 0.0, 0.0] if self.kind == "linear" else [0.0, 0.0, 1.0])
 
 
@@ -141,7 +141,7 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
     """Convert ``extax`` (n, 6), in mm and degrees with 9E9 for none, to positions (n, 6) [m], [rad].
 
     Args:
-        units: those of the task, as each task has its own axes a to f; the columns of other axes are NaN.
+        units: names of those of the task, as each task has its own axes a to f; the columns of other axes are NaN.
     """
     stated = np.asarray(extax, dtype=float).reshape(-1, 6)
     found = np.full(stated.shape, np.nan)
@@ -153,7 +153,10 @@ def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
 
 
 def moved(joint: Joint, positions: Array) -> Array:
-    """Return the motion (n, 4, 4) of a joint at axis positions (n, 6) [m], [rad]; identity for a fixed joint."""
+    """Return the motion (n, 4, 4) of a joint at its own position among axis positions (n, 6) [m], [rad].
+
+    A joint follows its ``leader`` where its own position is NaN; a joint without axis does not move.
+    """
     n = len(positions)
     if joint.kind == "fixed" or joint.axis is None:
         return np.tile(np.eye(4), (n, 1, 1))

@@ -56,7 +56,7 @@ class ExternalAxis(FileTable):
 
     @property
     def name(self) -> str:
-        """Name of the mechanical unit that the axis belongs to; ``eax_`` and its letter where none is stated."""
+        """Name of the mechanical unit of the axis; ``eax_`` and the letter of the axis where none is stated."""
         return self.unit or f"eax_{self.axis}"
 
 
@@ -124,10 +124,10 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
 
 
 def stated_axes(station: Station) -> list[dict[str, Any]]:
-    """Return the entries of ``[[external_axes]]`` of a station, in the axes of the base with all axes at zero.
+    """Return the tables ``[[external_axes]]`` of a model file that state a station's axes.
 
-    Left out: an axis that follows another one of its unit, and units whose motion is not known. A unit that only
-    follows another one carries nothing.
+    Their frames are in the axes of the base with all axes at zero. Left out are units whose motion is not known, and an
+    axis that follows another one of its unit. A unit that only follows another one is stated as carrying nothing.
     """
     zero, work = np.zeros((1, 6)), set(station.cell.below(station.work))
     arm, found = set(station.cell.below(station.cell_arm.unit)), list[dict[str, Any]]()
@@ -173,9 +173,13 @@ def restated(station: Station) -> Station:
 
 
 def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
-    """Return by letter of each axis that of the axis on which it is mounted, None for the world.
+    """Return for each axis, by letter, the axis on which it is mounted; None for the world.
 
-    An entry is on the one before it in its unit, else on its ``parent``; KIN016 where that is not described before.
+    An axis is on the one before it in its unit, else on its ``parent``.
+
+    Raises:
+        PostprocError: KIN016, an axis twice, a parent that is not described before or is another than the axis before
+            it in its unit, or limits in the wrong order.
     """
     found: dict[str, str | None] = {}
     last: dict[str, str] = {}
@@ -196,7 +200,10 @@ def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | No
 
 
 def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source: Source) -> ExternalAxis | None:
-    """Return the last axis of the chain that carries the robot; None without one, KIN016 where there are two chains."""
+    """Return the last axis of the chain that carries the robot; None without one, KIN016 where there are two chains.
+
+    ``below`` is, by axis, the axis on which it is mounted.
+    """
     carrying = {a.axis for a in axes if a.carries == ROBOT}
     ends = [i for i, a in enumerate(axes) if a.axis in carrying and a.axis not in {below[c] for c in carrying}]
     if len(ends) > 1:
@@ -216,7 +223,7 @@ def _joint(axis: ExternalAxis) -> Joint:
 
 
 def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:
-    """Return the frame (4, 4) of an entry in the world; KIN016 where its quaternion is not of length 1."""
+    """Return the frame (4, 4) of an entry in the world; KIN016 at its ``index`` if its quaternion has not length 1."""
     if abs(np.linalg.norm(axis.quat) - 1.0) > 1e-2:
         raise _wrong(f"eax_{axis.axis}: `quat` has not the length 1", source, index, "quat")
     turn = Rotation.from_quat(axis.quat, scalar_first=True).as_matrix()

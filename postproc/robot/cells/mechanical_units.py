@@ -52,7 +52,10 @@ def read_cell(backup: Backup) -> Cell:
 
 
 def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
-    """Yield (a name by which others refer to it, name) of units: that of the SINGLE or ROBOT it uses, and its own."""
+    """Yield pairs (alias, name) for each mechanical unit.
+
+    Other entries refer to a unit by its own name or by that of the SINGLE or ROBOT entry that it uses.
+    """
     for entry in motion.get("MECHANICAL_UNIT", []):
         for key in ("use_single_0", "use_robot", "name"):
             if key in entry:
@@ -60,12 +63,15 @@ def _aliases(motion: Entries) -> Iterator[tuple[str, str]]:
 
 
 def _named(alias: str | None, names: dict[str, str]) -> str | None:
-    """Return the name of the unit with this alias; an unknown alias as it is."""
+    """Return the unit that an alias means, by ``names`` with aliases in lower case; an unknown alias as it is."""
     return None if alias is None else names.get(alias.lower(), alias)
 
 
 def _units(motion: Entries) -> Iterator[Unit]:
-    """Yield the mechanical units; without MECHANICAL_UNIT in a fragment, each SINGLE and each GEN_KIN chain is one."""
+    """Yield the mechanical units of MOC.cfg.
+
+    A file without MECHANICAL_UNIT entries has one for each SINGLE and each ROBOT of type GEN_KIN.
+    """
     singles, robots = (by_name(motion, kind) for kind in ("SINGLE", "ROBOT"))
     arms = {e["name"].lower() for e in arm_entries(motion) if "name" in e}
     listed = motion.get("MECHANICAL_UNIT", [])
@@ -89,7 +95,7 @@ def _units(motion: Entries) -> Iterator[Unit]:
 
 
 def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
-    """Return the unit `name` of a SINGLE entry: a linear joint along x, or a rotating one about z, of its frame.
+    """Return the unit `name` of a SINGLE entry: one joint, linear along x or rotary about z of its frame.
 
     Args:
         active: whether the unit is activated at start-up.
@@ -105,7 +111,7 @@ def _single(motion: Entries, name: str, entry: Entry, active: bool) -> Unit:
 
 
 def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
-    """Return how a SINGLE of this type moves, and why that is not known; empty where it is."""
+    """Return how a SINGLE of this type moves, and a text on why that is not known; the text is empty where it is."""
     stated = by_name(motion, "SINGLE_TYPE").get(type_.lower(), {}).get("mechanics", "").upper()
     if stated in CARRIED or (not stated and type_.upper().startswith("IRBT")):
         return "linear", ""
@@ -115,7 +121,7 @@ def _mechanics(motion: Entries, type_: str) -> tuple[Kind, str]:
 
 
 def _row(motion: Entries, name: str) -> Joint:
-    """Return a joint of a GEN_KIN chain, with its Denavit-Hartenberg row as ``T_before``, as both turn about z."""
+    """Return the joint of a GEN_KIN chain with the name of its JOINT; ``T_before`` is its Denavit-Hartenberg row."""
     joint = _joint(motion, name, None)
     row = by_name(motion, "ARM_TYPE").get(_arm_of(motion, name).get("use_arm_type", "").lower(), {})
     attitude, length, home, offset = (
@@ -127,7 +133,7 @@ def _row(motion: Entries, name: str) -> Joint:
 
 
 def _joint(motion: Entries, name: str, kind: Kind | None) -> Joint:
-    """Return a joint with its axis, limits and speed.
+    """Return the joint of the JOINT entry ``name``, with its axis, limits and speed.
 
     Args:
         kind: how it moves; None takes it from its TRANSMISSION.
@@ -160,7 +166,7 @@ def _arm_of(motion: Entries, joint: str) -> Entry:
 
 
 def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
-    """Return the largest speed of a joint [m/s] or [rad/s], its motor's over the transmission; None if not stated."""
+    """Return the largest speed [m/s] or [rad/s] of a JOINT, by its TRANSMISSION ``drive``; None if it is not stated."""
     system = by_name(motion, "DRIVE_SYSTEM").get(joint.get("use_drive_system", "").lower(), {})
     duty = by_name(motion, "STRESS_DUTY_CYCLE").get(system.get("use_stress_duty_cycle", "").lower(), {})
     motor, ratio = _number(duty, "speed_absolute_max"), _number(drive, "transm_joint")
@@ -168,7 +174,11 @@ def _speed(motion: Entries, joint: Entry, drive: Entry) -> float | None:
 
 
 def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> CellArm:
-    """Build the arm of a ROBOT entry; the base frame of one on a track is converted from the world to its unit."""
+    """Build the arm of a ROBOT entry; the base frame of one on a track is converted from the world to its unit.
+
+    Args:
+        names: name of each unit by alias in lower case.
+    """
     unit = _named(_parent(entry), names)
     T = _frame(entry)
     if unit is not None and unit.lower() in cell.units and _stands_in_world(cell.unit(unit)):
@@ -180,7 +190,7 @@ def _arm(cell: Cell, entry: Entry, names: dict[str, str], motion: Entries) -> Ce
 
 
 def _stands_in_world(unit: Unit) -> bool:
-    """Tell whether a unit is a track (one joint along x), on which an arm's frame is written in the world."""
+    """Tell whether a unit is a track, one joint along x: the frame of an arm on a track is written in the world."""
     return len(unit.joints) == 1 and bool(unit.joints[0].direction[0])
 
 
@@ -198,7 +208,11 @@ def _gravity(entry: Entry) -> Array | None:
 
 
 def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> Iterator[tuple[str, CellTask]]:
-    """Yield each task by its name in lower case; without groups the only motion task has all units and the only arm."""
+    """Yield pairs (name in lower case, task) of the tasks in SYS.cfg.
+
+    A task has the units and the arm of its mechanical unit group. Without a group, the only motion task has all units,
+    and the arm if there is one only.
+    """
     groups = by_name(backup.system, "MECHANICAL_UNIT_GROUP")
     entries = by_name(backup.system, "CAB_TASKS")
     for key, entry in entries.items():
@@ -216,7 +230,10 @@ def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> 
 
 
 def _findings(cell: Cell, motion: Entries) -> Iterator[tuple[str, Diagnostic]]:
-    """Yield KIN014 and KIN015 with the name of the unit or arm that each is about."""
+    """Yield pairs (name of a unit or arm, warning or info on it), KIN014 or KIN015.
+
+    KIN014: a unit's motion is not known, or two arms would stand at one place; KIN015: how an arm leans is in doubt.
+    """
     for unit in cell.units.values():
         if unit.unknown:
             help_ = (
@@ -243,7 +260,10 @@ def _stated_in_world(cell: Cell, motion: Entries) -> Iterator[tuple[CellArm, Ent
 
 
 def _leaning(cell: Cell, entry: Entry) -> Iterator[Diagnostic]:
-    """Yield KIN015 where mounting angle and base frame disagree, or the angle is not understood."""
+    """Yield KIN015 where it is in doubt how the arm of a ROBOT entry leans.
+
+    Its mounting angle and base frame disagree, no angle confirms a leaning frame, or two angles are stated.
+    """
     arm = cell.arms.get(entry.get("name", "").lower())
     if arm is None:
         return
@@ -277,7 +297,7 @@ def _parent(entry: Entry) -> str | None:
 
 
 def _frame(entry: Entry) -> Array:
-    """Return the base frame (4, 4) [m] of an entry; numbers that cannot be read are NaN."""
+    """Return the base frame (4, 4) [m] of an entry; all NaN where its rotation cannot be read."""
     place = np.array([_number(entry, f"base_frame_pos_{axis}") for axis in "xyz"])
     turn = np.array([_number(entry, f"base_frame_orient_u{i}", float(not i)) for i in range(4)])
     if not np.isfinite(turn).all() or not turn.any():

@@ -58,12 +58,12 @@ class Station:
 
     @property
     def carried(self) -> bool:
-        """Whether a unit carries the arm."""
+        """Whether a mechanical unit carries the arm."""
         return self.cell_arm.unit is not None
 
     @property
     def placed(self) -> bool:
-        """Whether the place of the arm's base is known, given positions of the external axes."""
+        """Whether the place of the arm's base can be computed once positions of the external axes are given."""
         return bool(np.isfinite(self.base(np.zeros((1, 6)))).all())
 
     @property
@@ -80,7 +80,7 @@ class Station:
         return self.cell.unit(ends.pop()).name if len(ends) == 1 else None
 
     def sides(self, unit: str | None) -> dict[str, int]:
-        """Return by axis 1 where it moves the arm, -1 where it moves work at the end of ``unit``.
+        """Return by axis 1 where it moves the arm, -1 where it moves work at the end of ``unit`` (None: in the world).
 
         Axes that move both or neither are left out.
         """
@@ -108,7 +108,7 @@ class Station:
         return found
 
     def _joint_frames(self, positions: Array) -> dict[str, tuple[Array, Array]]:
-        """Return the frames of `axis_frames` in the axes of the controller's joints."""
+        """Return the frames that `axis_frames` turns: those in the axes of the controller's joints."""
         T_base_world = invert(self.base(positions))
         found = {}
         for name in self.units:
@@ -131,7 +131,10 @@ class Station:
         return self._world_frames(unit, positions)[-1][1]
 
     def _world_frames(self, name: str, positions: Array) -> list[tuple[Array, Array]]:
-        """Return T_world_frame (n, 4, 4) of a unit's base (twice), then of each joint before and after its motion."""
+        """Return pairs of frames (n, 4, 4) of a unit in the world: right before and right after each joint's motion.
+
+        The first pair is the unit's base frame, twice. NaN where a needed position is not known.
+        """
         unit, positions = self.cell.unit(name), np.asarray(positions, dtype=float).reshape(-1, 6)
         T = np.full((len(positions), 4, 4), np.nan)
         if not unit.unknown:
@@ -149,7 +152,7 @@ class Station:
         return found
 
     def _stated(self, name: str, positions: Array) -> Array:
-        """Return the axis positions (n, 6) of a unit: ``positions`` for the task's own, those in `standing` for others.
+        """Return the axis positions (n, 6) [m], [rad] of a unit: ``positions`` for the task's own, else `standing`.
 
         NaN where nobody states any.
         """
@@ -159,7 +162,7 @@ class Station:
         return np.broadcast_to(at, positions.shape)
 
     def base(self, positions: Array) -> Array:
-        """Return T_world_base (n, 4, 4) at axis positions (n, 6); NaN where a position that it needs is not known."""
+        """Return T_world_base (n, 4, 4) at axis positions (n, 6) [m], [rad]; NaN where a needed one is not known."""
         arm = self.cell_arm
         if arm.unit is None:
             return np.tile(arm.T_unit_base, (np.asarray(positions).size // 6, 1, 1))

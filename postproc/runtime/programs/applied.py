@@ -25,7 +25,7 @@ NO_TOOL = 2  # `ppReason` of a tool that the robot does not hold
 
 @dataclass(frozen=True)
 class Applied:
-    """Events with the targets that the function returns.
+    """Events with the targets that the correcting function (``ppCorrected``) returns.
 
     Args:
         corrected: number of executions whose target it corrects.
@@ -40,11 +40,14 @@ class Applied:
 def apply_module(
     module: Source, model: Model, events: Sequence[MotionEvent], chosen: Set[int], free_axes: str = ""
 ) -> Applied:
-    """Run the module's function on the targets of chosen events, in single precision; other targets stay.
+    """Run the module's correcting function on the targets of chosen events; other targets stay as they are.
+
+    It is calculated in single precision, as on a controller.
 
     Args:
+        module: text of the run-time module; model: the arm that the program drives.
         events: all of a program.
-        chosen: indices of those that go through the function.
+        chosen: indices of the events whose target is corrected.
         free_axes: letters of external axes that carry neither the robot nor its work.
 
     Raises:
@@ -72,9 +75,11 @@ def apply_module(
 
 
 def _call(move: Move, q: Array, end: Array | None = None) -> FunctionCall:
-    """Arguments of the function for the target of a move at joint angles q (6,) [rad].
+    """Arguments of the correcting function for one target of a move.
 
-    With ``end`` (6,) [rad], the joint angles at the goal of an arc, q are those at its circle point.
+    Args:
+        q: (6,) joint angles [rad] at the target, or at the circle point of an arc.
+        end: (6,) joint angles [rad] at the end of the arc; None if the target is no circle point.
     """
     event = move.event
     welding = event.statement.signature.phase in WELDING
@@ -82,7 +87,7 @@ def _call(move: Move, q: Array, end: Array | None = None) -> FunctionCall:
 
 
 def _circle_points(caller: Caller, model: Model, group: Sequence[Move]) -> list[tuple[Move, RobTarget]]:
-    """The arcs whose circle point the function corrects, each with the corrected circle point."""
+    """The arcs among the moves whose circle point the function corrects, each with the corrected circle point."""
     found = []
     for move in group:
         via = move.event.via
@@ -99,6 +104,6 @@ def _circle_points(caller: Caller, model: Model, group: Sequence[Move]) -> list[
 
 
 def _on_work(moves: Sequence[Move], T_base_tcp: Array) -> Array:
-    """T_work_tcp (n, 4, 4) for T_base_tcp (n, 4, 4), in the frame of each move's work."""
+    """Convert TCP poses (n, 4, 4) from the base frame to the frame of the work in each of n moves."""
     mounts = mounts_of(moves)
     return mounts.work(T_base_tcp @ invert(mounts.T_mount_tcp))

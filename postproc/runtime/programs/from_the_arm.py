@@ -46,23 +46,27 @@ class FromTheArm:
             pending += more
 
     def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
-        """Whether text in a routine names data, a parameter or a function that may hold a position of the arm.
+        """Whether a piece of text names data, a parameter or a function that may hold a position of the arm.
 
         That is a position where the arm has stood, or one found by a search, possibly passed on by assignments and
         calls.
+
+        Args:
+            source, span: file and place of the text; module, routine: names of those in which it stands.
         """
         own = self.program.routine(routine, module)
         return bool(own and self._keys(own, source, span) & self.keys)
 
     def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
-        """Keys of data, parameters and functions named in a piece of text of a routine that may hold a position."""
+        """Keys, as `_key` makes them, of all data, parameters and functions that a piece of text of a routine names."""
         found = (self._key(routine, name) for name, _ in names_at(source, span))
         return {key for key in found if key is not None}
 
     def _key(self, routine: Routine, name: str) -> str | None:
         """Key of the parameter, data or function that a name in a routine means; None if its type holds no position.
 
-        Functions that return where the arm stands, or a corrected target, have the key ``ARM``.
+        Built-in functions that return where the arm stands, or a corrected target, have the key ``ARM``. Any other name
+        that the program does not declare has None.
         """
         parameter = next((p for p in routine.parameters if p.name == name), None)
         if parameter is not None:
@@ -116,7 +120,7 @@ class FromTheArm:
     def _of_call(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
         """Pairs of keys (from, to) between which a procedure call may pass a value.
 
-        These are arguments and parameters, and back if passed by reference. ``GetDataVal`` and ``SetDataVal`` pass
+        It goes from arguments to parameters, and back if passed by reference. ``GetDataVal`` and ``SetDataVal`` pass
         values from and to all data whose name they may compose.
         """
         source, word = routine.source, statement.word

@@ -47,12 +47,12 @@ TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] 
 
 @dataclass(frozen=True)
 class OnTheController:
-    """What of a program is corrected while it runs.
+    """What of a program is corrected on the controller while it runs, by the function ``ppCorrected`` of a module.
 
     Args:
         name: of the module.
         module: its text and what is known of its errors.
-        keys: statements whose targets go through its function.
+        keys: statements whose targets go through the function.
         edits: that put the function into the statements and pass the payload to it.
         loads: number of `GripLoad` statements behind which the payload is passed.
     """
@@ -65,11 +65,12 @@ class OnTheController:
     findings: tuple[Diagnostic, ...]
 
     def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int], options: Options) -> Applied:
-        """Events with the targets that the function returns for chosen ones, and how many it corrects.
+        """Events with the targets that the correcting function returns for chosen ones, and how many it corrects.
 
         Args:
             events: all of a program.
-            chosen: indices of those that go through the function.
+            chosen: indices of the events whose target is corrected.
+            options: of the conversion; they name the free axes.
         """
         source = Source(f"{self.name}.sys", self.module.text)
         return apply_module(source, model, events, chosen, options.free_axes)
@@ -78,8 +79,9 @@ class OnTheController:
         """The value of the key ``run_time`` in the ``postproc/compensate/1`` document.
 
         Args:
-            mode: the option, where-needed or all.
-            after, plan: deviation at the targets that are known before the program runs; None if none is.
+            mode: value of the option ``--run-time``, where-needed or all.
+            after, plan: correction plan and remaining deviation at targets that are known before the program runs; None
+                if there are none.
         """
         known = [i for i, m in enumerate(plan.motion.moves) if m.event.statement.key in self.keys] if plan else []
         checks = [check for _, check in self.module.checks]
@@ -119,7 +121,7 @@ def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:
 
 
 def _mark(source: Source) -> Span | None:
-    """The place in a file that shows that it was compensated before; None if there is none."""
+    """The place in a file that shows that it was compensated before: header, added function or call; else None."""
     for marker in (HEADER, ADDED, re.compile(re.escape(MARKER).encode())):
         if (found := marker.search(source.data)) is not None:
             return found.span()
@@ -130,9 +132,10 @@ def _mark(source: Source) -> Span | None:
 
 
 def put_on_controller(reach: Reach, model: Model, keys: Set[StatementKey], options: Options) -> OnTheController:
-    """The module for a program, and the edits that use it.
+    """Make the run-time module for a program, and the edits of the program that use it.
 
     Args:
+        reach: decides which statements the run-time function can correct.
         keys: statements whose targets go through the function; at least one.
 
     Raises:
@@ -159,9 +162,13 @@ def _tilted(model: Model, source: Source) -> Iterator[Diagnostic]:
 
 
 def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:
-    """The conditions that the module is made for: tool of the statements, forces and channels of the options.
+    """The conditions for the run-time module: tool and load of the program, forces and channels of the options.
 
-    Without a tool in the program it is the model's; without a tool load it is half of the arm's payload.
+    The tool is the first one that the robot holds in these statements, else the model's; a tool without load counts as
+    half of the arm's payload.
+
+    Args:
+        keys: statements whose targets are corrected at run time.
     """
     robot = model.robot
     tool = next((e.tool for e in events if e.statement.key in keys and e.tool.name != "tool0" and e.tool.robhold), None)
@@ -177,9 +184,11 @@ def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[Stateme
 
 
 def reads_back(drafts: Program, written: Program, count: int) -> bool:
-    """Whether the written program has the motion statements of its draft, unchanged but for ``count`` of them.
+    """Whether the written program differs from its draft only by calls of the correcting function around arguments.
 
-    In these the function stands around arguments.
+    Args:
+        drafts: the program before the calls were put in; written: after.
+        count: number of motion statements that have to differ.
     """
     pairs = [[s for s in program.statements if not s.source.read_only] for program in (drafts, written)]
     if len(pairs[0]) != len(pairs[1]):
@@ -208,7 +217,7 @@ def _calls(text: str, argument: str) -> bool:
 
 
 def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
-    """Edits behind each `GripLoad` in files that may change, that assign its load to the function's payload."""
+    """Edits for each `GripLoad` in files that may change: behind it, its load is assigned to `ppPayload`."""
     for routine in program.all_routines():
         for body in (routine.body, *routine.handlers):
             if not routine.source.read_only:
@@ -230,7 +239,9 @@ def _in_body(
     """The edits of `_payload_edits` in a list of statements and in their branches.
 
     Args:
-        around: the one-line IF (without THEN and ENDIF) that the list belongs to, which then gets both.
+        body: the statements.
+        around: the one-line IF whose only statement ``body`` holds; it gets THEN and ENDIF, to hold two. None if there
+            is none.
     """
     source = routine.source
     for statement in body:
@@ -263,7 +274,7 @@ def _loaded(source: Source, statement: Statement) -> str:
 
 
 def _lent_loads(program: Program) -> Iterator[Diagnostic]:
-    """RUN010, a warning, at the first `GripLoad` in a read-only file, as the function does not get that load."""
+    """RUN010, a warning, at the first `GripLoad` in a read-only file: the run-time function is not told that load."""
     for routine in program.all_routines():
         if not routine.source.read_only:
             continue
@@ -276,12 +287,7 @@ def _lent_loads(program: Program) -> Iterator[Diagnostic]:
 
 
 def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnostic]:
-    """RUN008 for each declaration of the program with a name that the module or its calls use.
-
-    Args:
-        text: of the module.
-        name: of the module.
-    """
+    """RUN008 for each declaration whose name clashes with the run-time module of this name and text."""
     source = Source(f"{name}.sys", text)
     (made,), _ = parse(source)
     own = {name.lower(), *(r.name.lower() for r in made.routines if not r.local)}

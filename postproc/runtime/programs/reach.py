@@ -31,7 +31,7 @@ _WRONG = (Kind.IMPOSSIBLE, Kind.WRONG_TYPE)
 
 @dataclass(frozen=True)
 class Reach:
-    """Decides which statements of a program the run-time function can correct on the controller.
+    """Decides which statements of a program the run-time function (``ppCorrected``) can correct on the controller.
 
     Args:
         events: all of the program.
@@ -92,12 +92,12 @@ class Reach:
 
     @cached_property
     def _held(self) -> FromTheArm:
-        """Data of the program that may hold where the arm has stood."""
+        """Finds data of the program that may hold a position where the arm has stood."""
         return FromTheArm(self.program)
 
     @cached_property
     def _barred(self) -> Mapping[StatementKey, str]:
-        """Statements that lead to the start of a search, with the reason why they stay uncorrected."""
+        """Statements, by key, that lead to the start of a search, with the reason why they stay uncorrected."""
         return search_starts(self.events)
 
     @cached_property
@@ -107,17 +107,17 @@ class Reach:
 
     @cached_property
     def _found(self) -> frozenset[StatementKey]:
-        """Statements with a run whose target or displacement comes from a search or from where the arm stood."""
+        """Keys of statements with a run whose target or displacement comes from a search or from where the arm is."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _FOUND for u in e.unknowns))
 
     @cached_property
     def _wrong(self) -> frozenset[StatementKey]:
-        """Statements whose text is wrong (an impossible target or a wrong type), so that they fail at run time, too."""
+        """Keys of statements whose text is wrong (an impossible target or a wrong type): they fail at run time, too."""
         return frozenset(e.statement.key for e in self.events if any(u.root.kind in _WRONG for u in e.unknowns))
 
     @cached_property
     def _soft(self) -> frozenset[StatementKey]:
-        """Statements that run with a soft servo, whose deflection the module does not include."""
+        """Keys of statements that run with a soft servo, whose deflection the module does not include."""
         return frozenset(e.statement.key for e in self.events if any(u.kind is Kind.SOFT_SERVO for u in e.unknowns))
 
     @cached_property
@@ -139,7 +139,7 @@ class Reach:
 
     @cached_property
     def _in_place(self) -> frozenset[StatementKey]:
-        """Statements all of whose runs are followed and have a known displacement."""
+        """Keys of statements all of whose runs are followed and have a known displacement."""
         doubtful = {
             e.statement.key
             for e in self.events
@@ -149,7 +149,7 @@ class Reach:
 
 
 def without_shared_values(program: Program, events: Sequence[MotionEvent], reach: Reach) -> list[MotionEvent]:
-    """Events in which targets named by ``PERS`` data without a value in this task count as not known.
+    """Hide targets that are ``PERS`` data without a value in this task, if ``reach`` can correct them at run time.
 
     Another task gives such data its value, and the files only state what it was when they were saved.
     """
@@ -163,12 +163,17 @@ def without_shared_values(program: Program, events: Sequence[MotionEvent], reach
 def without_unreachable(
     events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reach: Reach, everything: bool
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events in which targets of statements with errors count as not known, and RUN009 with their number, if any.
+    """Hide targets that cannot be run as they stand in the files, but that the controller corrects at run time.
 
     Args:
-        findings: of the motion.
-        everything: for all targets that the function can correct; otherwise only for ``PERS`` data, whose value in the
-            files may belong to no run.
+        findings: of the motion; an error in the text of a statement means that its target cannot be run.
+        reach: tells which statements the run-time function can correct on the controller.
+        everything: for all of these statements; otherwise only for those whose target is ``PERS`` data, since its value
+            in the files may belong to no run.
+
+    Returns:
+        All events, those targets replaced by ones that are known only at run time; and one RUN009 with the number of
+        statements, or none.
     """
     wrong = {(d.source.path, d.span[0]) for d in findings if d.severity == "error" and d.source and d.span}
     bad: dict[StatementKey, MotionEvent] = {}
@@ -190,7 +195,7 @@ def without_unreachable(
 
 
 def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
-    """RUN007 (info) with the number of statements that a function on the controller would correct if it were on."""
+    """RUN007 (info) with the number of these statements, which a run-time function could correct; none for none."""
     if not keys:
         return []
     statements = [s for s in program.statements if s.key in keys]
@@ -208,7 +213,7 @@ def counted(number: int, what: str) -> str:
 
 
 def hidden(event: MotionEvent, reason: str) -> MotionEvent:
-    """The event without its target, as one whose target is known only at run time, for that reason."""
+    """The event without its target and circle point, as one whose target is known only at run time, for that reason."""
     return replace(event, target=None, via=None, reason=reason)
 
 
@@ -218,7 +223,7 @@ def _open(storage: str, scope: str) -> bool:
 
 
 def _names(event: MotionEvent) -> set[str]:
-    """Lower-case names of the data that the target and circle point of an event come from."""
+    """Lower-case names in the target and circle point of an event's statement, and of the data that they come from."""
     statement, found = event.statement, set[str]()
     for role, origin in (("to", event.target_origin), ("via", event.via_origin)):
         argument = statement.argument(role)

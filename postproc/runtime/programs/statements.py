@@ -27,11 +27,11 @@ WELDING = ("start", "weld", "end")
 
 
 class LeftAlone(Exception):
-    """A statement's targets are not sent through the function; the argument completes "left as it is: ..."."""
+    """Raised where a statement's targets are not corrected by the run-time function; its text says why."""
 
 
 def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
-    r"""The edits that send the targets of a statement through the function.
+    r"""The edits that send the targets of a statement through the run-time function.
 
     ``p`` becomes ``ppCorrected(p,tool\WObj:=w)``, a circle point ``ppCorrectedCirc(c,p,tool\WObj:=w)``; with ``\Weld``
     while the arc burns.
@@ -41,7 +41,7 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
 
     Raises:
         LeftAlone: the target is not in a work object, is where the arm stands, is hidden (``*``), or would be evaluated
-            twice by a function that may have other effects.
+            twice by a function that may have other effects; the tool is no data.
     """
     signature = motion.signature
     to, tool = motion.argument("to"), motion.argument("tool")
@@ -65,13 +65,13 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
 
 
 def _around(argument: Argument, function: str, rest: str) -> tuple[Edit, Edit]:
-    """The two edits that put a call around an argument; ``rest``: text of the further arguments."""
+    """The two edits that put a call of ``function`` around an argument; ``rest``: text of its further arguments."""
     start, end = argument.span
     return Edit(start, start, f"{function}(".encode()), Edit(end, end, f"{rest})".encode("latin-1"))
 
 
 def _object(motion: MotionStatement) -> str:
-    r"""The work object as the statement writes it, ``\WObj:=w`` or ``\WObj?w``."""
+    r"""The work object as the statement writes it, ``\WObj:=w`` or ``\WObj?w``; empty without one."""
     return _option(motion, "\\wobj", "\\WObj")
 
 

@@ -63,7 +63,7 @@ class Calculation(Flow):
         return next((d for d in self.program.declarations if not d.routine and d.name.lower() == name.lower()), None)
 
     def set(self, name: str, data: Data) -> None:
-        """Assign a value to module data; nothing happens if there is none of that name."""
+        """Assign a value to module data of that name; nothing happens if there is none."""
         declaration = self.declaration(name)
         if declaration is not None:
             self.outside.changed[declaration.key] = data
@@ -86,7 +86,7 @@ class Calculation(Flow):
         return self.taken
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        """Run a routine; an error in it is taken by its first ERROR handler, whose RETURN then gives the value."""
+        """Run a routine and return its value, if any; its first ERROR handler takes an error and then gives it."""
         try:
             return super().enter(routine, memory)
         except RapidError:
@@ -97,7 +97,7 @@ class Calculation(Flow):
         return exits[-1].value if exits else None
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
-        """Run one statement and count it.
+        """Run one statement and count it; False if it leaves the body in which it stands.
 
         Raises:
             PostprocError: RUN003, it is no assignment, IF, FOR, RETURN or call.
@@ -132,7 +132,7 @@ class _Values(Accessor):
         self.place: Span = (0, 0)
 
     def evaluated(self, span: Span, memory: Memory) -> Value:
-        """The value of an expression.
+        """The value of the expression at a place of the running routine.
 
         Raises:
             RapidError: it is an error on a controller, too.
@@ -164,7 +164,7 @@ class _Data(Memory):
         return Value(data, declaration.type, len(declaration.dims))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """The value of one element of array data."""
+        """The value of one element of array data, by indices as RAPID counts them."""
         return pick(self.lookup(name), indices)
 
 

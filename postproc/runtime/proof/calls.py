@@ -30,7 +30,7 @@ OPTIONS = {
 
 
 def _caller() -> Source:
-    """A module that calls the functions with all options, one procedure each."""
+    """A RAPID module that calls the correcting functions with all options, in one procedure each."""
     lines = ["MODULE ppCaller", *(f"  VAR robtarget {name};" for name in ("ppPoint", "ppEnd", "ppAnswer"))]
     load = "[0.001,[0,0,0.001],[1,0,0,0],0,0,0]"
     lines += [f"  PERS tooldata ppTool:=[TRUE,[[0,0,0],[1,0,0,0]],{load}];", f"  PERS loaddata ppLoad:={load};"]
@@ -42,7 +42,7 @@ def _caller() -> Source:
 
 
 def _procedure(weld: bool, load: bool, circle: bool) -> str:
-    """Return the name of the test procedure for these options of the function, such as ``ppWeldLoadCircle``."""
+    """Return the name of the procedure in `_caller` for these options of the call, such as ``ppWeldLoadCircle``."""
     return f"pp{'Weld' * weld}{'Load' * load}{'Circle' if circle else 'Target'}"
 
 
@@ -53,7 +53,7 @@ NOT_HANDLED = -1
 
 @dataclass(frozen=True)
 class FunctionCall:
-    """The arguments of one call of the function; work objects stand in the base.
+    """The arguments of one call of the correcting function; work objects stand in the base.
 
     Args:
         q: (6,) nominal joint angles at the target [rad], or at the circle point if there is an ``end``.
@@ -100,11 +100,11 @@ class Caller:
             raise PostprocError.of("RUN003", text, module, help=help_)
 
     def stated(self, name: str) -> Array:
-        """(3,) value of the module's data of that name; zeros if it has none."""
+        """(3,) value of the module's data of that name, such as ``ppForce``; zeros if it has none."""
         return np.array(self.run.get(name) or (0.0, 0.0, 0.0), dtype=float)
 
     def call(self, asked: FunctionCall) -> Answer:
-        """Call the function once; an unhandled error gives the reason ``NOT_HANDLED`` and the target unchanged."""
+        """Call the correcting function once; an unhandled error gives ``NOT_HANDLED`` and the target unchanged."""
         run, tool = self.run, asked.tool
         run.set("ppTool", rounded_tool(tool))
         run.set("ppPayload", _load(asked.payload))
@@ -124,7 +124,7 @@ class Caller:
         return Answer(target, pose_matrix(target.trans, target.rot), reason, steps)
 
     def calls(self, every: Sequence[FunctionCall]) -> list[Answer]:
-        """Call the function for each of the arguments, in order."""
+        """Call the correcting function for each of the arguments, in order."""
         return [self.call(asked) for asked in every]
 
 
@@ -159,18 +159,18 @@ class _Arm:
         return RobTarget(pose.trans, pose.rot, (a, b, c, d), NO_AXES)
 
     def _solved(self, T_base_tcp: Array, T_flange_tcp: Array) -> Array:
-        """Joint angles (6,) [rad] of a TCP pose, NaN if there are none; iterative if the arm has no closed form."""
+        """Joint angles (6,) [rad] nearest to ``near`` that reach a TCP pose with a tool, (4, 4) each; else NaN."""
         if self.model.robot.opw is not None:
             return nearest_solution(self.model.robot, T_base_tcp @ invert(T_flange_tcp), self.near)
         found = command(self.model, self.model.state(self.near[None], T_flange_tcp=T_flange_tcp), T_base_tcp[None])
         return np.asarray(np.where(found.residual_m[0] <= REACHED_M, found.q[0], np.nan))
 
     def target(self, joints: JointTarget, situation: Situation) -> RobTarget:
-        """The robtarget of joint angles, as CalcRobT computes it."""
+        """The robtarget of joint angles, as CalcRobT computes it with the tool of the situation."""
         return self._place(np.radians(joints.robax), situation.tool)
 
     def joints(self, target: RobTarget, situation: Situation) -> JointTarget:
-        """The jointtarget of a robtarget, as CalcJointT computes it.
+        """The jointtarget of a robtarget, as CalcJointT computes it with the tool of the situation.
 
         Raises:
             Unknown: the pose is out of reach or beyond a joint limit.

@@ -29,7 +29,7 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Check:
-    """How a module corrects targets of the region.
+    """How a module corrects targets drawn from the region.
 
     Args:
         corrected: number of targets that it corrects.
@@ -50,7 +50,7 @@ class Check:
 
 
 def said(found: Check, done: Conditions) -> str:
-    """One line of text with number of targets, largest and rms error, largest correction and targets returned."""
+    """One line of text on a check: number of targets, largest and rms error, largest correction, targets returned."""
     returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
     return (
         f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
@@ -62,11 +62,12 @@ def said(found: Check, done: Conditions) -> str:
 def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions, int]]) -> tuple[Check, ...]:
     """Run a module on targets of the region, in single precision, and compare it with the model.
 
-    The force is that of the module (`ppForce`, `ppMoment`), with ``Weld`` given.
+    The process force is the one that the module states (`ppForce`, `ppMoment`), with ``Weld`` given.
 
     Args:
+        source: the module.
         model: the arm with the effects that are corrected (`CorrectedModel`).
-        every: conditions (load, region) to check, each with the number of targets.
+        every: conditions (load, region) to check, each with the number of targets; each has one result.
 
     Raises:
         PostprocError: RUN002 the file is no such module, RUN003 it holds what cannot be calculated; MOD010 the
@@ -80,7 +81,7 @@ def check_module(source: Source, model: Model, every: Sequence[tuple[Conditions,
 
 
 def _chosen(model: Model, done: Conditions, count: int) -> Array:
-    """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections of 12 times as many."""
+    """Joint angles (count, 6) [rad]: half fill the region, half have the largest corrections among 12 times as many."""
     q = done.spread(AMONG * count)
     half = count - count // 2
     desired = forward(model.robot, q) @ done.T_flange_tcp

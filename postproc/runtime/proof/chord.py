@@ -46,7 +46,8 @@ def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 
     The lines have random directions and constant orientation; only those count that the arm can follow entirely.
 
     Args:
-        model: with the effects that are corrected.
+        model: the arm with the effects that are corrected.
+        done: the conditions, with the region in which the lines lie.
         count: number of lines drawn.
     """
     rigid, q = model.with_effects(), done.drawn(count, seed)

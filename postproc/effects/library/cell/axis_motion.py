@@ -35,9 +35,10 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @abstractmethod
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
-        """T_base_axis (n, 4, 4), and X - 1 (n, 4, 4) of the motion X of the k-th axis in that frame."""
+        """Return T_base_axis (n, 4, 4) of the k-th axis, and X - 1 (n, 4, 4) of its small motion X in that frame."""
 
     def displacement(self, state: State) -> Displacement | None:
+        """Displacement of the end of body 0 by the motions of all axes; None without a robot or a station."""
         if state.robot is None or state.station is None:
             return None
         whole, joints = np.zeros((len(state), 6)), state.station.joints
@@ -53,11 +54,12 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @property
     def external_axes(self) -> tuple[str, ...]:
+        """Letters of the axes, in the order of the parameters' entries."""
         return self.axes
 
     @classmethod
     def moving(cls, state: State, current: Self | None) -> tuple[str, ...]:
-        """Axes that move arm or work in some rows, and not always by the same."""
+        """Letters of axes that vary in the states and move arm or work in some; those of ``current`` if it is given."""
         if current is not None:
             return current.axes
         if state.station is None or state.external_axes is None:
@@ -68,6 +70,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        """What `Effect.problems` finds, and letters in ``axes`` that are not a to f (EFF024)."""
         found = super().problems(table)
         odd = [] if found else [axis for axis in table.get("axes", ()) if axis not in [*AXES]]
         text = "`axes` of `{}` names `{}`, and external axes are called a to f"
@@ -75,7 +78,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
 
 def side_of(state: State, axis: str) -> Array:
-    """(n,) 1 where an axis moves the arm, -1 where it moves the work to which the pose counts, else 0."""
+    """(n,) 1 where an axis moves the arm, -1 where it moves the work in whose frame the pose is, else 0."""
     found = np.zeros(len(state))
     if state.station is not None:
         units = np.full(len(state), "") if state.work is None else state.work
@@ -85,17 +88,17 @@ def side_of(state: State, axis: str) -> Array:
 
 
 def position_of(state: State, axis: str) -> Array:
-    """(n,) [m] or [rad]; zero where nobody knows it."""
+    """(n,) position of an axis by its letter [m] or [rad]; zero where it is not known."""
     return np.nan_to_num(np.asarray(state.external_axes)[:, AXES.index(axis)])
 
 
 def across(joint: Joint) -> Mask:
-    """(3,) True for the axes of a joint's frame that are no direction of its motion."""
+    """(3,) True for the axes of a joint's frame at right angles to the direction of its motion."""
     return np.asarray(joint.way == 0.0)
 
 
 def small_motion(shift: Array, turn: Array) -> Array:
-    """(n, 4, 4) X - 1 of a shift [m], then a turn by a rotation vector [rad], (n, 3) each (Rodrigues)."""
+    """X - 1 (n, 4, 4) of motions X: a shift (n, 3) [m] and a turn by a rotation vector (n, 3) [rad] (Rodrigues)."""
     angle = np.linalg.norm(turn, axis=1)[:, None, None] / np.pi
     S = skew(turn)
     change = np.zeros((len(turn), 4, 4))
@@ -105,7 +108,7 @@ def small_motion(shift: Array, turn: Array) -> Array:
 
 
 def inverse(change: Array) -> Array:
-    """(n, 4, 4) X^-1 - 1 from X - 1, without the rounding of the 1."""
+    """X^-1 - 1 (n, 4, 4) of motions X, from X - 1 (n, 4, 4) and without the rounding of the 1."""
     result = np.array(np.swapaxes(change, 1, 2))
     result[:, 3] = 0.0
     result[:, :3, 3] = -change[:, :3, 3] - (result[:, :3, :3] @ change[:, :3, 3:])[:, :, 0]
@@ -113,7 +116,7 @@ def inverse(change: Array) -> Array:
 
 
 def _at_the_end(change: Array, point: Array) -> Array:
-    """(n, 6) what D - 1 (n, 4, 4) of a motion D of the base is at the end of body 0: shift and three turns."""
+    """Displacement (n, 6) of the end ``point`` (3,) of body 0 by D - 1 (n, 4, 4): shift [m], turns about x, y, z."""
     shift = change[:, :3, :3] @ point + change[:, :3, 3]
     R = np.eye(3) + change[:, :3, :3]
     turn = np.arctan2(-R[:, 1, 2], R[:, 2, 2]), np.arcsin(R[:, 0, 2]), np.arctan2(-R[:, 0, 1], R[:, 0, 0])

@@ -50,7 +50,7 @@ class ExternalAxisCompliance(
     sag_rad: Array = param(unit="rad", shape=("axes", 3, 3), low=-0.05, high=0.05, typical=2e-4, labels=("x", "y", "z"))
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
-        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: the end of the axis leans under what it carries."""
+        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: its end turns by X under the load on it."""
         T, side = state.axis_frames[self.axes[k]][0], side_of(state, self.axes[k])
         turn = self.tilt_rad_per_Nm[k] * _moment(state, T, side)
         if np.any(self.sag_rad[k]):
@@ -59,7 +59,7 @@ class ExternalAxisCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each axis alone, then all: columns with every tilt; tables about their own axis, and every way."""
+        """Forms: each moving axis alone, then all together: tilt and sag, sag alone, or both about the axis itself."""
         axes = cls.moving(state, current)
         if not axes or state.station is None or state.robot is None:
             return ()
@@ -85,13 +85,19 @@ class ExternalAxisCompliance(
 
     @staticmethod
     def _mask(effect: ExternalAxisCompliance, k: int, tilt: Mask, sag: Mask) -> Mask:
+        """Mask of the effect's vector that frees these tilts (3,) and sags (3, 3) of the k-th axis."""
         tilts, sags = (np.zeros(x.shape, dtype=bool) for x in (effect.tilt_rad_per_Nm, effect.sag_rad))
         tilts[k], sags[k] = tilt, sag
         return np.concatenate([tilts.ravel(), sags.ravel()])
 
 
 def _moment(state: State, T_base_axis: Array, side: Array) -> Array:
-    """(n, 3) moment [N m] on an axis about the origin of its frame, in its axes: of the arm, or of the process."""
+    """Moment (n, 3) [N m] of the load on an axis about the origin of its frame, in its axes.
+
+    Args:
+        T_base_axis: (n, 4, 4) the frame.
+        side: (n,) 1 where the axis carries the arm, -1 where it carries work, which bears the process force.
+    """
     assert state.robot is not None and state.body_load is not None and state.T_base_body is not None
     origin = T_base_axis[:, :3, 3]
     load = state.body_load[:, 0]
@@ -106,7 +112,10 @@ def _moment(state: State, T_base_axis: Array, side: Array) -> Array:
 
 
 def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
-    """(n, 3, 3) turn about each axis of the frame by a weight along each axis of the work; none without work."""
+    """Moment (n, 3, 3) of a unit weight, in the frame of an axis, by axis of the work along which its unit lever lies.
+
+    Zero where ``side`` (n,) is not -1: there the axis carries no work. T_base_axis: (n, 4, 4) the frame.
+    """
     assert state.station is not None and state.external_axes is not None
     found = np.zeros((len(state), 3, 3))
     units = np.full(len(state), "") if state.work is None else state.work
@@ -122,4 +131,5 @@ def _sagging(state: State, T_base_axis: Array, side: Array) -> Array:
 
 
 def _in_frame(T: Array, vectors: Array) -> Array:
+    """Turn vectors (n, 3) from the outer axes into those of frames T (n, 4, 4)."""
     return np.asarray(np.einsum("nji,nj->ni", T[:, :3, :3], vectors))

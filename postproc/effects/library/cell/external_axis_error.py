@@ -60,14 +60,14 @@ class ExternalAxisError(
     )
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
-        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: the axis strays by polynomials of where it stands."""
+        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: X is a smooth function of the axis position."""
         functions = self._functions(position_of(state, self.axes[k]), k, joint.kind == "rotary")
         before, after = state.axis_frames[self.axes[k]]
         change = small_motion(functions @ self.shift_m[k], functions @ self.turn_rad[k])
         return (before if joint.kind == "rotary" else after), change
 
     def _functions(self, position: Array, k: int, rotary: bool) -> Array:
-        """(n, functions) of a position: 1, then those that are zero at position 0."""
+        """Values (n, functions) at positions (n,) of the k-th axis: 1, then functions that are zero at position 0."""
         low, high = self.low[k], self.high[k]
         if rotary and high - low > ROUND:
             waves = np.arange(self.functions - 1) // 2 + 1.0
@@ -81,6 +81,7 @@ class ExternalAxisError(
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        """What `AxisMotion.problems` finds, and ``low`` or ``high`` without an entry for each axis (EFF022)."""
         found = super().problems(table)
         many = len(table.get("axes", ("a",)))
         short = [name for name in ("low", "high") if not found and len(table.get(name, (0,))) != many]
@@ -89,7 +90,7 @@ class ExternalAxisError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each axis alone, then all; all six components, shifts or turns, one; orders that its positions can tell."""
+        """Forms: each moving axis, then all: all components, shifts, turns, or one; orders that the positions tell."""
         axes = cls.moving(state, current)
         if not axes:
             return ()

@@ -36,7 +36,7 @@ class ExternalAxisFrame(
     scale_error: Array = param(unit="1", shape=("axes",), low=-0.1, high=0.1, typical=1e-4)
 
     def motion(self, state: State, k: int, joint: Joint) -> tuple[Array, Array]:
-        """T_base_axis and X - 1 (n, 4, 4) of axis k: C D(s p) C^-1 against D(p) where it stands, p [m], [rad]."""
+        """T_base_axis and X - 1 (n, 4, 4) of the k-th axis: X leads from its nominal to its misplaced position."""
         position = position_of(state, self.axes[k])
         C = np.eye(4) + small_motion(self.place_m[k, None], self.turn_rad[k, None])
         nominal = _moved(joint, position)
@@ -45,7 +45,7 @@ class ExternalAxisFrame(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each axis alone, then all: its way and place, its scale, or both."""
+        """Forms: each moving axis alone: place and direction, scale, or both; then all axes together."""
         axes = cls.moving(state, current)
         if not axes or state.station is None:
             return ()
@@ -66,7 +66,7 @@ class ExternalAxisFrame(
 
 
 def _moved(joint: Joint, position: Array) -> Array:
-    """(n, 4, 4) the nominal motion of a joint."""
+    """The nominal motion (n, 4, 4) of a joint at positions (n,) [m] or [rad], in the axes of a model file."""
     way = position[:, None] * joint.way
     parts = (way, np.zeros_like(way))
     return np.eye(4) + small_motion(*(parts if joint.kind == "linear" else parts[::-1]))

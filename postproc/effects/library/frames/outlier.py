@@ -31,10 +31,11 @@ class Outlier(
     shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Displacement of the instrument, (n, 6) [m], [rad]: zero in all rows that are not listed."""
         member = (np.asarray(state.channel("row"))[:, None] == np.array(self.row)).astype(float)
         return Displacement(instrument=np.concatenate([member @ self.shift_m, np.zeros((len(state), 3))], axis=1))
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """None by itself: rows are named by whoever looks at the residuals."""
+        """Forms: the rows of ``current``; none without it, as rows are named by whoever looks at the residuals."""
         return () if current is None else (variant(current),)

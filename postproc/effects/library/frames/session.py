@@ -35,17 +35,19 @@ class Session(
     turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Displacement of the instrument, (n, 6) [m], [rad]: zero in sessions that are not listed."""
         member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 
     @classmethod
     def missing(cls, state: State) -> tuple[str, ...]:
-        """One session alone shows no step."""
+        """``session`` where the states have none or only one, which shows no step; else nothing."""
         several = state.session is not None and len(np.unique(state.session)) > 1
         return () if several else cls.reads
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: all sessions against the first: translation alone, and translation with rotation."""
         if state.session is None:
             return ()
         later = tuple(dict.fromkeys(state.session_of_rows[np.argsort(state.session, kind="stable")].tolist()))[1:]

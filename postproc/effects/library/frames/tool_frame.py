@@ -32,9 +32,11 @@ class ToolFrame(
     turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Displacement of the tool, (6,) [m], [rad], the same in every pose."""
         return Displacement(tool=np.concatenate([self.shift_m, self.turn_rad]))
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: position alone, and position with orientation."""
         effect, position = current or cls(), np.arange(6) < 3
         return (variant(effect, "position", position, position), variant(effect, "position and orientation"))

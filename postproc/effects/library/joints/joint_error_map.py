@@ -61,20 +61,20 @@ class JointErrorMap(
 
     @property
     def label(self) -> str:
-        """The joints and the highest order, as a fit has chosen them."""
+        """The mapped joints and the highest order, such as ``joints 1 and 2, orders to 16``."""
         return f"{named(self.joint)}, orders to {self.order}"
 
     def roughness(self) -> Array:
-        """k^(fall / 2) for sines and cosines of order k, 1 for slopes."""
+        """Weights (p,) of the penalty: k^(fall / 2) for sines and cosines of order k, 1 for slopes."""
         waves = np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint))
         return np.append(waves, np.ones(len(self.joint)))
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
-        """From the highest order down, on the same joints; three with a map mean all that move (one kind of gear).
+        """Maps that do nothing, from the highest order down, for each smoothness ``fall`` and each choice of joints.
 
-        The penalty keeps within bounds what few rows could not determine. On one or two joints, orders that the rows
-        alone could not determine would pass a worn tooth or a step for a map, and beside the finest a further joint
-        must find room.
+        The joints are those of this map; where it has three or more, also all that move (one kind of gear). The penalty
+        keeps within bounds what few rows could not determine. On one or two joints, orders that the rows alone could
+        not determine would pass a worn tooth or a step for a map, and beside the finest a further joint must find room.
         """
         moving = tuple(int(j) + 1 for j in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1) if j + 1 not in self.joint)
         several = len(self.joint) > 2
@@ -85,12 +85,15 @@ class JointErrorMap(
         return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
 
     def on(self, joint: tuple[int, ...], order: int | None = None, fall: float | None = None) -> Self:
-        """A map that does nothing, of other joints, orders or smoothness, for the angles that this one has seen."""
+        """A map that does nothing, of these joints (from 1), for the angles that this one has seen.
+
+        ``order`` is the highest order, ``fall`` the smoothness; None for those of this map.
+        """
         order, fall = order or self.order, self.fall if fall is None else fall
         return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
 
     def unlimited(self) -> Self:
-        """The map of all angles: beyond those seen it is what its prior makes of it."""
+        """The map extended beyond the angles that it has seen, where only the penalty determines it."""
         low, high = np.array(self.low_rad), np.array(self.high_rad)
         low, high = np.maximum(low - FULL / 2, -FULL), np.minimum(high + FULL / 2, FULL)
         return replace(self, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
@@ -102,7 +105,10 @@ class JointErrorMap(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All moving joints, then each alone, up to the order that the rows can carry; then one more joint."""
+        """Forms: all moving joints, then each alone, with several highest orders, as far as the number of rows allows.
+
+        With ``current``: one more joint, or a higher order, than it has.
+        """
         low, high = state.q.min(axis=0), state.q.max(axis=0)
         # Angles beyond a full turn have been seen, whatever the number of the turn.
         full = high - low >= 2 * np.pi
@@ -127,11 +133,11 @@ class JointErrorMap(
 
 
 def named(joints: tuple[int, ...]) -> str:
-    """``joints 1, 2 and 3``, ``joint 4``."""
+    """Text for joint numbers, such as ``joints 1, 2 and 3`` or ``joint 4``."""
     *most, last = map(str, sorted(joints))
     return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 
 
 def _carried(state: State, joints: int, order: int) -> bool:
-    """Whether as many rows could determine the coefficients without any penalty."""
+    """Whether there are at least as many rows as a map of that many joints, up to that order, has coefficients."""
     return 2 * order * joints <= len(state)

@@ -45,10 +45,11 @@ class NonlinearCompliance(
     knee_Nm: Array = param(unit="N m", shape=(6,), low=1e-3, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
     def displacement(self, state: State) -> Array:
+        """(n, 6) joint angles [rad]."""
         return self.windup_rad * curve(self.law, np.asarray(state.joint_load) / self.knee_Nm)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """No spring is stiffer than rigid at zero load: c + w / t0 >= 0 with the compliance c of the joint."""
+        """Mask (12,) of joints stiffer than rigid at zero load, with their linear compliance c: c + w / t0 < 0."""
         linear = beside.get("joint_compliance")
         if linear is None or self.law == "cubic":
             return super().impossible(robot, beside)
@@ -58,7 +59,7 @@ class NonlinearCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
+        """Forms: each law, on each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
         if current is not None:
             return tuple(_forms(current))
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
@@ -71,6 +72,7 @@ class NonlinearCompliance(
 
 
 def _forms(effect: NonlinearCompliance, knee: str = "") -> list[Variant]:
+    """The forms with this law: all joints, each joint alone, joints 2 and 3; ``knee`` is put behind their labels."""
     two = np.isin(np.arange(12) % 6, (1, 2))
     some = (*by_joint(effect), variant(effect, "joints 2 and 3", two & effect.amplitudes(), two))
     # The knee of a cubic only scales its amplitude.
@@ -79,7 +81,7 @@ def _forms(effect: NonlinearCompliance, knee: str = "") -> list[Variant]:
 
 
 def curve(law: str, x: Array) -> Array:
-    """The laws, with slope 1 at zero (the cubic one: 0)."""
+    """Value of the law of this name at x (tau over knee), of any shape; its slope at zero is 1 (cubic: 0)."""
     if law == "tanh":
         return np.tanh(x)
     if law == "piecewise":

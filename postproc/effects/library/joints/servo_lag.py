@@ -32,4 +32,5 @@ class ServoLag(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: all joints at once, then each joint alone."""
         return by_joint(current or cls())

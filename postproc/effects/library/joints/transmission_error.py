@@ -51,17 +51,19 @@ class TransmissionError(
         return JointBasis(np.concatenate([joint, joint]), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))
 
     def plus(self, term: Self) -> Self:
+        """The effect with the terms of another one after its own."""
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
         joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
 
     @classmethod
     def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """Not where three lines on a joint, or more than three orders in all, or a line beside a map would be one.
+        """Tell for each term whether it may be added, or a map of a joint's error would be the simpler cause.
 
-        Eccentric gears have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a mapped
-        joint, or on any where three joints or more have one (one kind of gear is in all of them). What is finer than
-        any map has room: strain waves and the lines of an encoder come hundreds of times a turn.
+        A term is refused if it gives a joint three terms, or the effect more than three orders: eccentric gears have
+        the orders of the wheel, of the strain wave and of the motor. It is also refused on a joint with a map, or on
+        any joint if three have one (one kind of gear is in all of them), unless its order is finer than a map's: strain
+        waves and the lines of an encoder come hundreds of times a turn. Arguments are those of `SumOfTerms.rooms`.
         """
         mapped = getattr(others.get("joint_error_map"), "joint", ())
         joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
@@ -78,7 +80,7 @@ class TransmissionError(
         return np.array([room(term) for term in terms], dtype=bool)
 
     def generalised(self) -> list[tuple[Self | None, str]]:
-        """A map in the place of the lines of joints that have several, or of three lines and more; motors' stay."""
+        """A map in place of the terms of joints that have several, or of all terms if three or more; motors' stay."""
         motor, joint = np.array(self.order) > GEAR, np.array(self.joint)
         crowded = ~motor & (np.bincount(joint[~motor], minlength=7)[joint] > 1)
         parts = [crowded, ~motor if (~motor).sum() >= MANY else crowded]
@@ -86,13 +88,13 @@ class TransmissionError(
         return [(None if part.all() else self._among(~part), "joint_error_map") for part in some]
 
     def _among(self, use: NDArray[np.bool_]) -> Self:
-        """Some of the terms."""
+        """The effect with some of its terms only, by a mask over them."""
         fields: dict[str, Any] = {name: np.array(getattr(self, name))[use] for name in self.__dataclass_fields__}
         return type(self)(**fields)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: every joint that moves, orders from 1 up, as high as its angles tell them from lower ones.
+        """Forms: one more term: each joint that moves, with each whole order that its angles can tell from lower ones.
 
         An order is a scale, whose logarithm is even: order n has the odds 1/n (Jeffreys 1939).
         """
@@ -104,7 +106,7 @@ class TransmissionError(
         return tuple(_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known)
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """Orders beside one of the last: of gears in stages, and of motors, they need not be whole."""
+        """Forms with another order near that of one of the ``new`` last terms: gears in stages have no whole orders."""
         terms, every = list(zip(self.joint, self.order, strict=True)), np.ones(2 * len(self.order), dtype=bool)
         old, found = len(terms) - new, []
         for at, (j, order) in enumerate(terms[old:], old):
@@ -118,7 +120,7 @@ class TransmissionError(
 
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
-    """One more term, which alone is screened."""
+    """The form with one more term behind those of ``old``; it alone is screened. ``odds``: how ordinary the form is."""
     term = TransmissionError(joint=(joint,), order=(order,))
     new = old.plus(term) if old.joint else term
     last = np.array(2 * [*[False] * len(old.order), True])
@@ -126,4 +128,5 @@ def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Va
 
 
 def _told(joint: int, order: float) -> str:
+    """Label of a term, such as ``joint 3, order 12``."""
     return f"joint {joint}, order {order:g}"

@@ -52,14 +52,14 @@ class ArmLoad(
         return Load(body=found)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """No link weighs less than nothing, where its mass is stated."""
+        """Mask (p,) of the masses, and their moments, that would make a link of stated mass weigh less than nothing."""
         own = robot.mass[list(self.body)]
         none = (own > 0) & (own + self.mass_kg < 0)
         return np.concatenate([none, np.repeat(none, 3)])
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more body; what sits on body 6 is `payload_error`, and the weight of body 1 loads no joint."""
+        """Forms: one more of bodies 2 to 5; a part on body 6 is `payload_error`, weight of body 1 loads no joint."""
         old = cls(body=()) if current is None else current
         found: list[Variant] = []
         for b in range(2, 6):

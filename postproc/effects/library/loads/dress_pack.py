@@ -52,17 +52,20 @@ class DressPack(
         return Load(body={self.body_to: pull, self.body_from: -pull})
 
     def run_time_tables(self) -> RunTimeTables:
+        """The hose as a line that pulls its two bodies; none where both ends are on one body."""
         bodies, points = (self.body_from, self.body_to), (self.from_m, self.to_m)
         pull = Pull(bodies, points, self.stiffness_N_per_m, self.slack_m)
         return RunTimeTables(pulls=(pull,) if self.body_from != self.body_to else ())
 
     def _ends(self, state: State) -> tuple[Array, Array, Array]:
+        """Both ends of the hose in the base frame, (n, 3) [m] each, and their distance (n,) [m]."""
         T = np.asarray(state.T_base_body)
         here, there = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
         return here, there, np.sqrt(np.einsum("ni,ni->n", there - here, there - here))
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load:
+        """The pull of m hoses between the same two bodies, wrenches (n, 6, m) [N], [N m]."""
         body, far = some[0].body_from, some[0].body_to
         if body == far:
             return Load()
@@ -79,7 +82,7 @@ class DressPack(
         return Load(body={far: wrench, body: -wrench})
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
-        """A hose to the flange as one that ends on body 5, where its end is on average, whatever joint 6 does."""
+        """For a hose from body 0 to 3 to the flange, the form that ends on body 5 at its mean place; else none."""
         if self.body_to != 6 or self.body_from > 3:
             return ()
         T = np.asarray(state.T_base_body)
@@ -90,7 +93,7 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Every pair of bodies, with the flange's end at four places, always taut or slack at times."""
+        """Forms: hoses along `_routes`, always taut or slack at times; with ``current``, that hose alone."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
@@ -110,10 +113,11 @@ Place = tuple[int, Array]
 
 
 def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
-    """Where a search of both ends begins, and whether taut: from every body to the one after next and to the flange.
+    """Routes of a hose at which a search starts: whether it is always taut, and body and point [m] of each of its ends.
 
-    What hangs from a ceiling or a gantry is tied to body 0 and leads to the forearm or the flange. From half way along
-    the one, two hands' width to either side, to four places around the axis that carries the other.
+    From every body to the one after next and to the flange. What hangs from a ceiling or a gantry is tied to body 0 and
+    leads to the forearm or the flange. From half way along the one, two hands' width to either side, to four places
+    around the axis that carries the other.
     """
     found: list[tuple[bool, Place, Place]] = []
     for body in range(5):
@@ -128,7 +132,7 @@ def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
 
 
 def _across(axis: Array) -> tuple[Array, ...]:
-    """Four unit vectors at right angles to an axis."""
+    """Four unit vectors (3,) at right angles to an axis (3,), 90 degrees apart."""
     along = axis / max(float(np.linalg.norm(axis)), 1e-9)
     one = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     one /= np.linalg.norm(one)

@@ -35,7 +35,7 @@ class GravityCompensator(
     cosine_Nm: Array = param(unit="N m", shape=("order",), low=-1e5, high=1e5, typical=500.0)
 
     def load(self, state: State) -> Load:
-        """(n, 6) torques [N m], on the one joint."""
+        """Torques (n, 6) [N m], which act on one joint only."""
         angle = state.q[:, self.joint - 1, None] * np.array(self.order, dtype=float)
         torque = np.zeros((len(state), 6))
         torque[:, self.joint - 1] = np.sin(angle) @ self.sine_Nm + np.cos(angle) @ self.cosine_Nm
@@ -47,6 +47,7 @@ class GravityCompensator(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: a spring and a gas spring on joint 2; with ``current``, that one as it is."""
         if current is not None:
             return (variant(current, "as it is"),)
         return (variant(cls(), "joint 2, spring"), variant(cls(order=(1, 2)), "joint 2, gas spring"))

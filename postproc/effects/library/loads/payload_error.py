@@ -51,12 +51,14 @@ class PayloadError(
         return Load(body={6: weight(state, 6, masses, T_body_flange)})
 
     def run_time_tables(self) -> RunTimeTables:
+        """The mass, moment, share and shift of centre as entries of the tables."""
         return RunTimeTables(
             share=self.fraction, shift=self.centre_m, load_mass=self.mass_kg, load_moment=self.moment_kgm
         )
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: mass and centre; its share, where a payload is stated; its centre, where that payload varies."""
         effect, part = current or cls(), np.arange(8)
         constant, share, centre = part < 4, part == 4, part > 4
         found = [variant(effect, "mass and centre", constant, constant)]

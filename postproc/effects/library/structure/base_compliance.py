@@ -36,6 +36,7 @@ class BaseCompliance(
     cross_tilt_rad_per_Nm: float = param(unit="rad/(N m)", low=-1e-4, high=1e-4, typical=1e-7)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Displacement of the end of body 0, (n, 6) [m], [rad]; None without loads on bodies."""
         if state.body_load is None or state.robot is None:
             return None
         arm = distal_point(state.robot, 0) if self.pivot == "floor" else np.zeros(3)
@@ -48,7 +49,7 @@ class BaseCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """About the floor and about joint 1, softest along x and y or anywhere between."""
+        """Forms: about the floor and about joint 1, each with tilts about x and y, and with a cross term besides."""
         if current is not None:
             return (variant(current),)
         same = state.robot is not None and not np.any(distal_point(state.robot, 0))

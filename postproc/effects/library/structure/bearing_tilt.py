@@ -38,6 +38,7 @@ class BearingTilt(
     tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-4, typical=1e-7, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Displacements of the ends of bodies by tilted bearings, (n, 6) [m], [rad]; None without loads on bodies."""
         if state.body_load is None or state.robot is None:
             return None
         found: dict[int, Array] = {}
@@ -53,7 +54,7 @@ class BearingTilt(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All joints, each alone, and joint 1 about the floor: what the floor itself does, which is more ordinary."""
+        """Forms: all joints, each alone, and joint 1 about the floor; joint 1 is less likely, as a base tilts alike."""
         found = by_joint(current or cls())
         if current is not None or state.robot is None:
             return found

@@ -39,6 +39,7 @@ class LinkCompliance(
     stretch_per_N: Array = param(unit="1/N", shape=("body",), low=-1e-7, high=1e-5, typical=1e-9, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Displacements of the ends of the listed bodies, (n, 6) [m], [rad]; None without loads on bodies."""
         if state.body_load is None or state.robot is None:
             return None
         found: dict[int, Array] = {}
@@ -50,6 +51,7 @@ class LinkCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: the long bodies together, then each body from the first to the last of them alone, without stretch."""
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)
@@ -84,5 +86,6 @@ def beam(span: Array, bending: float, torsion: float, stretch: float) -> Array:
 
 def _without_stretch(effect: LinkCompliance, odds: float) -> Variant:
     # Stretch of a casting (below 1 micrometre per 100 N) is left to users who have a reason for it.
+    """A form in which bending and torsion are free and stretch is not; ``odds``: how ordinary it is."""
     free = np.array([not name.startswith("stretch") for name in effect.names()])
     return variant(effect, "body " + " and ".join(map(str, effect.body)), free, free, odds)

@@ -35,6 +35,7 @@ class LinkGeometry(
     turn_rad: Array = param(unit="rad", shape=(7, 3), low=-0.3, high=0.3, typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Displacements of the ends of bodies 0 to 6, (n, 6) [m], [rad], the same in every pose."""
         rows = np.ones((len(state), 1))
         constant = np.concatenate([self.shift_m, self.turn_rad], axis=1)
         return Displacement(body={b: rows * constant[b] for b in range(7)})
@@ -42,6 +43,7 @@ class LinkGeometry(
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         # Bodies 0 and 6 belong to the instrument's frame and to the tool.
+        """Forms: bodies 1 to 5 together, then each of them alone."""
         effect, body = current or cls(), np.tile(np.repeat(np.arange(7), 3), 2)
         inner = (body > 0) & (body < 6)
         alone = [variant(effect, f"body {b}", body == b, body == b) for b in range(1, 6)]

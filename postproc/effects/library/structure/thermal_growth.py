@@ -38,6 +38,7 @@ class ThermalGrowth(
     extra_strain: Array = param(unit="1", shape=("body",), low=-0.01, high=0.01, typical=1e-5)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Displacements of the ends of the listed bodies, (n, 6) [m], [rad]; None without temperatures."""
         if state.temperature is None or state.robot is None:
             return None
         warmth = state.temperature - self.reference_C
@@ -50,6 +51,7 @@ class ThermalGrowth(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms: all castings alike, then each long body, and the base, by itself."""
         effect = current or cls()
         index = np.arange(len(effect.vector()))
         # A strain is fitted along, but a strain without growth is geometry.
