@@ -145,7 +145,7 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     if settings.model is None:
         robot, own = str(settings.robot), settings.from_controller
         model = controller_model(robot, calibration) if own else default_model(robot)
-        return model if station is None else model.standing(station)
+        return model if station is None else model.at_station(station)
     model = read_model(settings.model, library)
     if settings.robot is not None:
         other = load_robot(settings.robot)

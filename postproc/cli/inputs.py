@@ -56,7 +56,7 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
         what = "table" if kind == ".csv" else "program"
         raise PostprocError.of("CLI012", f"`{path}` is a {what}, not a model", help=help_)
     model = parse_model(read_source(str(path)), library)
-    return model if cell is None else model.standing(restated(read_station(cell)))
+    return model if cell is None else model.at_station(restated(read_station(cell)))
 
 
 def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:

@@ -61,7 +61,7 @@ class Model:
         """The `Multibody` models that `multibody` has built so far, by its arguments (bodies, carried)."""
         return {}
 
-    def felt(self, state: State) -> State:
+    def with_arm(self, state: State) -> State:
         """Return the states with this arm's robot, station and gravity; gravity that the states give by row is kept."""
         gravity = state.gravity if state.gravity.ndim == 2 else self.gravity
         return state.with_(robot=self.robot, station=self.station, gravity=gravity)
@@ -83,7 +83,7 @@ class Model:
         """Rigid-body model of the six joints, with a virtual spring at the far end of each of the seven bodies."""
         return self.multibody(ALL_BODIES)
 
-    def standing(self, station: Station) -> Model:
+    def at_station(self, station: Station) -> Model:
         """Return this arm at a place of a cell; gravity there, with axes at zero, gives ``R_world_base`` if known."""
         gravity = station.gravity(np.zeros((1, 6)))
         if gravity is None or not np.isfinite(gravity).all():

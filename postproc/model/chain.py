@@ -130,7 +130,7 @@ def point_jacobian(along: Directions, point: Array) -> Array:
     return np.concatenate([linear, along.spin], axis=-1).transpose(0, 2, 1)
 
 
-def spread(along: Directions, forces: Array) -> Array:
+def generalised_forces(along: Directions, forces: Array) -> Array:
     """Return the generalised forces J^T w (n, m) of wrenches w: the load that they put on each coordinate.
 
     Args:

@@ -82,7 +82,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = (), settled:
     Raises:
         PostprocError: MOD010, the arm is so soft that its loads do not settle.
     """
-    state = model.felt(state)
+    state = model.with_arm(state)
     if not len(state):
         state = state.with_(
             T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))

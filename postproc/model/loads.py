@@ -9,7 +9,7 @@ from postproc.effects.asking import load_of
 from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import Model
-from postproc.model.chain import Chain, Directions, deflected_chain, directions, spread
+from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces
 from postproc.model.deflection import Deflection, tcp
 from postproc.model.multibody import Multibody
 
@@ -22,10 +22,10 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
     """
     springs = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
-    return borne(model, state, deflection, chain, directions(model.robot, chain, springs), springs)
+    return with_loads(model, state, deflection, chain, directions(model.robot, chain, springs), springs)
 
 
-def borne(
+def with_loads(
     model: Model, state: State, deflection: Deflection, chain: Chain, along: Directions, springs: tuple[int, ...]
 ) -> State:
     """Return the states with the poses of the bodies and the loads on joints and on the springs of some bodies.
@@ -43,7 +43,7 @@ def borne(
     load = -arm.rnea(coordinates(chain, arm), state.v, state.a, base)
     forces, torques = applied(model, state, chain, deflection)
     if forces is not None:
-        load = load + spread(along, forces)
+        load = load + generalised_forces(along, forces)
     body_load: Array | None = None
     if springs:
         body_load = np.full((len(state), 7, 6), np.nan)

@@ -64,7 +64,7 @@ def _shares(model: Model, state: State) -> Array:
     spring = model.in_role(Role.JOINT_SPRINGS)
     if spring is None:
         return np.zeros((42, 3 * len(state)))
-    state = model.felt(state)
+    state = model.with_arm(state)
     whole = _torques(model, state)
     bare = state.with_(payload_mass=None, wrench=None)
     single = [_torques(_only(model, body), bare) for body in range(1, 7)]

@@ -13,7 +13,7 @@ from postproc.arrays import Array, blocks
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.derivatives.places import BATCH, PLACES, flat, placed
+from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import predict
 from postproc.model.reference import as_written
@@ -148,7 +148,9 @@ def derivatives(
             whole = effect.unlimited()
             columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(whole, free)[:, :3]
             if whole is not effect and counts:
-                moved = (flat(placed(displacement_of(e, at.state)), len(state), PLACES) for e in (whole, effect))
+                moved = (
+                    flat(displacement_parts(displacement_of(e, at.state)), len(state), PLACES) for e in (whole, effect)
+                )
                 missed += (at.matrix[:, :3] @ np.subtract(*moved)[:, :, None])[:, :, 0]
     return columns, missed, own
 

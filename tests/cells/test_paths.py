@@ -237,7 +237,7 @@ def test_two_robots_on_one_work() -> None:
         station = station_of(cell, name)
         assert station is not None
         result = compensate_program(
-            Source("p.mod", out[name].encode()), bare.standing(station), Options(force=FORCE, inertia=False)
+            Source("p.mod", out[name].encode()), bare.at_station(station), Options(force=FORCE, inertia=False)
         )
         assert result.output is not None, [d.message for d in result.diagnostics]
         found = W.check(out[name], result.output.decode(), world, ARM, np.array(FORCE))

@@ -86,7 +86,7 @@ def test_a_cell_of_a_backup_is_written_into_a_model_file_as_it_is() -> None:
     """A public gantry of four axes with a drive that follows, as its controller has it, and as [[external_axes]]."""
     station = station_of(controller_cell(GANTRY))
     assert station is not None
-    arm = parse_model(Source("m.toml", b'robot = "irb4600_60_205"\n')).standing(station)
+    arm = parse_model(Source("m.toml", b'robot = "irb4600_60_205"\n')).at_station(station)
     again = parse_model(Source("again.toml", render_model(arm).encode())).station
     e = np.full((4, 6), np.nan)
     e[:, :4] = np.random.default_rng(0).uniform(-0.5, 0.5, (4, 4))

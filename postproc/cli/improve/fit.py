@@ -104,7 +104,7 @@ def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float
     from postproc.robot.pose import rpy
 
     model = Model(arm, R_world_base=rpy(np.radians(turned)), robot_name=name)
-    return model if station is None else model.standing(station)
+    return model if station is None else model.at_station(station)
 
 
 def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:

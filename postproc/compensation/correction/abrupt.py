@@ -37,7 +37,7 @@ def intervals_for_jumps(model: Model, moves: Sequence[Move], intervals: Array) -
         return intervals
     length = sample_moves(model.robot, moves, intervals).curves.length
     probes = sample_moves(model.robot, moves, np.ceil(length / PROBED))
-    state = model.felt(State(q=probes.q))
+    state = model.with_arm(State(q=probes.q))
     inside = (probes.move[2:] == probes.move[:-2]) & ~probes.curves.joint[probes.move[2:]]
     sharp = np.zeros(len(inside), dtype=bool)
     for effect in own:

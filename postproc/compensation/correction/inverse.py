@@ -60,7 +60,7 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commands:
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     if model.controller is not None:
         return _through_controller(model, state, desired)
-    state = model.felt(state)
+    state = model.with_arm(state)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
     done = [_command(model, state.rows(b), desired[b]) for b in blocks(max(len(state), 1))]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])

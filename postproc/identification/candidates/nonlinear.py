@@ -18,7 +18,7 @@ from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.determined import pull
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.evidence import NEARLY, laplace
-from postproc.model.derivatives.places import carried, placed
+from postproc.model.derivatives.places import displacement_parts, load_parts
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
@@ -53,12 +53,12 @@ class SubsampledProblem:
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
-            moves = [placed(displacement_of(e, seen.state)) for e in effects]
+            moves = [displacement_parts(displacement_of(e, seen.state)) for e in effects]
             for at in sorted({at for moved in moves for at in moved}):
                 parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]
                 answer += seen.matrix[:, :, at : at + 6] @ np.stack(parts, axis=2)
         if cls.load is not Effect.load:
-            for at, every in carried(loads_of(effects, seen.state)).items():
+            for at, every in load_parts(loads_of(effects, seen.state)).items():
                 answer += self.by_load(at) @ every
         return np.asarray(answer[self.problem.weights.used])
 

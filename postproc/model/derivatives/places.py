@@ -14,7 +14,7 @@ LOADS = 54
 """Columns of a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
 
 
-def placed(displacement: Displacement) -> dict[int, Array]:
+def displacement_parts(displacement: Displacement) -> dict[int, Array]:
     """Return a displacement in parts, (n, 6) or (6,) each, by number of the first of their columns.
 
     The ``PLACES`` columns are six of the joints, six each of bodies 0 to 6, of the tool and of the instrument.
@@ -25,7 +25,7 @@ def placed(displacement: Displacement) -> dict[int, Array]:
 
 
 def flat(parts: dict[int, Array], n: int, places: int) -> Array:
-    """Write parts, as of `placed` or `carried`, into one array (n, places) that is zero elsewhere."""
+    """Write parts, as of `displacement_parts` or `load_parts`, into one array (n, places) that is zero elsewhere."""
     result = np.zeros((n, places))
     for at, part in parts.items():
         result[:, at : at + 6] = part
@@ -33,12 +33,12 @@ def flat(parts: dict[int, Array], n: int, places: int) -> Array:
 
 
 def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
-    """Return one + times * other, all in parts as of `placed` or `carried`; parts that are zero are left out."""
+    """Return one + times * other, in parts as of `displacement_parts` or `load_parts`; zero parts are left out."""
     both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
-def carried(load: Load) -> dict[int, Array]:
+def load_parts(load: Load) -> dict[int, Array]:
     """Return joint torques and body wrenches of a load in parts, (n, 6) each, by number of the first of their columns.
 
     The ``LOADS`` columns are six of the joints, then six each of bodies 0 to 6 and the flange.

@@ -18,11 +18,21 @@ from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
-from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
-from postproc.model.derivatives.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
+from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
+from postproc.model.derivatives.places import (
+    BODY,
+    INSTRUMENT,
+    LOADS,
+    PLACES,
+    TOOL,
+    displacement_parts,
+    flat,
+    load_parts,
+    plus,
+)
 from postproc.model.derivatives.tangent import tangent
 from postproc.model.equilibrium import Equilibrium, active_bodies, carries_load, equilibrium
-from postproc.model.loads import borne
+from postproc.model.loads import with_loads
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import left_jacobian
 
@@ -46,7 +56,7 @@ class Loaded:
     @cached_property
     def every(self) -> State:
         """The states with the loads on the six joints and on the springs of all seven bodies."""
-        return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
+        return with_loads(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
 
     @cached_property
     def own(self) -> State:
@@ -134,7 +144,7 @@ class Sensitivity:
         def answer(values: Array) -> tuple[dict[int, Array], dict[int, Array]]:
             """Return displacement and load of the effect with these parameters, by first column of the place."""
             moved = effect.with_vector(values)
-            return placed(displacement_of(moved, state)), carried(load_of(moved, state)) if loads else {}
+            return displacement_parts(displacement_of(moved, state)), load_parts(load_of(moved, state)) if loads else {}
 
         here = None
         if effect.linear and amplitude[index].any():
@@ -160,7 +170,7 @@ class Sensitivity:
         """
         n = len(state)
         every = np.zeros((n, BODY + 42))
-        every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
+        every[:, self.column] = generalised_forces(self.along, load[:, 6:].reshape(n, 8, 6))
         joints, bodies = np.asarray(state.joint_load) + load[:, :6] + every[:, :6], every[:, 6:].reshape(n, 7, 6)
         loaded = state.with_(joint_load=joints, body_load=None if state.body_load is None else state.body_load + bodies)
         before = self._sprung_by_own if state is self.loaded.own else self._sprung_by_every
@@ -180,7 +190,7 @@ class Sensitivity:
         """Return the displacement of all springs under the loads of the states, in parts as of `placed`."""
         found: dict[int, Array] = {}
         for spring in self.springs:
-            found = plus(found, placed(displacement_of(spring, state)))
+            found = plus(found, displacement_parts(displacement_of(spring, state)))
         return found
 
 

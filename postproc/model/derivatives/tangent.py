@@ -11,8 +11,8 @@ from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
-from postproc.model.derivatives.places import BODY, LOADS, PLACES, carried, flat, placed
+from postproc.model.chain import Chain, Directions, deflected_chain, directions, generalised_forces, point_jacobian
+from postproc.model.derivatives.places import BODY, LOADS, PLACES, displacement_parts, flat, load_parts
 from postproc.model.equilibrium import Equilibrium, carries_load
 from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
@@ -36,7 +36,7 @@ class RestingArm:
     coordinates: Array
 
 
-def frame(model: Model, rest: Equilibrium) -> RestingArm:
+def resting_arm(model: Model, rest: Equilibrium) -> RestingArm:
     """Return the arm at an equilibrium as coordinates: six joints, and springs at the bodies in ``rest.bodies``."""
     bodies = model.multibody(rest.bodies)
     chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
@@ -66,7 +66,7 @@ def tangent(model: Model, rest: Equilibrium) -> Tangent:
 
     Where no effect reads loads, ``compliance`` and ``K_E`` are zero and ``give`` is the identity.
     """
-    at = frame(model, rest)
+    at = resting_arm(model, rest)
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
     n, m = len(rest.state), at.bodies.size
     C, K_E = np.zeros((n, m, m)), np.zeros((n, m, m))
@@ -128,8 +128,10 @@ def _effect_loads(model: Model, rest: Equilibrium, at: RestingArm) -> Array:
             body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
             state = rest.state.with_(T_base_body=chain.T_base_body)
-            load = sum((flat(carried(load_of(e, state)), n, LOADS) for e in loading), np.zeros((1, LOADS)))
-            sides.append(spread(directions(model.robot, chain, bodies.bodies), load[:, 6:].reshape(n, 8, 6)))
+            load = sum((flat(load_parts(load_of(e, state)), n, LOADS) for e in loading), np.zeros((1, LOADS)))
+            sides.append(
+                generalised_forces(directions(model.robot, chain, bodies.bodies), load[:, 6:].reshape(n, 8, 6))
+            )
             sides[-1][:, bodies.joint] += load[:, :6]
         K[:, :, k] = (sides[0] - sides[1]) / (2 * POSE_STEP)
     return K
@@ -164,5 +166,7 @@ def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, ste
         body = body.copy()
         body.reshape(n, 42)[:, place - BODY] += step
     loaded = state.with_(joint_load=joint, body_load=body)
-    every = sum((flat(placed(displacement_of(e, loaded)), n, PLACES) for e in readers), np.zeros((1, PLACES)))
+    every = sum(
+        (flat(displacement_parts(displacement_of(e, loaded)), n, PLACES) for e in readers), np.zeros((1, PLACES))
+    )
     return np.asarray(every[:, bodies.place])

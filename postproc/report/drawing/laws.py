@@ -18,7 +18,7 @@ from postproc.effects.contract import State
 from postproc.estimation.channels import fit_channels, unit_of
 from postproc.estimation.fitted import Fit
 from postproc.identification.trends import DAMPING
-from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
+from postproc.model.derivatives.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, displacement_parts, flat
 from postproc.report.drawing.charts import DrawnCurve, scatter
 from postproc.robot.kinematics import body_poses
 
@@ -107,7 +107,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
 
 def coordinates(effect: Effect, state: State) -> Array:
     """Return the displacement (n, 60) that an effect causes, by place [rad or m] (`model.derivatives.places`)."""
-    return flat(placed(displacement_of(effect, state)), len(state), PLACES)
+    return flat(displacement_parts(displacement_of(effect, state)), len(state), PLACES)
 
 
 def torques(effect: Effect, state: State) -> Array:
