@@ -93,7 +93,11 @@ class Recorder:
         return self._add(event, memory)
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
-        """The last event, if it is the only one after which the arm may stand; else None."""
+        """The last event, if it is the only one after which the arm may stand; else None.
+
+        Args:
+            ends: indices of the events after one of which the arm stands.
+        """
         return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
@@ -139,7 +143,7 @@ class Recorder:
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """Index of the first event in which the statement went to its present target; None if it has not gone there.
 
-        Index of its first event at all if no robtarget tells executions apart.
+        For a statement whose first event has no known robtarget it is the index of that event.
         """
         first = self.first[statement.key]
         known = self.events[first].target
@@ -151,9 +155,9 @@ class Recorder:
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None
 
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
-        """Indices of the events after one of which the arm stands where ways meet: the union of theirs.
+        """Indices of the events after one of which the arm stands where ways meet: the union of ``ends`` of each way.
 
-        Of more than ``MOST_KEPT`` only two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
+        Of more than ``MOST_KEPT``, two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
         """
         found = ends[0].union(*ends[1:])
         if len(found) <= MOST_KEPT:
@@ -187,7 +191,11 @@ class Recorder:
         return frozenset({self.last})
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
-        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come."""
+        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come.
+
+        Args:
+            ends: indices of the events after one of which the arm stands now.
+        """
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
@@ -202,7 +210,7 @@ class Recorder:
 
 
 def reached(event: MotionEvent) -> tuple[object, ...]:
-    """What tells the places apart to which events bring the arm: statement, target, tool, frames and load.
+    """A key of the place to which an event brings the arm: statement, target, tool, frames and load.
 
     An event without a known target is a place of its own.
     """
