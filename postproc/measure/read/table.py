@@ -59,7 +59,7 @@ def read_measurements(
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
-    position = _seen(table)
+    position = _positions(table)
     if position is None:
         position = np.full((n, 3), np.nan)
         if measured and turns is None and measured_joints is None:
@@ -94,9 +94,10 @@ def read_measurements(
 
 
 def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
-    """Return the table, joined with that of the joint angles where these stand in a file of their own.
+    """Return the table of a file, joined with that of the joint angles where these stand in a file of their own.
 
     Args:
+        layout: how the file writes its columns; terms: what the user says of the table.
         every: whether rows with too few or too many cells stay.
     """
     diagnostics: list[Diagnostic] = []
@@ -107,7 +108,7 @@ def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> T
 
 
 def _followed(state: State, table: Table, terms: Reading) -> State:
-    """Return the state with speeds and approach sides from the times, or with the row number where the order counts."""
+    """Return the state with speeds and approach sides if times tell them, or with row numbers if the order counts."""
     if "time_s" in table.place:
         state, findings = with_motion(state, table.cells.source)
         table.diagnostics.extend(findings)
@@ -150,7 +151,7 @@ def _labels(q: Array) -> list[str]:
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
-def _seen(table: Table) -> Array | None:
+def _positions(table: Table) -> Array | None:
     """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column.
 
     Rows in which all three are exactly 0, if not all, are lost beams: they become NaN, with a warning.

@@ -49,7 +49,7 @@ def is_unit(cell: str) -> bool:
 
 
 def _spelt(unit: str) -> str:
-    """Return a unit by its name in `UNITS`; one that is not known as it is."""
+    """Return the name in `UNITS` of a unit that may be written otherwise; an unknown one as it is."""
     return unit if unit in UNITS else _SPELT.get(unit.lower(), unit)
 
 
