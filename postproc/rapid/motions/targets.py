@@ -117,7 +117,7 @@ class Targets:
     def _written(
         self, declaration: Declaration, at: tuple[int, ...], memory: Memory
     ) -> tuple[RobTarget, Origin] | None:
-        """The target and its origin, if the declaration, or its part with indices ``at``, is only numbers; else None."""
+        """The target and its origin if the declaration, or its part with indices ``at``, is only numbers; else None."""
         span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         if literal is None:
