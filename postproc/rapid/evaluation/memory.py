@@ -166,7 +166,7 @@ class Memory:
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
+        """Count that something may have written the data of this key; ``UNSEEN``: all that code in no file may."""
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:

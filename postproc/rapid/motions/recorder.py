@@ -50,7 +50,7 @@ class Recorder:
         """Record one execution of a motion statement.
 
         Returns:
-            How many events it takes beyond the first; 0 also if nothing is recorded (a trial, or not new).
+            Number of events recorded beyond the first; 0 also if none is (a trial, or not new).
         """
         if memory.trial or (memory.returning and memory.ends <= LOST):
             return 0
@@ -65,7 +65,7 @@ class Recorder:
         With ``only_new`` nothing is recorded for a statement with an event to this target.
 
         Returns:
-            How many events it takes beyond the first.
+            Number of events recorded beyond the first.
         """
         new, supposed = statement.key not in self.visited, memory.frame.supposed
         self.visited.add(statement.key)
@@ -101,7 +101,7 @@ class Recorder:
         return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
-        """Append an event, once per way by which the arm comes; returns how many events that takes beyond the first."""
+        """Append an event, once per way by which the arm comes; returns the number of events beyond the first."""
         statement = event.statement
         events, before = self.events, len(self.events)
         memory.ends = self.go(event, memory.ends)
@@ -113,7 +113,7 @@ class Recorder:
         return len(events) - before - 1
 
     def _each(self, statement: MotionStatement, cases: Sequence[tuple[Choice, Memory]], memory: Memory) -> int:
-        """Record an execution for each element that may be meant; returns how many events it takes beyond the first.
+        """Record an execution for each element that may be meant; returns the number of events beyond the first.
 
         If the motion before chose by the same numbers, each case goes on from the place of its own case.
 
@@ -173,7 +173,7 @@ class Recorder:
         return frozenset(kept)
 
     def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
-        """Append a motion once for every way that leads to it; returns the indices after which the arm then stands.
+        """Append a motion once for every way that leads to it; returns the new ``ends``.
 
         On a way other than from the event before, an event with ``resumes_from`` first puts the arm where that way led.
 

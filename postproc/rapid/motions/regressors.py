@@ -19,7 +19,7 @@ NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
-    """Numbers, by RAPID expressions that may be written behind the target, that tell this execution from others.
+    """Numbers that tell this execution of a statement from others, each with the RAPID expression that gives it.
 
     They are num variables, parameters and loop indices at hand, the amounts of ``Offs`` or ``RelTool``, the coordinates
     of the target's variable, of its work object and of the program displacement. For an array element they are its

@@ -66,7 +66,7 @@ class Cursor:
         return end, end < self.end
 
     def close_statement(self, start: int, behind: int) -> int:
-        """Move behind a statement and its semicolon, or report RAP008; returns the offset where it ends before that.
+        """Move behind a statement and its semicolon, or report RAP008; returns its end without the semicolon.
 
         Args:
             start: first byte of the statement; behind: offset inside it from which the semicolon is searched.

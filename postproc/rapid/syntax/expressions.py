@@ -139,9 +139,10 @@ class _Reader:
             raise ExpressionError("the expression is nested too deeply")
 
     def binary(self, level: int) -> Expression:
-        """Read operands as far as the operators between them bind more tightly than ``level`` (``PRECEDENCE``).
+        """Read operands and the operators between them that bind more tightly than ``level``; 0 reads an expression.
 
-        ``level`` 0 reads a whole expression.
+        Args:
+            level: one of ``PRECEDENCE``, or 0.
         """
         self.deeper()
         left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()

@@ -94,9 +94,9 @@ class StatementReader(Cursor):
         return Statement("assign", (start, self.at), text(word), (target, value))
 
     def statement_without_word(self, at: int) -> Statement | None:
-        """Read a statement that begins with no word: ``%name%`` call, placeholder or lone semicolon; None at the end.
+        """Read a statement that begins with no word: ``%name%`` call, placeholder or lone semicolon.
 
-        Anything else is kept as an ``opaque`` statement (RAP003).
+        Anything else is kept as an ``opaque`` statement (RAP003); None at the end of the file.
 
         Args:
             at: byte offset of its first character, behind blanks and comments.
@@ -135,7 +135,7 @@ class StatementReader(Cursor):
         return self.loop_at(word, start, end)
 
     def close(self, word: bytes, start: int) -> None:
-        """Move behind ``word`` (ENDIF or the like, lower case), which ends the block at ``start``, or report RAP010."""
+        """Move behind ``word`` (``endif`` or the like), which ends the block begun at ``start``, or report RAP010."""
         found, _, end = self.peek()
         if found == word:
             self.at = end
