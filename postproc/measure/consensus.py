@@ -103,11 +103,13 @@ def _sessions(data: Measurements) -> NDArray[np.str_]:
 
 
 def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
-    """Return (n,) mask of rows that cannot be right; no row where more than one of few poses, or the whole, is off.
+    """Return (n,) mask of rows that cannot be right; all False if the arm does not fit as a whole.
+
+    Of few poses at most one can be told: all False, too, if more seem wrong.
 
     Args:
         found: the alignment with the residuals; T: (n, 4, 4) flanges [m]; arm: at these rows; q: (n, 6) [rad].
-        few: whether there are too few poses to tell more than one wrong row.
+        few: whether there are few poses.
     """
     off = np.linalg.norm(found.residual, axis=1)
     if found.typical > SUSPICIOUS_M:

@@ -138,11 +138,11 @@ def _check_readings(
 ) -> list[Diagnostic]:
     """Return one DAT009 where the points do not fit the nominal arm, with what explains it if anything does; else [].
 
-    Explanations are slipped rows, other units, signs or order of columns, another arm, and joint zeros. Other joint
-    angles that measured orientations contradict are not proposed.
+    Explanations are points beside the angles of another row, other units, signs or order of columns, another arm, and
+    joint zeros. Other joint angles that measured orientations contradict are not proposed.
 
     Args:
-        arm: the nominal arm at every row; agreed: which rows agree; unit: in which positions were read.
+        arm: the nominal arm at every row; agreed: which rows agree; unit: unit of length of the positions as read.
         turns: measured orientations, if any.
     """
     rows = agreed.rows
@@ -246,7 +246,7 @@ def _check_orientations(
         f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
     )
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
-    meant = shown.meant(flange, placed)
+    meant = shown.better_reading(flange, placed)
     if meant is not None:
         what, help_, left = meant
         message += f"; read as {what} they follow it to {np.degrees(left):.2f} deg"

@@ -77,9 +77,9 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
 
 
 def scatters(data: Measurements, values: Array) -> list[tuple[float, float]]:
-    """Return [of repeats of one visit, of all repeats]: (pooled variance, degrees of freedom) of values (n, k)."""
+    """Return (pooled variance, degrees of freedom) of values (n, k), twice: of repeats of one visit, of all repeats."""
     some = (visits(data), data.repeats)
-    return [_beside_own_columns(data, _without_strays(values, groups), groups) for groups in some]
+    return [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
 
 
 def _values(data: Measurements) -> Array:
@@ -90,7 +90,7 @@ def _values(data: Measurements) -> Array:
 
 
 def _quieter(square: float, dof: float, than: Noise) -> bool:
-    """Return whether a variance is significantly below that of a noise (F test)."""
+    """Return whether the variance ``square`` with its degrees of freedom is significantly below a noise's (F test)."""
     from scipy.special import fdtrc
 
     return bool(fdtrc(than.dof, dof, float(than.sigma or 0.0) ** 2 / square) < CHANCE)
@@ -116,11 +116,10 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
     return found
 
 
-def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
-    """Return pooled variance of values (n, k) within groups (n,) that own columns do not explain, and its degrees of
-    freedom.
+def _unexplained_scatter(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+    """Return the pooled variance of values (n, k) within groups (n,) beside own columns, and its degrees of freedom.
 
-    A column of the user's own is taken out as a linear function in each group where it is significant (F test).
+    What a linear function of a user's own column explains in each group is taken out if it is significant (F test).
     """
     from scipy.special import fdtrc
 

@@ -138,15 +138,15 @@ def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
     return ["" if name in JOINTS and theirs.lower().startswith("q") else name for name, theirs in pairs]
 
 
-def _counted(theirs: str) -> str:
+def _counted(header: str) -> str:
     """Return the header of a joint that counts from 0 as one from 1: ``actual_q_0`` as ``q1``; others as they are."""
-    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", theirs.strip().lower())
-    return f"q{int(found[1]) + 1}" if found else theirs
+    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", header.strip().lower())
+    return f"q{int(found[1]) + 1}" if found else header
 
 
-def _meant(theirs: str, unit: str) -> str:
+def _meant(header: str, unit: str) -> str:
     """Return the standard name of a column by its header and its unit ("" if none); empty where none is known."""
-    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", theirs).strip().lower()
+    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", header).strip().lower()
     bare = re.sub("[ _]", "", plain)
     plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
     if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*+(?:angle[ _.]*+)?([1-6])(?:[ _.]{_ENDS})?", plain):

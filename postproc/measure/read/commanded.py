@@ -87,7 +87,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
 
     Raises:
         PostprocError: DAT012 where a target is not in the program; RAP020 and its like where a tool or a work object of
-            a visit is declared in no file.
+            such a motion is declared in no file.
     """
     target, cells, diagnostics = table.text("target"), table.cells, table.diagnostics
     events = _visited(program, station)

@@ -46,7 +46,7 @@ def read_measurements(
     Args:
         source: the table; comma, dot decimals and the standard column names unless the column map says otherwise.
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
-        program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
+        program: the RAPID program that was run, for tables with a ``target`` column; and files read with it.
         column_map: a TOML file (`ColumnMap`) that says how another layout writes its columns.
         measured: False for poses that are only asked about, or have yet to be measured: then every row stays.
         terms: what the user says of the table beside that.
