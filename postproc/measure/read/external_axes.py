@@ -109,7 +109,7 @@ def _check(table: Table, stated: dict[str, Array], station: Station | None) -> N
 
 
 def check_work(state: State, table: Table, robot: Robot, position: Array) -> None:
-    """Raise DAT038 where points (n, 3) [m] that should be given on the work clearly fit the world instead."""
+    """Raise DAT038 where points (n, 3) [m], to be given in coordinates of the work, clearly are those of the world."""
     station = state.station
     if station is None or station.work is None or state.external_axes is None:
         return

@@ -178,7 +178,7 @@ def _positions(table: Table) -> Array | None:
 
 
 def _deviations(table: Table) -> Array | None:
-    """Return (n,) standard deviations [m] that the instrument states; 0 and less become NaN, with a warning."""
+    """Return (n,) standard deviations [m] that the instrument states, NaN unless positive; None if none is stated."""
     sigma = table.column("sigma_mm")
     if sigma is None:
         return None
@@ -190,7 +190,10 @@ def _deviations(table: Table) -> Array | None:
 
 
 def _sides(table: Table) -> Array | None:
-    """Return (n, 6) approach sides +1, -1, 0; other numbers count by their sign, with a warning."""
+    """Return (n, 6) signs of each joint's last motion before a pose, 0 if not known; None without such columns.
+
+    Other numbers than +1, -1 and 0 count by their sign, with a warning.
+    """
     sides = table.vector(names.APPROACH, fill=0.0)
     if sides is None:
         return None
