@@ -121,7 +121,7 @@ def number_text(value: float, decimals: float) -> str:
     """NumToStr: the number in decimal notation with so many decimals.
 
     Raises:
-        ValueError: there are more than 80 decimals, more than a string holds.
+        ValueError: there are more decimals than a string holds.
     """
     if decimals > MOST_DECIMALS:
         raise ValueError("more decimals than a string holds")
