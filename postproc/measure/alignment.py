@@ -29,8 +29,8 @@ class Alignment:
         tool: (3,) the measured point in the flange frame [m].
         scale: instrument length over nominal length; 1 where the units are right.
         mirrored: the best linear map turns right hands into left ones (swapped columns, wrong sign).
-        residual: (n, 3) measured minus aligned [m].
-        typical: median length of the residual [m].
+        residual: (n, 3) measured minus aligned [m]; NaN where the scale is outside of 0.2 to 5.
+        typical: median length of the residual [m]; infinite at such a scale.
     """
 
     T_instrument_base: Array
@@ -44,16 +44,17 @@ class Alignment:
 def align(
     T_base_flange: Array, position: Array, tool: bool = True, fitted: NDArray[np.bool_] | None = None
 ) -> Alignment:
-    """Fit y = T_instrument_base (p + R t): first linearly as p = A y - c - R t, then Gauss-Newton with Huber weights.
+    """Fit the place of the base in the instrument's frame and the measured point t to y = T_instrument_base (p + R t).
 
-    The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values
-    give the scale. Points on a plane or a line, reached with one orientation, do not determine A: there the flanges
-    themselves are turned on the points, and nothing tells a mirror. Flanges that turn about one point do not either,
-    since A = 0 leaves nothing there: how the points turn with them tells the rotation, and nothing tells the scale.
+    First p = A y - c - R t is solved, linear in 15 unknowns, without a guess; A is projected on the rotations (Kabsch),
+    and its singular values give the scale. Gauss-Newton with Huber weights follows. Points on a plane or a line,
+    reached with one orientation, do not determine A: the rotation is then that of the flanges' own positions onto the
+    points, and ``mirrored`` is False. Flanges that turn about one point do not determine A either: the rotation is then
+    told by how the points turn with them, and the scale is 1.
 
     Args:
-        T_base_flange: (n, 4, 4) with R and p; position: (n, 3) y [m], finite.
-        tool: whether t is fitted; False where the measured point is the origin of those frames.
+        T_base_flange: (n, 4, 4) [m] with rotation R and position p; position: (n, 3) measured y [m], finite.
+        tool: whether t is fitted; False where the measured point is the origin of the flange frames, so that t = 0.
         fitted: (n,) mask of the points that count, all by default; residuals are of all points.
     """
     if fitted is not None and not fitted.all():
@@ -115,13 +116,13 @@ def linear_design(R: Array, y: Array, tool: bool) -> Array:
 
 
 def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
-    """Return the alignment of flanges that turn about one point c of theirs (single-point measurements), else None.
+    """Return the alignment where flanges turn about one fixed point of theirs (single-point measurements), else None.
 
-    There p + R c is constant, and y = s + T R d with the measured point at c + d: linear in the nine products T_ij d_k
-    for each row of T, whose best approximation of rank one tells T; d is found beside it.
+    With that point c in the flange frame, p + R c is constant, and y = s + T R d with the measured point at c + d:
+    linear in the products T_ij d_k, whose best approximation of rank one gives the rotation T.
 
     Args:
-        R: (n, 3, 3) and p: (n, 3) of the flange; y: (n, 3) measured points [m].
+        R: (n, 3, 3) and p: (n, 3) [m] of the flange; y: (n, 3) measured points [m].
     """
     n = len(p)
     turns = np.concatenate([R, np.broadcast_to(-np.eye(3), (n, 3, 3))], axis=2)

@@ -18,7 +18,13 @@ STEPS = 10.0 ** np.arange(0, -7, -1)
 
 
 def going_on(times: Sequence[Array | None]) -> list[Array | None]:
-    """Return times of several clocks as one: one that was set back starts `PAUSE_S` after the end of those before."""
+    """Return times [s] of consecutive tables or records as one clock, None for those without times.
+
+    Times that begin before the end of those in front are moved to `PAUSE_S` behind it; others stay.
+
+    Args:
+        times: (n,) of each [s], or None.
+    """
     end, result = -np.inf, []
     for time in times:
         if time is not None and len(time):
@@ -40,8 +46,8 @@ def without_restarts(time: Array) -> tuple[Array, int]:
     return np.concatenate([part for part in going_on(parts) if part is not None]), sum(again)
 
 
-def evenly(time: Array) -> Array | None:
-    """Return (n,) evenly spaced times [s] that coarse stamps follow; None where they follow none or are fine enough.
+def evenly_spaced(time: Array) -> Array | None:
+    """Return (n,) evenly spaced times [s] in place of coarse stamps; None where stamps are fine or not so spaced.
 
     Rounded stamps are off a line by half of their last decimal place; so are stamps that are cut, all to one side.
     """

@@ -47,11 +47,11 @@ class Agreement:
 
     Args:
         rows: (k,) index of those with a commanded state and a position. wrong: (k,) those that cannot be right.
-        error: (k, 3) from where the placed nominal arm would have the point to where it is [m], instrument axes.
+        error: (k, 3) measured minus the point of the nominal arm at the fitted place [m], axes of the instrument.
         typical: (k,) its median length in the session of the row [m]. doubtful: names of sessions so many rows of which
             are wrong that none of them can be believed, "" where there are no sessions.
-        fits: whether the arm is where the rows that agree have it, in its units and its hand; near: whether it is, as
-            far as poses in a small part of space can tell.
+        fits: whether the rows that agree fit the nominal arm, at a scale of 1 and not mirrored; near: the same without
+            scale and mirror, which poses in a small part of space do not tell.
     """
 
     rows: NDArray[np.int_]
@@ -64,7 +64,7 @@ class Agreement:
 
 
 def agreement(data: Measurements, robot: Robot) -> Agreement:
-    """Return which rows agree on where the arm is; sessions are placed one by one, with the tool of the largest."""
+    """Return which rows agree on where the instrument is; each session has a place, and the tool of the largest."""
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     arm, q = PlacedArm(robot, data.state.T_reference_base).rows(rows), data.state.q[rows]
     T = arm.flange(q)
@@ -92,7 +92,7 @@ def agreement(data: Measurements, robot: Robot) -> Agreement:
 
 
 def _least(data: Measurements, rows: NDArray[np.int_]) -> Array:
-    """Return (k,) least distance [m] from the placed nominal arm at which a row may be wrong: larger where it moves."""
+    """Return (k,) least error [m] at which each of ``rows`` may be wrong: `MOVING_M` where the arm moves, else 0."""
     moves = [np.any(x[rows] != 0, axis=1) for x in (data.state.v, data.state.a) if x is not None]
     return np.where(np.any(moves, axis=0), MOVING_M, 0.0) if moves else np.zeros(len(rows))
 
@@ -103,11 +103,13 @@ def _sessions(data: Measurements) -> NDArray[np.str_]:
 
 
 def _wrong(found: Alignment, T: Array, arm: PlacedArm, q: Array, few: bool) -> NDArray[np.bool_]:
-    """Return (n,) rows that cannot be right: one at most of few poses, none where the arm as a whole is elsewhere.
+    """Return (n,) mask of rows that cannot be right; all False if the arm does not fit as a whole.
+
+    Of few poses at most one can be told: all False, too, if more seem wrong.
 
     Args:
-        found: the alignment with the residuals; T: (n, 4, 4) flanges; q: (n, 6) [rad]; few: whether there are few
-            poses.
+        found: the alignment with the residuals; T: (n, 4, 4) flanges [m]; arm: at these rows; q: (n, 6) [rad].
+        few: whether there are few poses.
     """
     off = np.linalg.norm(found.residual, axis=1)
     if found.typical > SUSPICIOUS_M:
@@ -140,7 +142,7 @@ def _placed(T: Array, position: Array, few: bool, first: Alignment | None) -> Al
 
 
 def _beside_zeros(found: Alignment, T: Array, arm: PlacedArm, q: Array) -> Array:
-    """Return (n,) distances [m] that are left when joint zeros, place and tool are fitted, too (least trimmed squares).
+    """Return (n,) distances [m] that a fit of joint zeros, place and tool leaves (least trimmed squares).
 
     Most of what an arm lacks in its nominal kinematics is in its zeros, so that a smaller error of a row shows.
 
@@ -166,7 +168,7 @@ def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) ->
     """Return the alignment of the rows that agree with it, found by iteration; typical is the median of all rows.
 
     Args:
-        T, position: as in `_placed`; tool: whether the tool is fitted; agree: (n,) rows to start from.
+        T, position: as in `_placed`; tool: whether the tool is fitted; agree: (n,) mask of rows to start from.
     """
     for _ in range(HALVINGS):
         found = align(T, position, tool, agree)
@@ -181,14 +183,18 @@ def _settled(T: Array, position: Array, tool: bool, agree: NDArray[np.bool_]) ->
 
 
 def _proposed(T: Array, position: Array, tool: bool) -> NDArray[np.bool_]:
-    """Return (n,) the half of the rows that one linear map (`linear_design`) brings nearest to the arm."""
+    """Return (n,) mask of the half of the rows that one linear map (`linear_design`) brings nearest to the arm.
+
+    Args:
+        T, position, tool: as in `_settled`.
+    """
     y = position - np.median(position, axis=0)
     design = linear_design(T[:, :3, :3], y / spread_of(y), tool)
     return _closest_half(design, T[:, :3, 3] - np.median(T[:, :3, 3], axis=0), 8 if tool else 6)
 
 
 def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
-    """Return (n,) the half of the rows that one solution x of design x = wanted fits best, among random samples.
+    """Return (n,) mask of the half of the rows that the best x of design x = wanted fits, found from random samples.
 
     Args:
         design: (n, 3, u); wanted: (n, 3). size: rows of a sample, more than are needed: that makes it steadier.
@@ -197,18 +203,18 @@ def _closest_half(design: Array, wanted: Array, size: int) -> NDArray[np.bool_]:
     design, wanted = design[some], wanted[some]
     g = np.random.default_rng(0)
     drawn = np.array([g.choice(len(some), size, replace=False) for _ in range(SAMPLES)])
-    off = _left(design, wanted, drawn)
+    off = _distances_left(design, wanted, drawn)
     for _ in range(HALVINGS):
         best = np.argsort(np.median(off, axis=1))[:BEST]
         drawn = np.argsort(off[best], axis=1)[:, : len(some) // 2]
-        off = _left(design, wanted, drawn)
+        off = _distances_left(design, wanted, drawn)
     agree = np.zeros(int(some[-1]) + 1, dtype=bool)
     agree[some[drawn[np.argmin(np.median(off, axis=1))]]] = True
     return agree
 
 
-def _left(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
-    """Return (k, n) distances of all rows from k solutions, each determined by m rows.
+def _distances_left(design: Array, wanted: Array, drawn: NDArray[np.int_]) -> Array:
+    """Return (k, n) norms of design x - wanted of all rows, for k least-squares solutions x from m rows each.
 
     Args:
         design: (n, 3, u); wanted: (n, 3); drawn: (k, m) indices of the rows of each solution.

@@ -102,12 +102,12 @@ class Measurements:
 
     @cached_property
     def observations(self) -> tuple[Observation, ...]:
-        """The kinds of numbers that a row has columns for."""
+        """The kinds of measured numbers that the table has columns for."""
         return observations(self.rotation is not None, self.joint is not None)
 
     @cached_property
     def observed(self) -> Observation:
-        """The kind that figures are about: positions where there are any, else orientations, else joint angles."""
+        """The kind of number that errors are of: positions if there are any, else orientations, else joint angles."""
         some = [kind for kind in self.observations if np.isfinite(self.numbers(kind)).any()]
         return some[0] if some else self.observations[0]
 
@@ -147,7 +147,7 @@ class Measurements:
         session = self._sessions(clock)
         q = np.round(state.q, 9) + 0.0
         mixed = [blake2b(row.tobytes(), digest_size=8).digest() for row in q]
-        told = np.nan_to_num(np.column_stack([q, self._said()]), nan=-1e9)
+        told = np.nan_to_num(np.column_stack([q, self._tie_breakers()]), nan=-1e9)
         if clock is not None:
             return np.lexsort((*told.T, clock, session))
         return np.lexsort((*told.T, _rank(mixed), session))
@@ -165,8 +165,8 @@ class Measurements:
         place = np.argsort(sorted(range(len(keys)), key=lambda k: keys[k]))
         return np.asarray(place[np.asarray(self.state.session, dtype=int)])
 
-    def _said(self) -> Array:
-        """Return (n, k) channels and measured numbers of every row, to sort rows that are otherwise equal."""
+    def _tie_breakers(self) -> Array:
+        """Return (n, k) channels and measured numbers of every row: they order rows with equal joint angles."""
         state, n = self.state, len(self)
         some = (state.payload_mass, state.approach, state.v, state.temperature, *state.channels.values())
         parts = [part.reshape(n, -1) for part in some if part is not None]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.contract import State
-from postproc.measure.clock import FEWEST, evenly, without_restarts
+from postproc.measure.clock import FEWEST, evenly_spaced, without_restarts
 
 GAP_S = 0.25
 """Rows farther apart in time than this do not belong to one record."""
@@ -33,7 +33,7 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
 
     Speeds are differences of second order, one-sided at the ends of a record. Accelerations are those of the parabola
     through the rows around (Savitzky & Golay 1964). What the table states itself is kept. A clock that restarts is
-    continued, and coarse stamps of evenly spaced rows are replaced by their count. DAT014 reports all that.
+    continued, and coarse stamps of evenly spaced rows are replaced by their count. DAT014 on ``source`` reports that.
     """
     derived = {"joint speeds": state.v, "accelerations": state.a, "approach sides": state.approach}
     lacking = [name for name, channel in derived.items() if channel is None]
@@ -44,7 +44,7 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     q, time = state.q[order], whole[order]
     session = np.zeros(len(q)) if state.session is None else state.session[order]
     alike = session[1:] == session[:-1]
-    lines = [(run, evenly(time[run])) for run in _runs((np.diff(time) <= GAP_S) & alike)]
+    lines = [(run, evenly_spaced(time[run])) for run in _runs((np.diff(time) <= GAP_S) & alike)]
     counted = [(run, line) for run, line in lines if line is not None]
     for run, line in counted:
         time[run] = line
@@ -77,7 +77,7 @@ def is_record(state: State) -> bool:
 
 
 def _runs(joined: NDArray[np.bool_]) -> list[slice]:
-    """Return the records as slices of rows; ``joined`` (n - 1,) says which rows follow the one before."""
+    """Return each record as a slice of rows; ``joined`` (n - 1,) says which rows belong to that of the row before."""
     starts = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(joined) + 1]])
     return [slice(first, end) for first, end in pairwise(starts.tolist())]
 

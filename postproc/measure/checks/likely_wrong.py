@@ -15,11 +15,11 @@ from postproc.measure.checks.readings import (
     RADIANS_BELOW,
     SUSPICIOUS_M,
     PlacedArm,
+    align_arm,
     fits,
     other_arms,
     other_lengths,
     other_reading,
-    seen,
     slipped,
     zero_errors,
 )
@@ -50,14 +50,14 @@ def check_measurements(
     measured: bool = True,
     unit: str = "mm",
 ) -> list[Diagnostic]:
-    """Return all findings about a table, errors included.
+    """Check a table that has been read against the arm; return the findings, errors included.
 
     Args:
-        cells: the table as text, for places in the file; turns: the measured orientations as numbers, if any.
+        cells: the table as text, for places in the file; turns: measured orientations as the table writes them, if any.
         agreed: which rows cannot be right. measured: False for poses that have yet to be measured.
-        unit: of length, in which the positions were read.
+        unit: unit of length in which the positions were read.
     """
-    if not _asked(data, measured).any():
+    if not _usable_rows(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
     found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
@@ -78,21 +78,22 @@ def check_measurements(
     return found + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
 
 
-def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
+def _usable_rows(data: Measurements, measured: bool) -> NDArray[np.bool_]:
     """Return (n,) mask of rows that can be used: with commanded angles and, if ``measured``, with a measured pose."""
     return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
 
 
 def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
-    """Return DAT009 at the first row of the table."""
+    """Return the finding DAT009 with this message and help, at the first row of the table."""
     return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
 
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
     """Return DAT005 for rows without angles or measurements, DAT006 for rows that repeat another digit by digit."""
     found = []
-    commanded = _asked(data, measured=False)
-    for lacking, what in ((~commanded, "no joint angles"), (commanded & ~_asked(data, measured), "nothing measured")):
+    commanded = _usable_rows(data, measured=False)
+    unmeasured = commanded & ~_usable_rows(data, measured)
+    for lacking, what in ((~commanded, "no joint angles"), (unmeasured, "nothing measured")):
         if lacking.any():
             first = int(np.flatnonzero(lacking)[0])
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
@@ -113,7 +114,7 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
 
 
 def _listed(some: NDArray[np.bool_]) -> str:
-    """Return the marked rows (n,) in words, ``rows 1, 4, 9``, the first five of many."""
+    """Return the rows that a mask (n,) marks in words, counted from 1: ``rows 1, 4, 9``; the first five of many."""
     rows = [str(i + 1) for i in np.flatnonzero(some)]
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN])}{more}"
@@ -135,19 +136,20 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 def _check_readings(
     data: Measurements, arm: PlacedArm, agreed: Agreement, cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
-    """Return DAT009 where the points do not fit the nominal arm: with another reading that does, or that none does.
+    """Return one DAT009 where the points do not fit the nominal arm, with what explains it if anything does; else [].
 
-    Joint angles that measured orientations contradict are not proposed.
+    Explanations are points beside the angles of another row, other units, signs or order of columns, another arm, and
+    joint zeros. Other joint angles that measured orientations contradict are not proposed.
 
     Args:
-        arm: the nominal arm at every row; agreed: which rows agree; unit: in which positions were read.
+        arm: the nominal arm at every row; agreed: which rows agree; unit: unit of length of the positions as read.
         turns: measured orientations, if any.
     """
     rows = agreed.rows
     some = rows[:: max(1, len(rows) // 120)]
     q, y, whole = data.state.q[some], data.position[some], arm
     robot, arm = arm.robot, arm.rows(some)
-    as_read = seen(arm, q, y)
+    as_read = align_arm(arm, q, y)
     own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
     far = np.linalg.norm(as_read.residual, axis=1) > HOPELESS_M
     if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
@@ -188,7 +190,11 @@ def _check_readings(
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
-    """Return whether orientations follow other joint angles (n, 6) no worse than those that were read (n, 6) [rad]."""
+    """Return whether orientations follow other joint angles no worse than those that were read; True if none tell.
+
+    Args:
+        arm: at the n rows; angles: (n, 6) the others [rad]; as_read: (n, 6) [rad].
+    """
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
     if turns is None or good.sum() < FEW:
         return True
@@ -201,8 +207,8 @@ def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells)
     """Return DAT009 for points that stand beside the joint angles of another row.
 
     Args:
-        before, after: steps by which angles are off before the k-th row and from it on (`slipped`).
-        rows: (m,) index in the table of the rows that k counts.
+        before, after: as `slipped` returns them for the rows before the k-th and for those from it on.
+        rows: (m,) index in the table of the rows that ``k`` counts.
     """
     last, first = len(rows) - 1, int(rows[min(k, len(rows) - 1)])
     where = f"from row {first + 1} on every" if after else f"up to row {int(rows[k - 1]) + 1} every"
@@ -217,7 +223,11 @@ def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells)
 def _check_orientations(
     data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, turns: Turns | None
 ) -> list[Diagnostic]:
-    """Return DAT009 where orientations do not follow the flange, with the form, order or unit in which they do."""
+    """Return DAT009 where orientations do not follow the flange, with the form, order or unit in which they do.
+
+    Args:
+        rows: index of the rows with angles and positions, which place the base; turns: orientations, if any.
+    """
     if turns is None:
         return []
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
@@ -227,7 +237,7 @@ def _check_orientations(
     flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
     placed = None
     if len(rows) >= FEW:
-        placed = seen(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
+        placed = align_arm(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
     shown = replace(turns, numbers=turns.numbers[some])
     off = shown.off(flange, placed)
     if off is None or off < FOLLOWS:
@@ -236,7 +246,7 @@ def _check_orientations(
         f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
     )
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
-    meant = shown.meant(flange, placed)
+    meant = shown.better_reading(flange, placed)
     if meant is not None:
         what, help_, left = meant
         message += f"; read as {what} they follow it to {np.degrees(left):.2f} deg"
@@ -263,7 +273,10 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
 
 
 def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str) -> list[Diagnostic]:
-    """Return findings on rows that cannot be right: DAT007 where fits leave them out, DAT009 if they are too many."""
+    """Return findings on rows that cannot be right: DAT009 if they are in another unit or too many to be believed.
+
+    Else DAT007: fits leave these rows out. Nothing is returned where the arm as a whole is elsewhere.
+    """
     if not agreed.near or not agreed.wrong.any():
         return []
     mixed = _check_mixed(data, agreed, unit)
@@ -293,7 +306,7 @@ def _check_points(data: Measurements, agreed: Agreement, cells: Cells, unit: str
 
 
 def _far(agreed: Agreement, k: int, cells: Cells) -> Diagnostic:
-    """Return DAT007 for the k-th of the agreed rows, with the coordinate that alone is off, if one is."""
+    """Return DAT007 for row ``k`` of ``agreed.rows``, with the coordinate that alone is off, if one is."""
     error, worst = float(np.linalg.norm(agreed.error[k])), int(np.argmax(np.abs(agreed.error[k])))
     size, i = agreed.error[k, worst], int(agreed.rows[k])
     cause = "another point, or a wrong joint angle?"

@@ -47,15 +47,15 @@ class PlacedArm:
     """A nominal arm where it stands.
 
     Args:
-        T_reference_base: (n, 4, 4) its base at each row, in the frame to which points count; None where that is the
-            base.
+        T_reference_base: (n, 4, 4) [m] its base at each row, in the frame in which points are given; None where that
+            is the base frame.
     """
 
     robot: Robot
     T_reference_base: Array | None = None
 
     def flange(self, q: Array) -> Array:
-        """Return (n, 4, 4) nominal flange poses of joint angles (n, 6) [rad] in the frame to which points count."""
+        """Return (n, 4, 4) nominal flange poses [m] of joint angles (n, 6) [rad] in the frame of the points."""
         T = forward(self.robot, q)
         return T if self.T_reference_base is None else self.T_reference_base @ T
 
@@ -64,27 +64,30 @@ class PlacedArm:
         return self if self.T_reference_base is None else PlacedArm(self.robot, self.T_reference_base[index])
 
 
-def seen(arm: PlacedArm, q: Array, position: Array) -> Alignment:
-    """Return the alignment of the nominal arm with points (n, 3) [m]; points of lost beams (1e9) are not fitted.
+def align_arm(arm: PlacedArm, q: Array, position: Array) -> Alignment:
+    """Return the alignment of the nominal arm at joint angles (n, 6) [rad] with measured points (n, 3) [m].
 
-    Residuals are of all points.
+    Points far from all others (a lost beam, 1e9) are not fitted; residuals are of all points.
     """
     return align(arm.flange(q), position, fitted=near(position))
 
 
 def near(position: Array) -> NDArray[np.bool_]:
-    """Return (n,) mask of points within 20 times the median distance from their median: others are lost beams."""
+    """Return (n,) mask of points (n, 3) within 20 times the median distance from their median; others: lost beams."""
     away = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     return np.asarray(away <= STRAY * np.median(away))
 
 
 def fits(found: Alignment) -> bool:
-    """Return whether an alignment fits: within 10 mm in the median row, not mirrored, at a scale of 1."""
+    """Return whether an alignment fits: within 10 mm in the median row, not mirrored, scale within 5 % of 1."""
     return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME
 
 
 def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
-    """Yield other units of length than ``unit``: the scale of points read in the wrong one, a text, the unit's name."""
+    """Yield (factor, text, other) of each unit of length but ``unit``.
+
+    Points in the other unit that are read in ``unit`` are too large by the factor.
+    """
     for short, name in LENGTHS.items():
         if UNITS[short] != UNITS[unit]:
             read = next(LENGTHS[known] for known in LENGTHS if UNITS[known] == UNITS[unit])
@@ -103,18 +106,18 @@ def other_reading(
 
     Args:
         q: (n, 6) [rad] and position: (n, 3) [m] as they were read; as_read: their alignment.
-        unit: of length, in which the positions were read. allowed: whether other joint angles (n, 6) are possible.
+        unit: unit of length in which the positions were read. allowed: whether joint angles (n, 6) may be proposed.
     """
     best, found = as_read.typical / CLEARER, None
     mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
-    mirrored = seen(arm, q, position[:, [1, 0, 2]])
+    mirrored = align_arm(arm, q, position[:, [1, 0, 2]])
     in_mirror = fits(mirrored) and mirrored.typical < best
     for q_other, text, help_ in _joints(q):
-        other = seen(arm, q_other, position)
+        other = align_arm(arm, q_other, position)
         for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
             if abs(other.scale / factor - 1) > SAME:
                 continue
-            fit = other if factor == 1.0 else seen(arm, q_other, position / factor)
+            fit = other if factor == 1.0 else align_arm(arm, q_other, position / factor)
             if fits(fit) and fit.typical < best and allowed(q_other):
                 best = fit.typical / 2
                 length = f"the positions {look}" if look else ""
@@ -129,14 +132,17 @@ def other_reading(
 
 
 def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] | None:
-    """Return (steps before k, steps after k, k) where points from row k on, or up to it, belong to other rows.
+    """Find the row k before which, or from which on, all points stand beside the joint angles of a neighbouring row.
 
-    One of the two is 0, the other 1 (of the row before) or -1 (of the next): a point that was not taken, or taken
-    twice, moves all that follow. The first third of the rows, or the last, tells where the instrument stands. None
-    where this does not bring nine rows of ten to the arm, and half of those that are not there as they stand.
+    A point that was not taken, or taken twice, moves all that follow. The first third of the rows, or the last, tells
+    where the instrument stands.
+
+    Returns:
+        (before, after, k): 1 where points belong to the angles of the row before, -1 for those of the next, 0 where
+        they stand right. None unless nine rows of ten then fit, and half of those that do not as they stand.
     """
     n, flange = len(q), arm.flange(q)
-    right = np.linalg.norm(seen(arm, q, position).residual, axis=1) < HOPELESS_M
+    right = np.linalg.norm(align_arm(arm, q, position).residual, axis=1) < HOPELESS_M
     most, found = max(0.9 * n, 0.5 * (n + right.sum())), None
     for first, (mine, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
         fitted = np.zeros(2 * n, dtype=bool)
@@ -159,7 +165,7 @@ def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
     found: dict[str, float] = {}
     for name in list_robots():
         try:
-            other = seen(replace(arm, robot=load_robot(name)), q, position)
+            other = align_arm(replace(arm, robot=load_robot(name)), q, position)
         except PostprocError:
             continue
         if fits(other) and name != arm.robot.name:
@@ -168,19 +174,22 @@ def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
 
 
 def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float]:
-    """Return (6,) joint zeros [rad] that bring the points nearest to the arm, and the median distance [m] left then."""
+    """Return (6,) offsets of joint angles [rad] that fit the points best, and the median distance [m] left then."""
     from scipy.optimize import least_squares
 
     def error(offset: Array) -> Array:
         """Return the residuals (3 n,) [m] with joint zeros moved."""
-        return seen(arm, q + offset, position).residual.ravel()
+        return align_arm(arm, q + offset, position).residual.ravel()
 
     best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
-    return np.asarray(best.x), seen(arm, q + best.x, position).typical
+    return np.asarray(best.x), align_arm(arm, q + best.x, position).typical
 
 
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
-    """Yield other readings of joint angles, the simplest first: angles (n, 6) [rad], what they look like, help."""
+    """Yield readings of joint angles, the simplest first: (angles (n, 6) [rad], message, help).
+
+    The first are the angles as they were read, without a text.
+    """
     yield q, "", ""
     if np.nanmax(np.abs(q)) < RADIANS_BELOW:
         yield np.rad2deg(q), *RADIANS
@@ -204,7 +213,11 @@ def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
 
 
 def _negated(q: Array, counts: Iterable[int]) -> Iterator[tuple[Array, str, str]]:
-    """Yield readings as `_joints` does, with the signs of some joints reversed; counts: of how many at once."""
+    """Yield readings as `_joints` does, with the signs of some joints reversed.
+
+    Args:
+        counts: how many joints are reversed at once.
+    """
     for count in counts:
         for some in combinations(range(6), count):
             other = q.copy()

@@ -51,16 +51,15 @@ class Noise:
 
 
 def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
-    """Return the noise stated by the user, else that of repeats (pooled scatter about the mean of each group).
+    """Return the noise that the user states, else the pooled scatter of repeats about the mean of each group.
 
-    Column ``sigma_mm`` states the instrument's share; without repeats the arm's is unknown. Repeats of one visit count
-    where there are enough of them: those of a later round, at another temperature, differ by drift and growth as well.
-    What follows a column of the user's own within repeats is no noise either; where all repeats then scatter clearly
-    less than those of one visit, they count.
+    Repeats of one visit count where they have 9 degrees of freedom: those of a later visit differ by drift and heat as
+    well. All repeats count where these are too few, or where all scatter significantly less. What a linear function of
+    the user's own columns explains within repeats is no noise. Column ``sigma_mm`` gives the share of the instrument.
 
     Args:
         stated: [m], or [rad] where only angles were measured.
-        error: (n, k) what a model leaves of the observed numbers: its scatter within repeats counts in place of theirs.
+        error: (n, k) residuals of a model, whose scatter counts in place of that of the observed numbers.
     """
     values = _values(data) if error is None else error
     beside = data.observed.name == "position"
@@ -78,20 +77,20 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
 
 
 def scatters(data: Measurements, values: Array) -> list[tuple[float, float]]:
-    """Return (pooled variance, degrees of freedom) of repeats of one visit, and of all repeats, of (n, k) numbers."""
+    """Return (pooled variance, degrees of freedom) of values (n, k), twice: of repeats of one visit, of all repeats."""
     some = (visits(data), data.repeats)
-    return [_beside_own_columns(data, _without_strays(values, groups), groups) for groups in some]
+    return [_unexplained_scatter(data, _without_strays(values, groups), groups) for groups in some]
 
 
 def _values(data: Measurements) -> Array:
-    """Return (n, k) observed numbers; orientations as rotation vectors [rad] from the first of each pose."""
+    """Return (n, k) observed numbers; orientations as rotation vectors [rad] from the first repeat of each pose."""
     if data.observed.name == "orientation":
         return _turned(data, data.repeats)
     return data.numbers(data.observed)
 
 
 def _quieter(square: float, dof: float, than: Noise) -> bool:
-    """Return whether a variance is significantly below that of a noise (F test)."""
+    """Return whether the variance ``square`` with its degrees of freedom is significantly below a noise's (F test)."""
     from scipy.special import fdtrc
 
     return bool(fdtrc(than.dof, dof, float(than.sigma or 0.0) ** 2 / square) < CHANCE)
@@ -106,7 +105,7 @@ def visits(data: Measurements) -> NDArray[np.int_]:
 
 
 def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDArray[np.int_]:
-    """Return groups (n,) split where a channel has a gap of over a twentieth of its range, and over ``least``."""
+    """Return groups (n,) split where a channel (n,) has a gap over a twentieth of its range and over ``least``."""
     if not np.isfinite(channel).all():
         return groups
     order = np.lexsort((channel, groups))
@@ -117,8 +116,11 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
     return found
 
 
-def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
-    """Return pooled variance and degrees of freedom within groups, less what follows own columns (F test)."""
+def _unexplained_scatter(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+    """Return the pooled variance of values (n, k) within groups (n,) beside own columns, and its degrees of freedom.
+
+    What a linear function of a user's own column explains in each group is taken out if it is significant (F test).
+    """
     from scipy.special import fdtrc
 
     square, dof = pooled_scatter(values, groups)

@@ -75,6 +75,6 @@ def _wrong(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray
 
 
 def _more(row: NDArray[np.bool_]) -> str:
-    """Return text on the first row and how many more are concerned; empty for one row or for all."""
+    """Return `` (rows 3 and 5 more)`` for a mask (n,) of rows; empty text where it marks one row or all."""
     count = int(row.sum())
     return f" (rows {int(np.flatnonzero(row)[0]) + 1} and {count - 1} more)" if 1 < count < len(row) else ""

@@ -65,7 +65,7 @@ class Cells:
         return [row[at] for row in self.rows]
 
     def numbers(
-        self, name: str | int, diagnostics: list[Diagnostic], cure: str = "correct the cell or leave it empty"
+        self, name: str | int, diagnostics: list[Diagnostic], help_: str = "correct the cell or leave it empty"
     ) -> Array:
         """Return (n,) one column as numbers, NaN where a cell is empty.
 
@@ -73,7 +73,7 @@ class Cells:
         values (DAT005), are reported and become NaN; where most cells are no numbers, that is an error.
 
         Args:
-            cure: help of the findings.
+            name: header or number from 1; diagnostics: gets the findings; help_: what they advise.
         """
         cells = self.text(name)
         if "+" in cells:
@@ -91,10 +91,10 @@ class Cells:
                     wrong.append(i)
         huge = np.abs(values) > LARGEST
         values[huge] = np.nan
-        self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", cure)
+        self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", help_)
         if any(NUMBER_AND_MORE.match(cells[i]) for i in wrong):
-            cure = "write the number alone, and its unit behind the column's name: `X [mm]`"
-        self._report(wrong, name, diagnostics, "DAT003", "is not a number", cure)
+            help_ = "write the number alone, and its unit behind the column's name: `X [mm]`"
+        self._report(wrong, name, diagnostics, "DAT003", "is not a number", help_)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
             # So many are no slips: the column is not what it is taken for.
             diagnostics[-1] = replace(diagnostics[-1], severity="error")
@@ -129,8 +129,9 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic],
 
     Args:
         layout: separator, decimal sign, comments and header, as far as the user states them.
-        every: keep rows with more or fewer cells than the header, all but their first cell empty; else they are
-            dropped.
+        diagnostics: gets the findings.
+        every: a row that has not as many cells as the header stays, with all cells but the first emptied; else it is
+            left out.
 
     Raises:
         PostprocError: DAT001 where there is no table.
@@ -256,5 +257,5 @@ def _start(source: Source, line: int) -> Span:
 
 
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
-    """Return the exception of DAT001."""
+    """Return the exception for a file that is no table (DAT001)."""
     return PostprocError.of("DAT001", message, source, help=help_)

@@ -34,7 +34,7 @@ STANDARD = (
 
 
 def columns_of(channel: str) -> str:
-    """Return the columns of a channel for people, ``q1_deg .. q6_deg``; a table's own column is its own channel."""
+    """Return a text that names the columns of a channel, ``q1_deg .. q6_deg``; of a user's own, the channel itself."""
     names = COLUMNS.get(channel)
     return channel if names is None else " .. ".join(f"`{name}`" for name in dict.fromkeys((names[0], names[-1])))
 
@@ -125,7 +125,7 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
 
 
 def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
-    """Return the standard name of every column that another program wrote, empty where none is known.
+    """Return for each column the standard name that its header and unit mean, empty where none is known.
 
     Joint angles are six: fewer columns q1, q2, .. may be the parts of a quaternion, and are none.
     """
@@ -138,15 +138,15 @@ def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
     return ["" if name in JOINTS and theirs.lower().startswith("q") else name for name, theirs in pairs]
 
 
-def _counted(theirs: str) -> str:
-    """Return a joint's name counted from 0 as one counted from 1: ``actual_q_0`` is ``q1``; others as they are."""
-    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", theirs.strip().lower())
-    return f"q{int(found[1]) + 1}" if found else theirs
+def _counted(header: str) -> str:
+    """Return the header of a joint that counts from 0 as one from 1: ``actual_q_0`` as ``q1``; others as they are."""
+    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", header.strip().lower())
+    return f"q{int(found[1]) + 1}" if found else header
 
 
-def _meant(theirs: str, unit: str) -> str:
-    """Return the standard name of a column that another program wrote; empty where none is known."""
-    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", theirs).strip().lower()
+def _meant(header: str, unit: str) -> str:
+    """Return the standard name of a column by its header and its unit ("" if none); empty where none is known."""
+    plain = re.sub(r"[\[(][^\[(\])]*+[\])]", "", header).strip().lower()
     bare = re.sub("[ _]", "", plain)
     plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
     if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*+(?:angle[ _.]*+)?([1-6])(?:[ _.]{_ENDS})?", plain):

@@ -40,11 +40,12 @@ def commanded_joints(
     Args:
         position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base.
         configuration: (n, 4) cf1, cf4, cf6, cfx; zeros where None.
+        cells: the table, for places in the file; diagnostics: gets DAT012 for rows that the arm cannot reach.
 
-    A row that the arm cannot reach is reported as DAT012 and becomes NaN.
+    Such rows become NaN.
 
     Raises:
-        PostprocError: DAT012 where that are more than a fifth of the rows.
+        PostprocError: DAT012 where they are more than a fifth of all rows.
     """
     T = transform(position, rotation)
     wanted = np.zeros((len(T), 4)) if configuration is None else np.nan_to_num(configuration)
@@ -86,7 +87,7 @@ def program_targets(table: Table, program: Source | Sequence[Source], robot: Rob
 
     Raises:
         PostprocError: DAT012 where a target is not in the program; RAP020 and its like where a tool or a work object of
-            a visit is declared in no file.
+            such a motion is declared in no file.
     """
     target, cells, diagnostics = table.text("target"), table.cells, table.diagnostics
     events = _visited(program, station)

@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
-from postproc.measure.checks.readings import CLEARER, PlacedArm, fits, seen
+from postproc.measure.checks.readings import CLEARER, PlacedArm, align_arm, fits
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import UNITS, fitting
@@ -29,7 +29,7 @@ def with_external_axes(state: State, table: Table, station: Station | None, exta
     """Return the state with the external axes, the arm's pose by them, and the axes as channels [mm], [deg].
 
     Args:
-        station: the cell that the axes belong to, if known.
+        table: has the columns, gets the findings; station: the cell that the axes belong to, if known.
         extax: (n, 6) those of a program's targets, for axes that have no column; None where there is none.
 
     Raises:
@@ -77,10 +77,10 @@ def _stated(table: Table, name: str, joint: Joint | None) -> Array:
 
 
 def _check(table: Table, stated: dict[str, Array], station: Station | None) -> None:
-    """Report DAT038 for axes that no cell describes, have no column, or leave their limits; raise it for unknown ones.
+    """Report DAT038 for axes without a cell, without a column or outside their limits; raise it for unknown axes.
 
     Args:
-        stated: positions (n,) [mm], [deg] by column name.
+        table: gets the findings; stated: positions (n,) [mm], [deg] by column name.
     """
     moving = [name for name, values in stated.items() if np.nanmax(np.abs(values)) > 0]
     if station is None or not station.joints:
@@ -109,7 +109,7 @@ def _check(table: Table, stated: dict[str, Array], station: Station | None) -> N
 
 
 def check_work(state: State, table: Table, robot: Robot, position: Array) -> None:
-    """Raise DAT038 where points (n, 3) [m] that should be given on the work clearly fit the world instead."""
+    """Raise DAT038 where points (n, 3) [m], to be given in coordinates of the work, clearly are those of the world."""
     station = state.station
     if station is None or station.work is None or state.external_axes is None:
         return
@@ -118,7 +118,8 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
         return
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
     work, world = (
-        seen(PlacedArm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows]) for s in (state, other)
+        align_arm(PlacedArm(robot, s.T_reference_base).rows(rows), state.q[rows], position[rows])
+        for s in (state, other)
     )
     if fits(world) and not fits(work) and world.typical < work.typical / CLEARER:
         message = f"the points do not move with the work on `{station.work}`: in the world they fit to"
@@ -127,10 +128,10 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
 
 
 def _wrong(table: Table, message: str, help_: str) -> PostprocError:
-    """Return the exception of DAT038, with all findings so far."""
+    """Return the exception for DAT038 with this message and help, and with all findings about the table so far."""
     return PostprocError([*table.diagnostics, _finding(table, message, help_)])
 
 
 def _finding(table: Table, message: str, help_: str) -> Diagnostic:
-    """Return DAT038 as an error at the first row."""
+    """Return the finding DAT038 with this message and help, an error at the first row."""
     return Diagnostic("DAT038", "error", message, table.cells.source, table.cells.span(0), help_)

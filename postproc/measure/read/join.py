@@ -11,10 +11,13 @@ from postproc.measure.read.values.numbers import as_number, is_number
 
 
 def join(seen: Cells, beside: Cells, diagnostics: list[Diagnostic]) -> Cells:
-    """Return the rows of one table with the columns of another beside them; how they were joined is reported (DAT033).
+    """Return the rows of ``seen`` with the columns of ``beside`` added; how they were joined is reported (DAT033).
 
-    Joined by a column of names (`pose_id`, `Point`, ..) that both have, where most names of the first stand in the
-    second, once each; else row by row. Of columns that both have, the first table's count.
+    They are joined by a column of names (`pose_id`, `Point`, ..) that both have, where most names of the first stand in
+    the second, once each; else row by row. A column that both have is taken from the first.
+
+    Args:
+        seen: what the instrument measured; beside: the commanded joint angles; diagnostics: gets the findings.
 
     Raises:
         PostprocError: DAT033 where neither names nor the number of rows agree.
@@ -44,9 +47,9 @@ def join(seen: Cells, beside: Cells, diagnostics: list[Diagnostic]) -> Cells:
 
 
 def _by_name(seen: Cells, beside: Cells) -> tuple[list[int | None] | None, str]:
-    """Return (n,) the row of the second table for each of the first, None where it has none, and how they were joined.
+    """Return the row of ``beside`` for each row of ``seen``, None where it has none, and words for how it was found.
 
-    The list is None where no two columns of names match.
+    The list is None, with an empty text, where no two columns of names match.
     """
     names = [[name for name in cells.header if name.lower().replace("_", " ") in LABELS] for cells in (seen, beside)]
     for mine in names[0]:

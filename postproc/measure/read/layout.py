@@ -26,7 +26,7 @@ def _known(unit: str) -> str:
 
 
 def _form(form: str) -> str:
-    """Return the form of an orientation; raise a validation error where it is none."""
+    """Return the form of an orientation (`MappedRotation`); raise a validation error where there is no such form."""
     if form not in QUATERNIONS and form != "rotvec" and not EULER.fullmatch(form):
         raise PydanticCustomError("form", f"`{form}` is no form of an orientation", FORMS)
     return form
@@ -123,8 +123,8 @@ class ColumnMap(FileTable):
     cmd_orientation: MappedRotation | None = None
 
     @property
-    def turned(self) -> set[str]:
-        """Names of the columns that hold orientations."""
+    def orientation_columns(self) -> set[str]:
+        """Headers or numbers of the columns that the map reads as orientations."""
         return {name for mapped in (self.orientation, self.cmd_orientation) if mapped for name in mapped.columns}
 
 

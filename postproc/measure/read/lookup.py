@@ -51,7 +51,8 @@ class Table:
         }
         asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
         mapped = {header[self.cells.at(m.name)] for m in asked.values()}
-        mapped |= {header[self.cells.at(m.minus)] for m in asked.values() if m.minus is not None} | layout.turned
+        mapped |= {header[self.cells.at(m.minus)] for m in asked.values() if m.minus is not None}
+        mapped |= layout.orientation_columns
         found = names.recognised(header, units)
         taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
@@ -79,7 +80,7 @@ class Table:
         """Return a column with its unit: that of the map, else the one it states if that fits, else the standard.
 
         Args:
-            name: the standard column or channel that it stands for.
+            name: the standard column or channel that it stands for; wanted: where it stands, as the map says.
         """
         at = self.cells.at(wanted.name)
         if at < 0:
@@ -94,7 +95,7 @@ class Table:
         return wanted.model_copy(update={"unit": wanted.unit or (stated if stated and known else standard)})
 
     def _once(self, name: str, theirs: str | int) -> None:
-        """Raise DAT002 where a needed name stands over two columns that differ."""
+        """Raise DAT002 where the header ``theirs``, read as ``name``, stands over two columns that differ."""
         header = self.cells.header
         same = [k + 1 for k, other in enumerate(header) if other == theirs]
         if len(same) > 1 and any(self.cells.text(k) != self.cells.text(same[0]) for k in same):
@@ -104,12 +105,12 @@ class Table:
             raise PostprocError.of("DAT002", message, self.cells.source, help=help_)
 
     def _no_such(self, theirs: str | int, wanted: str) -> PostprocError:
-        """Return the exception of DAT002 for a column that the map names and the table lacks."""
+        """Return the exception DAT002: the map names the column ``theirs`` for ``wanted``, and the table lacks it."""
         message = f"the column map names `{theirs}` for `{wanted}`, and the table has no such column"
         return PostprocError.of("DAT002", message, self.cells.source, help=missing_help(self.cells))
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
-        """Add a finding about the table, at a row where one is given."""
+        """Add a finding about the table to ``diagnostics``, at a row (index from 0) where one is given."""
         span = None if row is None else self.cells.span(row)
         self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
 
@@ -162,7 +163,7 @@ class Table:
         """Return (n, k) several columns in SI; None where the table has none of them.
 
         Args:
-            fill: value in gaps and for missing columns, with a warning.
+            wanted: standard names; fill: value in gaps and for missing columns, with a warning.
             partial: whether some of the columns are enough; absent: value of the others then.
 
         Raises:
@@ -210,7 +211,7 @@ class Table:
         return replace(turns, numbers=np.where(bad[:, None], np.nan, turns.numbers))
 
     def _stamps(self, name: str | int) -> Array | None:
-        """Return (n,) seconds of a column of time stamps; None where it holds numbers alone or no stamps."""
+        """Return (n,) seconds since the earliest of a column of time stamps; None where it holds anything else."""
         told = ["" if cell.lower() in EMPTY else cell for cell in self.cells.text(name)]
         return seconds(told) if self.has_words(name) else None
 

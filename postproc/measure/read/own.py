@@ -25,7 +25,7 @@ def own_channels(table: Table) -> dict[str, Array]:
     """
     found: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells
-    _say_turns(table)
+    _report_orientations(table)
     for name, mapped in table.place.items():
         if name in names.STANDARD:
             continue
@@ -34,7 +34,7 @@ def own_channels(table: Table) -> dict[str, Array]:
         found |= levels if column is None else {name: column}
     taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
     taken |= {header[cells.at(mapped.minus)] for mapped in table.place.values() if mapped.minus is not None}
-    taken |= table.layout.turned
+    taken |= table.layout.orientation_columns
     for name in header:
         if name in taken or not name:
             continue
@@ -67,7 +67,7 @@ def own_channels(table: Table) -> dict[str, Array]:
     return found
 
 
-def _say_turns(table: Table) -> None:
+def _report_orientations(table: Table) -> None:
     """Report columns that look like an orientation where none is read (DAT015)."""
     if table.layout.orientation is not None or "qw" in table.place:
         return
@@ -86,7 +86,7 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
     """Return channels (n,) ``name=word`` of a column of at most 12 words, 1 where the word stands; empty for others.
 
     Args:
-        name: of the channel; theirs: the column in the table.
+        name: of the channel; theirs: header or number of the column in the table.
     """
     told = np.array(table.cells.text(theirs))  # "none" is a word among others here
     levels = list(dict.fromkeys(told[told != ""].tolist()))
@@ -100,13 +100,13 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
 
 
 def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
-    """Return the channel ``row``, (n,) number of each row in the order of measuring, in place of a time not recorded.
+    """Return {``row``: (n,) number of each row in the order of measuring}, in place of times that were not recorded.
 
     Names of poses that end in a number and rise along the rows (``P12``) give it, so that gaps count. Empty where the
-    table has such a column itself.
+    table has a column ``row`` itself.
 
     Args:
-        labels: names of the poses.
+        state: has the channels of the table; labels: names of the poses.
     """
     if "row" in state.channels:
         return {}

@@ -46,7 +46,7 @@ def read_measurements(
     Args:
         source: the table; comma, dot decimals and the standard column names unless the column map says otherwise.
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
-        program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
+        program: the RAPID program that was run, for tables with a ``target`` column; and files read with it.
         column_map: a TOML file (`ColumnMap`) that says how another layout writes its columns.
         measured: False for poses that are only asked about, or have yet to be measured: then every row stays.
         terms: what the user says of the table beside that.
@@ -59,7 +59,7 @@ def read_measurements(
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
-    position = _seen(table)
+    position = _positions(table)
     if position is None:
         position = np.full((n, 3), np.nan)
         if measured and turns is None and measured_joints is None:
@@ -94,9 +94,10 @@ def read_measurements(
 
 
 def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> Table:
-    """Return the table, joined with that of the joint angles where these stand in a file of their own.
+    """Return the table of a file, joined with that of the joint angles where these stand in a file of their own.
 
     Args:
+        layout: how the file writes its columns; terms: what the user says of the table.
         every: whether rows with too few or too many cells stay.
     """
     diagnostics: list[Diagnostic] = []
@@ -107,7 +108,7 @@ def _opened(source: Source, layout: ColumnMap, terms: Reading, every: bool) -> T
 
 
 def _followed(state: State, table: Table, terms: Reading) -> State:
-    """Return the state with speeds and approach sides from the times, or with the row number where the order counts."""
+    """Return the state with speeds and approach sides if times tell them, or with row numbers if the order counts."""
     if "time_s" in table.place:
         state, findings = with_motion(state, table.cells.source)
         table.diagnostics.extend(findings)
@@ -150,7 +151,7 @@ def _labels(q: Array) -> list[str]:
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
-def _seen(table: Table) -> Array | None:
+def _positions(table: Table) -> Array | None:
     """Return (n, 3) measured positions [m], NaN along axes that have no column; None where there is no column.
 
     Rows in which all three are exactly 0, if not all, are lost beams: they become NaN, with a warning.
@@ -177,7 +178,7 @@ def _seen(table: Table) -> Array | None:
 
 
 def _deviations(table: Table) -> Array | None:
-    """Return (n,) standard deviations [m] that the instrument states; 0 and less become NaN, with a warning."""
+    """Return (n,) standard deviations [m] that the instrument states, NaN unless positive; None if none is stated."""
     sigma = table.column("sigma_mm")
     if sigma is None:
         return None
@@ -189,7 +190,10 @@ def _deviations(table: Table) -> Array | None:
 
 
 def _sides(table: Table) -> Array | None:
-    """Return (n, 6) approach sides +1, -1, 0; other numbers count by their sign, with a warning."""
+    """Return (n, 6) signs of each joint's last motion before a pose, 0 if not known; None without such columns.
+
+    Other numbers than +1, -1 and 0 count by their sign, with a warning.
+    """
     sides = table.vector(names.APPROACH, fill=0.0)
     if sides is None:
         return None

@@ -33,7 +33,7 @@ AS_IT_IS = Reading()
 
 
 def accepted(found: Iterable[Diagnostic], accept: Set[str]) -> list[Diagnostic]:
-    """Return the findings with those errors as warnings that the user accepts; the others say how to accept them.
+    """Return the findings, accepted errors as warnings; the help of others that may be accepted says how.
 
     Args:
         accept: codes of the accepted findings.

@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.alignment import align
-from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, seen
+from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, align_arm
 from postproc.measure.clock import going_on
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.cells import read_cells
@@ -107,9 +107,9 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
 
 
 def _concerns(column_map: Source, source: Source) -> bool:
-    """Return whether a table has one of the columns that a column map names; True for a map that names none."""
+    """Return whether a table has a column that a column map names, or the map names none; False if it is no table."""
     layout = read_column_map(column_map)
-    columns = [*(mapped.name for mapped in layout.columns.values()), *layout.turned]
+    columns = [*(mapped.name for mapped in layout.columns.values()), *layout.orientation_columns]
     try:
         cells = read_cells(source, layout, [])
     except PostprocError:
@@ -124,7 +124,7 @@ def _names(sources: Sequence[Source]) -> list[str]:
 
 
 def _stacked(parts: Sequence[Array | None], tables: Sequence[Measurements], fill: float) -> Array | None:
-    """Return arrays one below the other, ``fill`` for tables that have none; None where no table has one."""
+    """Return the arrays of tables one below the other, ``fill`` in the rows of those without; None if none has one."""
     known = next((part for part in parts if part is not None), None)
     if known is None:
         return None
@@ -176,7 +176,11 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
 def _shared(
     name: str, parts: Sequence[Array | None], tables: Sequence[Measurements], found: list[Diagnostic]
 ) -> Array | None:
-    """Return a channel (n,) that every table has recorded; None, with a warning, where only some have."""
+    """Return a channel (n,) that every table has recorded; None if not all have, with a warning if some have.
+
+    Args:
+        name: of the channel; parts: its values in each table; found: gets the warning.
+    """
     lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
     if lacking and len(lacking) < len(tables):
         message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
@@ -194,7 +198,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
     here, there = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))
-    first, own = seen(here, q, y), seen(there, q_other, y_other)
+    first, own = align_arm(here, q, y), align_arm(there, q_other, y_other)
     T = there.flange(q_other)
     T[:, :3, 3] += T[:, :3, :3] @ first.tool
     same = align(T, y_other, tool=False)
@@ -218,5 +222,5 @@ def _located(table: Measurements) -> Array:
 
 
 def _finding(severity: Severity, message: str, help_: str) -> Diagnostic:
-    """Return DAT031."""
+    """Return the finding DAT031 with this message and help."""
     return Diagnostic("DAT031", severity, message, help=help_)

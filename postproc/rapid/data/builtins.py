@@ -81,10 +81,10 @@ def euler(rot: Data, x: bool = False, y: bool = False, z: bool = False) -> float
     return euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
 
 
-def shortened(value: float, decimals: float, up: bool) -> float:
-    """The value with a number of decimals: rounded half away from zero (Round) if ``up``, else cut off (Trunc)."""
+def shortened(value: float, decimals: float, nearest: bool) -> float:
+    """The value with a number of decimals: rounded half away from zero (Round) if ``nearest``, else cut off (Trunc)."""
     scale = 10.0 ** int(decimals)
-    return math.copysign(math.floor(abs(value) * scale + (0.5 if up else 0.0)) / scale, value)
+    return math.copysign(math.floor(abs(value) * scale + (0.5 if nearest else 0.0)) / scale, value)
 
 
 def dimension(array: Data, level: float) -> float:
@@ -121,7 +121,7 @@ def number_text(value: float, decimals: float) -> str:
     """NumToStr: the number in decimal notation with so many decimals.
 
     Raises:
-        ValueError: there are more than 80 decimals, which is the longest string.
+        ValueError: there are more decimals than a string holds.
     """
     if decimals > MOST_DECIMALS:
         raise ValueError("more decimals than a string holds")
@@ -197,5 +197,5 @@ def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> t
 
 
 def unknown(name: str) -> Unknown:
-    """The exception for a function outside ``FUNCTIONS``: its value exists only at run time, or it is not known."""
+    """The exception for a call of a function outside ``FUNCTIONS``: known only at run time, or not known at all."""
     return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)

@@ -84,7 +84,7 @@ class Root:
 
     Args:
         target: its value; origin: where that comes from.
-        lever: what of the displacement turns with the target (that of ``RelTool``) [mm], object axes.
+        lever: the part of the displacement that turns with the target, as that of ``RelTool`` [mm], object axes.
     """
 
     target: RobTarget
@@ -120,7 +120,7 @@ class Signature:
         interpolation: how the controller moves to the target; ``none`` for what does not move the arm.
         roles: of the positional arguments; older: in S4 programs, where they differ.
         phase: of the seam, for arc and cap welding.
-        why_not: why its target is never changed.
+        why_not: why its target is never changed, empty if it may be.
         jointed: the target is a jointtarget.
         targets: how many of the first arguments are targets.
     """
@@ -313,6 +313,6 @@ class MotionEvent:
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
     """Indices into ``events`` of the executions of each statement, by statement key.
 
-    Events that only put the arm back on another way (``resumes_from`` is set) are no executions and are left out.
+    Events without a motion, which put the arm back to where another way led it (``resumes_from``), are left out.
     """
     return grouped((event.statement.key, i) for i, event in enumerate(events) if event.resumes_from is None)

@@ -107,7 +107,7 @@ RECORDS: Mapping[str, Fields] = {
 
 
 def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
-    """Fields (name, type) of record types by lower-case type name: those of every controller and of these modules."""
+    """Fields (name, type) of record types by lower-case type name: those that every controller or a module defines."""
     return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 
@@ -116,7 +116,7 @@ MOST_LEVELS = 10  # of records inside one another
 
 
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:
-    """Value of data declared without one: 0, FALSE, the empty string, or a record of these.
+    """Value of data declared without an initial value: 0, FALSE, the empty string, or a record of these.
 
     Args:
         kind: type name; records: fields of the record types by name.

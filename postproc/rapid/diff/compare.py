@@ -41,7 +41,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
         for x, y in pairs:
             if x is None or y is None:
-                differences.append(_lonely(x, y))
+                differences.append(_unpaired(x, y))
                 continue
             compared += 1
             found = _compare((a, x, events_a.get(x.key, [])), (b, y, events_b.get(y.key, [])))
@@ -69,8 +69,8 @@ def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
     return tuple(accumulate((partner is not None for partner in partners), initial=0))
 
 
-def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
-    """The difference "added" or "removed" for a motion statement that stands in one program only; the other is None."""
+def _unpaired(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
+    """The difference for a statement of one program only: ``x`` was removed, or ``y`` was added; the other is None."""
     there = x or y
     assert there is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
@@ -88,7 +88,7 @@ Side = tuple[Program, MotionStatement, Sequence[MotionEvent]]
 
 
 def _compare(first: Side, second: Side) -> Difference:
-    """Difference between two paired motion statements: the largest over their executions, which are paired in order."""
+    """Difference of two paired statements: the largest distances over their executions, which are paired in order."""
     (_, x, a), (_, y, b) = first, second
     distance: float | None = None
     angle: float | None = None
@@ -118,7 +118,7 @@ def _compare(first: Side, second: Side) -> Difference:
             elif p != q:
                 texts["target"] = (_shown(p), _shown(q))
         texts.update(_values(one, two))
-    known = _known(*first) & _known(*second)
+    known = _roles_by_value(*first) & _roles_by_value(*second)
     texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
     place, speed = _place(y), _speeds(a, b)
@@ -183,7 +183,7 @@ TARGETS = frozenset({"to", "via"})
 BY_VALUE = frozenset({"speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload"})
 
 
-def _known(program: Program, statement: MotionStatement, events: Sequence[MotionEvent]) -> frozenset[str]:
+def _roles_by_value(program: Program, statement: MotionStatement, events: Sequence[MotionEvent]) -> frozenset[str]:
     """Roles whose arguments are compared by value, not by text: their names are known in the program's files.
 
     ``to`` and ``via`` are among them if every event has a target; without events the result is empty.
@@ -207,7 +207,7 @@ def _known(program: Program, statement: MotionStatement, events: Sequence[Motion
 
 
 def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, str]]:
-    """Texts of both arguments, by role, where the words differ; an empty text if one statement lacks the argument."""
+    """Texts of the arguments of two statements where their words differ, by role; empty for one that is missing."""
     ours, theirs = (
         {(a.role, [b.role for b in s.arguments[:k]].count(a.role)): a.text for k, a in enumerate(s.arguments)}
         for s in (x, y)

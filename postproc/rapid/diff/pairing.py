@@ -132,7 +132,7 @@ def _anchors(a: Sequence[Hashable], b: Sequence[Hashable]) -> list[tuple[int, in
 
 
 def _between(a: _Compared, b: _Compared) -> Iterator[Pair]:
-    """Index pairs of the cheapest pairing of two runs of statements; None for a partner that is missing."""
+    """Index pairs of the cheapest pairing of all statements of ``a`` and ``b`` in order; None for a missing partner."""
     n, m = len(a.keys), len(b.keys)
     if not n or not m:
         yield from ((i, None) for i in range(n))

@@ -58,15 +58,15 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
             statements have a partner in the other program.
     """
     ours, theirs = _rows(a), _rows(b)
-    lonely = {routine.key: (kind, routine) for kind, routine in _lonely_routines(a, b)}
-    for kind, routine in lonely.values():
+    unpaired = {routine.key: (kind, routine) for kind, routine in _unpaired_routines(a, b)}
+    for kind, routine in unpaired.values():
         line = routine.source.row(routine.span[0])
         lines = (line, None) if kind == "removed" else (None, line)
         yield Difference(
             kind, "statement", f"{routine.module}.{routine.name}", f"{routine.kind} {routine.name}", *lines
         )
     for place in dict.fromkeys([*ours, *theirs]):
-        if place in lonely:
+        if place in unpaired:
             continue
         rows_a, rows_b = ours.get(place, []), theirs.get(place, [])
         ranks_a, ranks_b = paired.get(place, ((0,), (0,)))
@@ -86,7 +86,7 @@ def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks,
                 yield Difference("added", "statement", place, " ".join(y.words), None, y.line)
 
 
-def _lonely_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added", "removed"], Routine]]:
+def _unpaired_routines(a: Program, b: Program) -> Iterator[tuple[Literal["added", "removed"], Routine]]:
     """Routines that only one program has: "removed" those only in ``a``, then "added" those only in ``b``."""
     ours, theirs = ({r.key: r for r in p.all_routines()} for p in (a, b))
     yield from (("removed", ours[key]) for key in sorted(ours.keys() - theirs.keys()))
@@ -111,8 +111,11 @@ def _rows(program: Program) -> dict[str, list[_Row]]:
 def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], before: int, rows: list[_Row]) -> int:
     """Append to ``rows`` the statements of a body that do not move the arm, blocks and what is inside them included.
 
+    Args:
+        before: number of motion statements of the routine in front of the body.
+
     Returns:
-        ``before`` plus the number of motion statements in the body.
+        The same number behind the body.
     """
     source = routine.source
     for statement in body:
@@ -137,12 +140,12 @@ def compare_declarations(a: Program, b: Program) -> Iterator[Difference]:
 
     Data of a routine that only one program has is left out: it is part of that routine's difference.
     """
-    lonely = {(r.module.lower(), r.name.lower()) for _, r in _lonely_routines(a, b)}
+    unpaired = {(r.module.lower(), r.name.lower()) for _, r in _unpaired_routines(a, b)}
     ours, theirs = (
         {
             d.key: d
             for d in p.declarations
-            if d.type not in ("robtarget", "jointtarget") and (d.module.lower(), d.routine.lower()) not in lonely
+            if d.type not in ("robtarget", "jointtarget") and (d.module.lower(), d.routine.lower()) not in unpaired
         }
         for p in (a, b)
     )

@@ -40,7 +40,7 @@ class Accessor:
         return tree
 
     def value(self, span: Span, memory: Memory) -> Data:
-        """Bare value of the expression at a span, without saying whether it is certain or only assumed.
+        """Data of the expression at a byte span, whether certain or only assumed.
 
         Raises:
             Unknown: the text alone does not give it.
@@ -61,21 +61,25 @@ class Accessor:
         except Unknown as error:
             return error.kept()
 
-    def assign(self, target: Span, data: Data, memory: Memory) -> None:
-        """Write data to the variable, element or component that the text at a span names.
+    def assign(self, span: Span, data: Data, memory: Memory) -> None:
+        """Write data to the variable, element or component that the text at a byte span names.
 
         If it is not known which part that is, the whole variable becomes unknown.
         """
         try:
-            store(self.tree(target, memory), data, memory)
+            store(self.tree(span, memory), data, memory)
         except Unknown:
-            name = argument_name(memory.frame.routine.source.data, target)
+            name = argument_name(memory.frame.routine.source.data, span)
             declaration = memory.find(name)
             keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
             forget(memory, keys, Kind.UNCERTAIN)
 
     def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
-        """Carry out Incr, Decr, Add or Clear (``word``, lower case) on the data that the first argument names."""
+        """Carry out Incr, Decr, Add or Clear (``word``, lower case) on the data that the first argument names.
+
+        Args:
+            pieces: arguments of the instruction.
+        """
         if not pieces:
             return
         now = self.value_or_not(pieces[0][1], memory)
@@ -91,8 +95,11 @@ class Accessor:
     def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:
         """Carry out GetDataVal or SetDataVal, whose first argument is the name of data as a text.
 
+        Args:
+            word: the instruction in lower case; pieces: its arguments.
+
         Returns:
-            False if that name, or the instruction, is not known: then nothing is written.
+            False if the data or the instruction is not known: then nothing is written.
         """
         plain = [span for option, span, _ in pieces if not option]
         name = self.value_or_not(plain[0], memory) if len(plain) == len(pieces) == 2 else None

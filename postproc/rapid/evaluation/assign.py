@@ -70,7 +70,7 @@ def set_data(declaration: Declaration, data: Data, memory: Memory) -> None:
 
 
 def _anew(data: Data) -> Data:
-    """Data as it is written: an Unknown is copied, since each write of one counts as another unknown value."""
+    """A copy of an Unknown, since each write of one counts as another unknown value; other data as it is."""
     return data.anew() if isinstance(data, Unknown) and not isinstance(data, PartlyUnknown) else data
 
 
@@ -116,7 +116,7 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
 
 
 def _is_known(declaration: Declaration, memory: Memory) -> bool:
-    """Whether declared data has a value without unknown parts, as marked; its elements are not searched."""
+    """Whether declared data has a value that is not marked as unknown in whole or in part; no element is looked at."""
     now = memory.changed.get(declaration.key)
     return not isinstance(without_causes(now)[0], Unknown) and (now is not None or declaration.init is not None)
 
@@ -127,9 +127,13 @@ def _all_unknown(data: Data, rank: int, why: Unknown) -> Data:
 
 
 def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> None:
-    """Make data and state of these keys unknown from here on; the reason is ``kind`` with ``cause``.
+    """Make the values of these keys unknown from here on.
 
     The key ``UNSEEN`` stands for all that code outside the files can write: its values become assumed, not unknown.
+
+    Args:
+        keys: of declared data, of parameters (``%name``) and of state that instructions set (``@pdisp``).
+        kind: the reason; cause: what completes the words of ``kind``, as the name of a routine.
     """
     for key in keys:
         bound = memory.frame.bindings.get(key[1:]) if key[0] == "%" else None
@@ -150,7 +154,10 @@ def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> 
 
 
 def _forget_data(declaration: Declaration, kind: Kind, cause: str, memory: Memory) -> None:
-    """Make declared data unknown; ``--taught`` data keeps its value if only a loop or a jump may change it."""
+    """Make declared data unknown, with ``kind`` and ``cause`` as in `forget`.
+
+    ``--taught`` data near its value in the file keeps it, if the reason is one of ``SET_BY_PROGRAM`` (a loop, a jump).
+    """
     key, teaching = declaration.key, memory.teaching
     if teaching.covers(declaration) and kind in SET_BY_PROGRAM:
         now = memory.changed.get(key)
@@ -182,7 +189,7 @@ def assume(memory: Memory, keys: Iterable[str], cause: str) -> None:
 
 
 def shown(key: str, program: Program) -> str:
-    """Words for a key in messages: the declared name in backticks, or "what GripLoad sets" for state."""
+    """How messages name the data or state of a key: the declared name in backticks, or "what GripLoad sets"."""
     declaration = program.names.get(key)
     return f"what {SETTERS[key]} sets" if declaration is None else f"`{declaration.name}`"
 
@@ -213,7 +220,7 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
 
 
 def _apart(one: dict[str, Data], other: dict[str, Data]) -> list[str]:
-    """Keys whose values are not the same object in both, or that one lacks."""
+    """Keys that only one of two dictionaries has, or whose values are not the same object in both."""
     if len(one) == len(other) and all(map(is_, one, other)):
         return list(compress(one, map(is_not, one.values(), other.values())))
     return [k for k in one.keys() | other.keys() if k not in one or k not in other or one[k] is not other[k]]

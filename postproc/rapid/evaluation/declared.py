@@ -73,7 +73,7 @@ class DeclaredValues:
         return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
 
     def _zeros(self, declaration: Declaration, home: Home) -> Data:
-        """The value of data declared without one, an array of the declared size if it is one: 0, FALSE or empty.
+        """The value of data declared without an initial value: 0, FALSE or empty, in an array of the declared size.
 
         Raises:
             Unknown: the size is not known, or exceeds ``MAX_ELEMENTS``.

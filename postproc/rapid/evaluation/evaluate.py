@@ -60,7 +60,11 @@ class Scope(Protocol):
         """Whether the routine that runs was called with this optional parameter (lower-case name)."""
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """The result of CalcRobT or CalcJointT, which need the kinematics of the arm."""
+        """The result of CalcRobT or CalcJointT (``name``), which need the kinematics of the arm.
+
+        Args:
+            arguments: values of the positional arguments; options: of the optional ones, by lower-case name.
+        """
 
 
 def evaluate(expression: Expression, scope: Scope) -> Value:
@@ -158,7 +162,7 @@ def as_string(text: str) -> str:
 
 
 def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
-    """An element of an array; indices count from 1."""
+    """The element of an array, which ``base`` names or evaluates to; indices count from 1."""
     if isinstance(base, Name):
         return scope.element(base, indices)
     return pick(_evaluate(base, scope), indices)

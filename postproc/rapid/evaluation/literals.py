@@ -57,18 +57,18 @@ Behind = tuple[Quat, tuple[int, int, int, int], Ax6, bool]
 
 @lru_cache(maxsize=4096)
 def _written(behind: bytes) -> Behind:
-    """What ``_behind`` returns, from the text ``[q1,..],[cf1,..],[eax_a,..]`` behind a position; repeats are kept."""
+    """Orientation, configuration, axes and roughness as in `_behind`, of the text ``[q1,..],[cf1,..],[eax_a,..]``."""
     return _behind([float(number) for number in behind.translate(None, b"[]").split(b",")])
 
 
 def _behind(n: Sequence[float]) -> Behind:
-    """Orientation, configuration, external axes, and whether the quaternion is off length 1 by ``ROUNDED``.
+    """Orientation, configuration, external axes, and whether the quaternion's length is over ``ROUNDED`` from 1.
 
     Args:
         n: the 14 numbers of a robtarget that follow its position.
 
     Raises:
-        Unknown: they are too large, or no orientation.
+        Unknown: a number is too large, or the first four are no orientation.
     """
     if not isfinite(sum(n)):
         raise Unknown(Kind.NUMBER_TOO_LARGE)

@@ -29,7 +29,7 @@ from postproc.rapid.unknown import (
 
 
 def set_first(unknowns: Iterable[Unknown]) -> str | None:
-    """Advice for people, if the first reason is data that nothing sets before it is read; else None."""
+    """Advice to set a variable first, if the first reason is data that nothing sets before it is read; else None."""
     unknown = next(iter(unknowns), None)
     if unknown is None or unknown.root.kind is not Kind.UNSET:
         return None
@@ -166,7 +166,7 @@ class Memory:
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
+        """Count that something may have written the data of this key; ``UNSEEN``: all that code in no file may."""
         self.unseen[key] = self.unseen.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:
@@ -257,6 +257,9 @@ class Memory:
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
         """The result of CalcRobT or CalcJointT under the displacement, axis offset and units that are in force.
 
+        Args:
+            arguments: values of the positional arguments; options: of the optional ones, by lower-case name.
+
         Raises:
             Unknown: there is no arm, or that state is not known.
         """
@@ -318,7 +321,7 @@ class Memory:
         return Value(data, declaration.type, len(declaration.dims), assumed=causes)
 
     def _writer(self, declaration: Declaration) -> Unknown:
-        """Why data that nothing has set so far is not certain: the program writes it later, or something unseen may."""
+        """The reason why data that nothing has set so far is not certain: what writes it later, or may write it."""
         name, key = f"`{declaration.name}`", declaration.key
         writers = self.changes.writers.get(key, set())
         if "" in writers:

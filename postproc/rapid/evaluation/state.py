@@ -32,7 +32,7 @@ def start_without(keys: Iterable[str]) -> Mapping[str, Data]:
 
 
 def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
-    """Carry out an instruction of ``STATE``: set its ``@`` key in ``memory`` to the value, ``Assumed`` or Unknown.
+    """Carry out an instruction that sets state (``STATE``), as GripLoad: write certain, assumed or Unknown data.
 
     Args:
         word: the instruction in lower case; pieces: its arguments; value: evaluates the expression at a span.

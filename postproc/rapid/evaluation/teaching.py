@@ -46,11 +46,9 @@ def alike(a: Data, b: Data) -> bool:
 class Teaching:
     """What becomes of taught data while a program is followed.
 
-    Args:
-        names: of the data, in lower case. value: what the declaration itself gives.
-
-    ``place`` is the statement that is executed; ``moved`` are the keys of data that got another known value, with where
-    that happened; ``kept`` those that a loop or a jump might have changed and that were taken as unchanged.
+    ``names`` are those of the data, in lower case; ``place`` is the statement that is executed. ``moved`` holds the
+    keys of data that got another known value, with where that happened; ``kept`` those that a loop or a jump might have
+    changed and that were taken as unchanged.
     """
 
     def __init__(self, names: frozenset[str] = frozenset()) -> None:
@@ -76,7 +74,7 @@ class Teaching:
             return data
         filled = _filled(data, in_file)
         if self.away(in_file, filled):
-            self.moves(declaration)
+            self.note_moved(declaration)
         return filled
 
     def away(self, in_file: Data, data: Data) -> bool:
@@ -85,7 +83,7 @@ class Teaching:
         data = data.data if isinstance(data, PartlyUnknown) else data
         return unknown_part(data) is not None or moved_away(in_file, data)
 
-    def moves(self, declaration: Declaration) -> None:
+    def note_moved(self, declaration: Declaration) -> None:
         """Record in ``moved`` that the statement at ``place`` gives the data another value than the file."""
         if self.place is not None:
             self.moved.setdefault(declaration.key, (declaration, *self.place))

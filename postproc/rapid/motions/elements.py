@@ -27,8 +27,8 @@ def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, M
     """Every case of a motion statement whose targets are array elements of unknown index, in arrays nothing writes.
 
     Returns:
-        For each combination of index values: the values, and a memory in which the indices have them. Empty if anything
-        else is unknown or there are more than ``MOST_ELEMENTS``.
+        For each combination of index values: the values as a ``Choice``, and a memory in which the indices have them.
+        Empty if anything else is unknown or there are more than ``MOST_ELEMENTS``.
     """
     arguments = [statement.argument(role) for role in ("to", "via")]
     try:
@@ -48,6 +48,9 @@ def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, M
 
 def _add_choosing(node: Index, memory: Memory, values: dict[str, range]) -> None:
     """Add to ``values`` the unknown numbers in the indices of an element, each with the range in which it may lie.
+
+    Args:
+        node: the element; values: ranges by lower-case name.
 
     Raises:
         Unknown: the array has no certain value.
@@ -92,7 +95,11 @@ def _known(name: Name, memory: Memory) -> bool:
 
 
 def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, Memory]]:
-    """Every combination of values of the numbers, with what memory now holds for them, and a memory with these."""
+    """Every combination of values of the numbers as a ``Choice``, each with a memory in which they have these values.
+
+    Args:
+        values: range of each number by lower-case name.
+    """
     held: list[object] = []
     for name in values:
         bound = memory.frame.bindings.get(name)

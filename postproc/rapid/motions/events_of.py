@@ -25,14 +25,15 @@ NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
-    """Makes events.
-
-    Args:
-        named: what the program calls the numbers and places of an event is asked, too: for what is written into it.
-    """
+    """Makes motion events."""
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic], named: bool) -> None:
-        """Make events of a program; findings are added to ``diagnostics``."""
+        """Make events of a program.
+
+        Args:
+            diagnostics: gets the findings.
+            named: events also get the names of their numbers and places, which RAPID text to be written needs.
+        """
         self.program = program
         self.named = named
         self.targets = Targets(named)
@@ -92,14 +93,18 @@ class EventMaker:
         )
 
     def moment(self, state: Mapping[str, Data]) -> Moment:
-        """The state of instructions by ``@`` key as a ``Moment``; the same object while no value changes."""
+        """What instructions have set, as a ``Moment``; the same object while no value changes.
+
+        Args:
+            state: values by ``@`` key, as ``Memory.changed`` has them.
+        """
         now = _SET(state)
         if not all(map(is_, now, self.last.values)):
             self.last = Moment(now)
         return self.last
 
     def start(self, before: MotionEvent | None, here: MotionStatement, memory: Memory) -> str | None:
-        """The text by which the program names the target of the event ``before``, if it means that at ``here``, too.
+        """The name in the program of the target of the event ``before``, from which the arm comes.
 
         None if that target has no name, or the name means something else at the statement ``here``.
         """
@@ -122,7 +127,7 @@ class EventMaker:
         """Target, its origin, circle point and its origin; the target is None if one of the places is not known.
 
         Args:
-            reasons: gets why they are not known; found: gets the findings about it.
+            reasons: gets why places are not known; found: gets the findings about it.
         """
         shape = statement.shape
         signature, roles = shape.signature, shape.roles

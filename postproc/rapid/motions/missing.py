@@ -49,7 +49,7 @@ class Missing:
         """Report why an argument has no value if users can help it: an undeclared name, or numbers that are refused.
 
         Args:
-            found: gets the finding, beside ``diagnostics``.
+            error: why it has no value; found: gets the finding, beside ``diagnostics``.
         """
         if argument is None:
             return
@@ -72,7 +72,11 @@ class Missing:
     def _say_refused(
         self, error: Invalid, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
     ) -> None:
-        """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement."""
+        """Report RAP024 once for numbers that the controller refuses, at the declaration or the statement.
+
+        Args:
+            error: why it refuses them; found: gets the finding, beside ``diagnostics``.
+        """
         name = argument.text.split("{")[0].strip()
         declaration = self.program.declaration(name, statement.module, statement.routine)
         if declaration.type not in _RECORDS if declaration is not None else not argument.text.startswith("["):
@@ -91,6 +95,9 @@ class Missing:
         """Report RAP021 once for a speed or zone that is not known and the value that is taken instead.
 
         The targets do not depend on it, only the timing of the motion.
+
+        Args:
+            error: why it is not known; found: gets the finding, beside ``diagnostics``.
         """
         if not self.is_news(f"{argument.role} {argument.text}"):
             return
@@ -118,7 +125,7 @@ class Missing:
                 self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
 
     def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
-        """Add a finding to those of the statement (``found``) and to those of the program."""
+        """Add a finding to those of the statement (``found``) and to those of the program (``diagnostics``)."""
         found.append(finding)
         self.diagnostics.append(finding)
 

@@ -50,16 +50,16 @@ class Moment:
         self.options = MappingProxyType(options)
         self._motions: dict[StatementShape, tuple[MotionSettings, InForce]] = {}  # the last of each shape
 
-    def _or_else(self, known: tuple[Data, Causes], default: T, kind: Kind) -> tuple[T, Causes]:
+    def _or_else(self, state: tuple[Data, Causes], default: T, kind: Kind) -> tuple[T, Causes]:
         """The value of a state and why it is not certain; the default if it is Unknown, which is added to ``reasons``.
 
         Args:
-            known: value and causes; kind: reason to add.
+            state: its value and why that is not certain; kind: reason to add.
         """
-        if isinstance(known[0], Unknown):
-            self.reasons.append(Unknown(kind, cause=known[0]))
+        if isinstance(state[0], Unknown):
+            self.reasons.append(Unknown(kind, cause=state[0]))
             return default, ()
-        return known
+        return state
 
     def in_force(self, shape: StatementShape, settings: MotionSettings) -> InForce:
         """Tool, frames, speed, load and state of a motion; one object for motions of equal shape and settings."""

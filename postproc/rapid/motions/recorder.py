@@ -50,7 +50,7 @@ class Recorder:
         """Record one execution of a motion statement.
 
         Returns:
-            How many events it takes beyond the first; 0 also if nothing is recorded (a trial, or not new).
+            Number of events recorded beyond the first; 0 also if none is (a trial, or not new).
         """
         if memory.trial or (memory.returning and memory.ends <= LOST):
             return 0
@@ -65,7 +65,7 @@ class Recorder:
         With ``only_new`` nothing is recorded for a statement with an event to this target.
 
         Returns:
-            How many events it takes beyond the first.
+            Number of events recorded beyond the first.
         """
         new, supposed = statement.key not in self.visited, memory.frame.supposed
         self.visited.add(statement.key)
@@ -93,11 +93,15 @@ class Recorder:
         return self._add(event, memory)
 
     def _before(self, ends: frozenset[int]) -> MotionEvent | None:
-        """The last event, if it is the only one after which the arm may stand; else None."""
+        """The last event, if it is the only one after which the arm may stand; else None.
+
+        Args:
+            ends: indices of the events after one of which the arm stands.
+        """
         return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
-        """Append an event, once per way by which the arm comes; returns how many events that takes beyond the first."""
+        """Append an event, once per way by which the arm comes; returns the number of events beyond the first."""
         statement = event.statement
         events, before = self.events, len(self.events)
         memory.ends = self.go(event, memory.ends)
@@ -109,7 +113,7 @@ class Recorder:
         return len(events) - before - 1
 
     def _each(self, statement: MotionStatement, cases: Sequence[tuple[Choice, Memory]], memory: Memory) -> int:
-        """Record an execution for each element that may be meant; returns how many events it takes beyond the first.
+        """Record an execution for each element that may be meant; returns the number of events beyond the first.
 
         If the motion before chose by the same numbers, each case goes on from the place of its own case.
 
@@ -139,7 +143,7 @@ class Recorder:
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """Index of the first event in which the statement went to its present target; None if it has not gone there.
 
-        Index of its first event at all if no robtarget tells executions apart.
+        For a statement whose first event has no known robtarget it is the index of that event.
         """
         first = self.first[statement.key]
         known = self.events[first].target
@@ -151,9 +155,9 @@ class Recorder:
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None
 
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
-        """Indices of the events after one of which the arm stands where ways meet: the union of theirs.
+        """Indices of the events after one of which the arm stands where ways meet: the union of ``ends`` of each way.
 
-        Of more than ``MOST_KEPT`` only two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
+        Of more than ``MOST_KEPT``, two for each of the last ``MOST_WAYS`` places are kept, and ``NOWHERE``.
         """
         found = ends[0].union(*ends[1:])
         if len(found) <= MOST_KEPT:
@@ -169,7 +173,7 @@ class Recorder:
         return frozenset(kept)
 
     def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
-        """Append a motion once for every way that leads to it; returns the indices after which the arm then stands.
+        """Append a motion once for every way that leads to it; returns the new ``ends``.
 
         On a way other than from the event before, an event with ``resumes_from`` first puts the arm where that way led.
 
@@ -187,7 +191,11 @@ class Recorder:
         return frozenset({self.last})
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
-        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come."""
+        """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come.
+
+        Args:
+            ends: indices of the events after one of which the arm stands now.
+        """
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
@@ -202,7 +210,7 @@ class Recorder:
 
 
 def reached(event: MotionEvent) -> tuple[object, ...]:
-    """What tells the places apart to which events bring the arm: statement, target, tool, frames and load.
+    """A key of the place to which an event brings the arm: statement, target, tool, frames and load.
 
     An event without a known target is a place of its own.
     """

@@ -19,7 +19,7 @@ NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
-    """Numbers, by RAPID expressions that may be written behind the target, that tell this execution from others.
+    """Numbers that tell this execution of a statement from others, each with the RAPID expression that gives it.
 
     They are num variables, parameters and loop indices at hand, the amounts of ``Offs`` or ``RelTool``, the coordinates
     of the target's variable, of its work object and of the program displacement. For an array element they are its
@@ -67,7 +67,7 @@ def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
 
 
 def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
-    """Parameters, loop indices and num variables named in the statement or bound in its routine, as terms."""
+    """Parameters, loop indices and num variables in the statement or bound in its routine, as (RAPID text, tree)."""
     for word in sorted(identifiers(statement.source.data[slice(*statement.span)]) | memory.frame.bindings.keys()):
         bound = memory.frame.bindings.get(word)
         declaration = memory.find(word) if bound is None else None
@@ -81,7 +81,7 @@ def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
     """Numbers that place a target expression, as terms (RAPID text, tree): amounts of Offs and RelTool, coordinates.
 
     Args:
-        data: text in which the tree's spans count.
+        data: the text of the tree, in which its spans count.
     """
     text = data[slice(*tree.span)].decode("latin-1")
     match tree:

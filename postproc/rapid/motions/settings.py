@@ -160,19 +160,19 @@ class SettingsReader:
 
 
 def _data(convert: Callable[[Data], T]) -> Callable[[str, Data], T]:
-    """A converter of data alone as a converter of name and data."""
+    """Make a converter of data take a name, too, which it ignores: `SettingsReader.constant` passes both."""
     return lambda name, data: convert(data)
 
 
 def _number(name: str, data: Data) -> float | None:
-    """The data as a float; raises Unknown if it is no number."""
+    """The data of this name as a float; raises Unknown, with the name, if it is no number."""
     if isinstance(data, bool) or not isinstance(data, (int, float)):
         raise Unknown(Kind.NO_NUMBER, name)
     return float(data)
 
 
 def _first(name: str, data: Data) -> float | None:
-    """The first number of a record if it is positive, else None."""
+    """The first number of a record if it is positive, else None; the name is ignored."""
     if isinstance(data, tuple) and data and isinstance(data[0], float) and data[0] > 0:
         return data[0]
     return None

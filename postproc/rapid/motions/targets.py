@@ -23,11 +23,7 @@ RUNTIME = Origin("runtime")
 
 
 class Targets:
-    """Reads targets; what declarations give is read once.
-
-    Args:
-        rooted: what displaces another target is told from what does more.
-    """
+    """Reads targets; what declarations give is read once."""
 
     def __init__(self, rooted: bool) -> None:
         """Start with nothing read; ``rooted``: also find the target that Offs, RelTool or the like displaces."""
@@ -66,7 +62,7 @@ class Targets:
         None if any other function is in it.
 
         Args:
-            target: value of the whole expression ``tree``; memory: as it was before that was evaluated.
+            target: value of the whole expression ``tree``; memory: the state before that was evaluated.
         """
         lever: Vec3 = (0.0, 0.0, 0.0)
         origin = Origin("expression")
@@ -121,7 +117,7 @@ class Targets:
     def _written(
         self, declaration: Declaration, at: tuple[int, ...], memory: Memory
     ) -> tuple[RobTarget, Origin] | None:
-        """The target and its origin, if the declaration, or its part ``at``, is literal numbers; else None."""
+        """The target and its origin if the declaration, or its part with indices ``at``, is only numbers; else None."""
         span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         if literal is None:

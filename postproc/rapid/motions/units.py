@@ -1,8 +1,8 @@
 """The one boundary between RAPID's millimetres and the metres of every other room.
 
 A RAPID target is the pose of the TCP in the object frame of the work object, after the program displacement:
-``T_frame_tcp = T_uframe T_oframe T_displacement T_target`` (ABB RAPID reference manual, wobjdata and PDispSet), in the
-world, or without the user frame at the end of the mechanical unit that moves it.
+``T_frame_tcp = T_uframe T_oframe T_displacement T_target`` (ABB RAPID reference manual, wobjdata and PDispSet). The
+``frame`` is the world, or for a work object that a mechanical unit moves, without its user frame, the end of that unit.
 """
 
 from __future__ import annotations
@@ -50,7 +50,10 @@ def tool_matrix(tool: ToolData) -> Array:
 
 
 def object_matrix(wobj: WobjData, displacement: Pose = Pose()) -> Array:
-    """``T_frame_object`` (4, 4) [m] with the program displacement; ``T_tool0_object`` if the robot holds the object."""
+    """``T_frame_object`` (4, 4) [m] with the program displacement; ``T_tool0_object`` if the robot holds the object.
+
+    ``frame`` is the world, or the end of the mechanical unit that moves the object.
+    """
     uframe = pose_matrix(wobj.uframe.trans, wobj.uframe.rot) if wobj.ufprog or wobj.robhold else np.eye(4)
     oframe = pose_matrix(wobj.oframe.trans, wobj.oframe.rot)
     return uframe @ oframe @ pose_matrix(displacement.trans, displacement.rot)
@@ -58,6 +61,8 @@ def object_matrix(wobj: WobjData, displacement: Pose = Pose()) -> Array:
 
 def target_matrix(event: MotionEvent) -> Array:
     """``T_frame_tcp`` (4, 4) [m] of an event's target; ``T_tool0_tcp`` if the robot holds the work object.
+
+    ``frame`` is the world, or the end of the mechanical unit that moves the work object.
 
     Raises:
         ValueError: the event has no robtarget.
@@ -124,9 +129,9 @@ def target_poses(events: Sequence[MotionEvent], T_frame_tcp: Array) -> list[Pose
 
 
 def flange_matrix(event: MotionEvent) -> Array:
-    """``T_base_tool0`` (4, 4) [m] at the event's target, for tools held by the robot and stationary tools.
+    """``T_frame_tool0`` (4, 4) [m] of the flange at an event's target; the frame is that of `target_matrix`.
 
-    Held tool: ``T_base_tcp T_tool0_tcp^-1``. Stationary tool: ``T_base_tcp (T_tool0_object T_target)^-1``.
+    Tool on the robot: ``T_frame_tcp T_tool0_tcp^-1``. Stationary tool: ``T_world_tcp (T_tool0_object T_target)^-1``.
 
     Raises:
         ValueError: the event has no robtarget.

@@ -16,7 +16,11 @@ def text(data: bytes) -> str:
 
 
 class Cursor:
-    """Position in a file; the methods step over small pieces."""
+    """Position in a file; the methods step over small pieces.
+
+    ``at`` is the present byte offset, ``module`` and ``routine`` are the names of those around it; ``local_data`` are
+    the declarations of that routine so far, ``depth`` counts the blocks around ``at``.
+    """
 
     def __init__(self, source: Source) -> None:
         """Start at the first byte of the file, outside any module."""
@@ -35,7 +39,7 @@ class Cursor:
         self.diagnostics.append(Diagnostic(code, severity, message, self.source, span, help))
 
     def peek(self) -> tuple[bytes, int, int]:
-        """The next word in lower case with begin and end, without moving; an empty one if something else comes."""
+        """The next word in lower case, its begin and its end, without moving; an empty word if something else comes."""
         found = patterns.WORD.match(self.data, self.at)
         if found is None:
             at = skip(self.data, self.at, self.end)
@@ -49,7 +53,10 @@ class Cursor:
             self.at = at + 1
 
     def to_semicolon(self, start: int) -> tuple[int, bool]:
-        """Offset at which the statement that starts at ``start`` ends (without semicolon), and whether it has one."""
+        """Offset of the semicolon behind ``start``, and True; or where the statement ends without one, and False.
+
+        It ends without one at the next line that begins a routine, block, declaration or motion (``HARD_STOP``).
+        """
         found = patterns.TO_SEMICOLON.match(self.data, start)
         end = found.end() if found else start
         if self.data.find(b"\n", start, end) >= 0:
@@ -59,10 +66,10 @@ class Cursor:
         return end, end < self.end
 
     def close_statement(self, start: int, behind: int) -> int:
-        """Move behind a statement and its semicolon, reporting RAP008 without one; returns where its text ends.
+        """Move behind a statement and its semicolon, or report RAP008; returns its end without the semicolon.
 
         Args:
-            start: begin of the statement; behind: an offset inside it from which to search.
+            start: first byte of the statement; behind: offset inside it from which the semicolon is searched.
         """
         end, closed = self.to_semicolon(behind)
         if not closed:
@@ -76,10 +83,10 @@ class Cursor:
         return first, max(first, patterns.trimmed(self.data, first, end))
 
     def opaque(self, start: int) -> Statement:
-        """Move behind text that cannot be read, up to its semicolon or the next line that certainly begins something.
+        """Move behind text at ``start`` that cannot be read, up to the end that `to_semicolon` finds; report RAP003.
 
         Returns:
-            A statement of kind ``opaque``; the text is reported as RAP003 and kept as it stands.
+            A statement of kind ``opaque`` that spans the text; it is kept as it stands.
         """
         end, closed = self.to_semicolon(start)
         self.at = max(end + 1 if closed else end, min(start + 1, self.end))
@@ -89,17 +96,15 @@ class Cursor:
             self.report("RAP003", "warning", f"`{shown}` is not understood and is kept as it stands", span)
         return Statement("opaque", span)
 
-    def head(self, pattern: re.Pattern[bytes], at: int, word: int) -> tuple[Span, bool]:
-        """Span of the expression from ``at`` to a keyword of ``word`` letters, and whether the keyword is there.
-
-        If it is, the cursor moves behind it.
+    def head(self, pattern: re.Pattern[bytes], at: int, length: int) -> tuple[Span, bool]:
+        """Span of the expression from ``at`` to a keyword, and whether the keyword is there; if so, move behind it.
 
         Args:
-            pattern: matches the text before the keyword.
+            pattern: matches the text before the keyword (`patterns.up_to`); length: letters of the keyword.
         """
         found = pattern.match(self.data, at)
         end = found.end() if found else at
         hit = end < self.end and self.data[end : end + 1] != b";"
         if hit:
-            self.at = end + word
+            self.at = end + length
         return self.part(at, end), hit

@@ -63,7 +63,7 @@ def number(text: str) -> float:
 
 
 def read_expression(data: bytes, start: int, end: int) -> Expression:
-    """The longest expression that begins ``data[start:end]``; its span says where it ends.
+    """Read the longest expression at the begin of ``data[start:end]``; its ``span`` says where it ends.
 
     Raises:
         ExpressionError: there is none, or it is nested deeper than ``MAX_NESTING``.
@@ -72,13 +72,13 @@ def read_expression(data: bytes, start: int, end: int) -> Expression:
 
 
 def read_whole_expression(data: bytes, start: int, end: int, what: str = "the expression") -> Expression:
-    """The expression that fills ``data[start:end]``.
+    """Read the expression that fills ``data[start:end]``.
 
     Args:
-        what: words for it in the message.
+        what: what the reason of an Unknown calls it.
 
     Raises:
-        Unknown: the text is something else, or goes on after the expression.
+        Unknown: the text is no expression, or goes on after one.
     """
     name = NAMES.fullmatch(data, start, end)
     if name is not None and (word := (text := name[0].decode("latin-1")).lower()) not in RESERVED:
@@ -94,7 +94,10 @@ def read_whole_expression(data: bytes, start: int, end: int, what: str = "the ex
 
 
 class _Reader:
-    """Reads an expression by recursive descent; ``kind``, ``word`` and ``span`` are those of the present token."""
+    """Reads an expression by recursive descent; ``kind``, ``word`` and ``span`` are those of the present token.
+
+    Every method that reads raises ExpressionError for text that does not belong there.
+    """
 
     def __init__(self, data: bytes, start: int, end: int) -> None:
         """Start at the first token of ``data[start:end]``."""
@@ -136,7 +139,11 @@ class _Reader:
             raise ExpressionError("the expression is nested too deeply")
 
     def binary(self, level: int) -> Expression:
-        """Read an expression of operators that bind more tightly than ``level`` (see ``PRECEDENCE``); 0 reads all."""
+        """Read operands and the operators between them that bind more tightly than ``level``; 0 reads an expression.
+
+        Args:
+            level: one of ``PRECEDENCE``, or 0.
+        """
         self.deeper()
         left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
         while True:
@@ -153,10 +160,14 @@ class _Reader:
             left = Binary((left.span[0], right.span[1]), operator, left, right)
 
     def negated(self, level: int) -> Expression:
-        """Read NOT and its operand: at ``level`` 0 up to the next OR or XOR, behind an operator a relation only.
+        """Read NOT and its operand.
+
+        Args:
+            level: precedence of the operator before NOT; 0 if there is none: the operand then reaches to the next OR or
+                XOR, else it is a relation only.
 
         Raises:
-            ExpressionError: AND follows the relation, so that the meaning is not clear.
+            ExpressionError: AND follows such a relation, so that the meaning is not clear.
         """
         start, first = self.span[0], level == 0
         self.step()

@@ -11,7 +11,7 @@ DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array i
 
 
 def _nested(depth: int) -> bytes:
-    """A pattern of text in brackets ``[({``, nested up to ``depth``; those in strings and comments do not count."""
+    """A pattern of text in brackets, nested at most ``depth`` deep; brackets in strings and comments do not count."""
     inner = b"|" + _nested(depth - 1) if depth > 1 else b""
     return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
 
@@ -22,7 +22,7 @@ EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" +
 
 
 def up_to(word: bytes) -> re.Pattern[bytes]:
-    """A pattern of the text before the next ``word`` (any case) outside strings and comments, or semicolon."""
+    """A pattern of the text up to the next ``word`` (any case) or semicolon that is in no string or comment."""
     first = word[:1]
     both = first.lower() + first.upper()
     other = rb"[^\"!;" + both + rb"]++"

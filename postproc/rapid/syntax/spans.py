@@ -41,9 +41,9 @@ def literal_parts(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
 
 @dataclass(frozen=True, slots=True)
 class TargetSpans:
-    """Where a ``literal`` stands; its numbers are found again when they are asked for, their spans would take 1.5 kB.
+    """Where a robtarget of literal numbers stands; `literal` finds its numbers again, to keep their spans takes 1.5 kB.
 
-    ``rough`` says whether its quaternion has to be stretched by more than rounding.
+    ``rough``: the length of its quaternion differs from 1 by more than rounding explains.
     """
 
     source: Source

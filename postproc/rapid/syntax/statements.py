@@ -61,7 +61,7 @@ class StatementReader(Cursor):
         lead = patterns.LEAD.match(data, self.at)
         name = lead[1] if lead else None
         if lead is None or name is None:
-            return self.odd_statement(lead.end() if lead else self.at)
+            return self.statement_without_word(lead.end() if lead else self.at)
         start = lead.start(1)
         word = name.lower()
         if word in TERMINATORS:
@@ -93,8 +93,14 @@ class StatementReader(Cursor):
         value = self.part(reference.end(), end)
         return Statement("assign", (start, self.at), text(word), (target, value))
 
-    def odd_statement(self, at: int) -> Statement | None:
-        """Read a statement without a first word: ``%name%`` call, placeholder or semicolon; None at the file's end."""
+    def statement_without_word(self, at: int) -> Statement | None:
+        """Read a statement that begins with no word: ``%name%`` call, placeholder or lone semicolon.
+
+        Anything else is kept as an ``opaque`` statement (RAP003); None at the end of the file.
+
+        Args:
+            at: byte offset of its first character, behind blanks and comments.
+        """
         data = self.data
         if at >= self.end:
             return None
@@ -129,7 +135,7 @@ class StatementReader(Cursor):
         return self.loop_at(word, start, end)
 
     def close(self, word: bytes, start: int) -> None:
-        """Move behind the END word (lower case) of the block that began at ``start``; else report RAP010."""
+        """Move behind ``word`` (``endif`` or the like), which ends the block begun at ``start``, or report RAP010."""
         found, _, end = self.peek()
         if found == word:
             self.at = end
@@ -140,7 +146,7 @@ class StatementReader(Cursor):
             self.report("RAP010", "error", told, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
-        """Read IF with its branches, or ``IF condition statement``; ``start``, ``end``: span of the word IF."""
+        """Read IF with its branches, or ``IF condition statement``; ``start`` to ``end`` is the span of the word IF."""
         condition, has_then = self.head(TO_THEN, end, 4)
         if not has_then:
             return self.compact_if(start, end)
@@ -206,7 +212,7 @@ class StatementReader(Cursor):
         return Statement(text(word), (start, self.at), name, tuple(parts), (Branch((), body),))
 
     def test_at(self, start: int, end: int) -> Statement:
-        """Read TEST with its cases; ``start`` and ``end`` are the span of the word TEST."""
+        """Read TEST with its cases, opaque if other text precedes them; ``start`` to ``end``: span of the word TEST."""
         found = TO_TEST_BODY.match(self.data, end)
         self.at = found.end() if found else end
         subject = self.part(end, self.at)

@@ -12,7 +12,7 @@ from postproc.diagnostics import Span
 
 
 def many(choices: bytes) -> bytes:
-    """A pattern of any number of the alternatives ``choices`` (separated by ``|``), without backtracking into a match.
+    """A pattern that repeats the alternatives ``choices`` (split by ``|``) as often as possible, without backtracking.
 
     An atomic group: Python before 3.11.5 loses its place in a possessive one where a piece fails half-way (cpython
     gh-106052); single characters (``[a-z]*+``) are safe.
@@ -75,5 +75,5 @@ def identifiers(data: bytes) -> set[str]:
 
 
 def word_set(text: str) -> frozenset[str]:
-    """The words of a text that blanks separate."""
+    """The set of the words in a text, which blanks separate."""
     return frozenset(text.split())

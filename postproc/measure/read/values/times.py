@@ -19,7 +19,7 @@ def seconds(cells: Sequence[str]) -> Array | None:
     """Return (n,) seconds since the earliest of these stamps, NaN where a cell is empty; None where they are no stamps.
 
     ISO 8601, dates with points or slashes and a time of day, or the time of day alone, which may pass midnight. Where
-    days and months can be told apart in two ways, the shorter record is meant.
+    day and month may be either way round, the reading with the shorter duration is taken.
     """
     # An apostrophe before a stamp marks text for a spreadsheet.
     cells = [cell.lstrip("'\u2019") for cell in cells]
@@ -44,5 +44,5 @@ def seconds(cells: Sequence[str]) -> Array | None:
 
 
 def _read(cell: str, form: str) -> datetime:
-    """Return a stamp in a format of ``strptime``."""
+    """Return the time in a cell, read by a format of ``strptime``; raise ValueError where it does not fit."""
     return datetime.strptime(cell, form)

@@ -48,18 +48,20 @@ class Turns:
         return result
 
     def off(self, R_base_flange: Array, R_instrument_base: Array | None) -> float | None:
-        """Return the median angle [rad] by which orientations do not follow the flange, whatever turn the tool has.
+        """Return the median angle [rad] between the orientations and those of the flange with a constant turn (tool).
 
-        Without the place of the base, the turns from row to row determine it, M_i M_j^T = B F_i F_j^T B^T; None where
-        fewer than three of them are clear.
+        If the turn B of the base is not known, those from row to row determine it, M_i M_j^T = B F_i F_j^T B^T with M
+        measured and F of the flange; None where fewer than three of these are clear.
 
         Args:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.
         """
         return _off(_read(self.numbers, self.form), Rotation.from_matrix(R_base_flange), R_instrument_base)
 
-    def meant(self, R_base_flange: Array, R_instrument_base: Array | None) -> tuple[str, str, float] | None:
-        """Return another reading that follows the flange clearly better: (what it is, help, [rad] off); else None.
+    def better_reading(self, R_base_flange: Array, R_instrument_base: Array | None) -> tuple[str, str, float] | None:
+        """Return another form, unit or direction in which orientations follow the flange clearly better; else None.
+
+        The result is (text that names it, help, median angle [rad] as in `off`).
 
         Args:
             R_base_flange: (n, 3, 3); R_instrument_base: (3, 3), None where unknown.

@@ -34,12 +34,12 @@ _WRITTEN = {
 _SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spellings.split()}
 
 
-def stated_unit(theirs: str) -> str:
-    """Return the unit in brackets or at the end of a column's name, by its name in `UNITS`; empty where it has none.
+def stated_unit(header: str) -> str:
+    """Return the unit in brackets or at the end of a column's header, by its name in `UNITS`; empty if it has none.
 
     A unit in brackets that is not known comes back as it is written.
     """
-    found = re.search(r"[\[(]([^\[(\])]*+)[\])]", theirs) or re.search(r"[ _.](rad|deg|mm|m|in)$", theirs.strip())
+    found = re.search(r"[\[(]([^\[(\])]*+)[\])]", header) or re.search(r"[ _.](rad|deg|mm|m|in)$", header.strip())
     return _spelt(found[1].strip()) if found else ""
 
 
@@ -49,7 +49,7 @@ def is_unit(cell: str) -> bool:
 
 
 def _spelt(unit: str) -> str:
-    """Return a unit by its name in `UNITS`; one that is not known as it is."""
+    """Return the name in `UNITS` of a unit that may be written otherwise; an unknown one as it is."""
     return unit if unit in UNITS else _SPELT.get(unit.lower(), unit)
 
 
