@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from postproc.arrays import Array
     from postproc.compensation.options import Options
-    from postproc.convert import Conversion
+    from postproc.conversion import Conversion
     from postproc.diagnostics import PostprocError
     from postproc.estimation.fitted import Fit
     from postproc.identification.add import Addition

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
 from tests.cells.test_paths import CASES, FORCE, MODEL, Case, axis, placed, track

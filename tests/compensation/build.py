@@ -11,7 +11,8 @@ import numpy as np
 
 from postproc.compensation.options import Options
 from postproc.compensation.text.values import StatementOutcome
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model

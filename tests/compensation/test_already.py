@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model

@@ -7,7 +7,8 @@ import pytest
 
 from postproc.compensation.correction.circles import BEFORE, BEHIND
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves
 from tests.compensation.build import FORCE, arm, convert, events, independent, module, outcome, target, written

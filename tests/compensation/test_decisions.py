@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.compensation.text.insertions import FROM_ELSEWHERE
-from postproc.convert import Conversion
+from postproc.conversion import Conversion
 from tests.compensation.build import (
     AXES,
     body_of,

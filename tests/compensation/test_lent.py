@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 

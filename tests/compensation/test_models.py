@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
-from postproc.convert import Conversion
+from postproc.conversion import Conversion
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_offset import JointOffset

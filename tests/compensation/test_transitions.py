@@ -10,7 +10,7 @@ import pytest
 
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.compensation.results.outcomes import SHARED
-from postproc.convert import Conversion
+from postproc.conversion import Conversion
 from postproc.rapid.data.pose import quat_mult
 from tests.compensation.build import arm, codes, convert, events, independent, module, target, written
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
 

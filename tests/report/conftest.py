@@ -12,7 +12,8 @@ import pytest
 
 from postproc.arrays import Array
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource
 from postproc.model.file import default_model

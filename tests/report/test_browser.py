@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource
 from postproc.identification.add import add_effects

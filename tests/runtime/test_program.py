@@ -10,7 +10,8 @@ import pytest
 
 from postproc import text as text_of
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.conversion import Conversion
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from tests.runtime.loading import Loaded

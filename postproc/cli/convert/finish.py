@@ -13,7 +13,7 @@ from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from postproc.compensation.options import Options
-    from postproc.convert import Conversion
+    from postproc.conversion import Conversion
     from postproc.settings import Settings
 
 LINES = rb"[^\n]*\n|[^\n]+"

@@ -30,7 +30,6 @@ from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.program.program import Program
 from postproc.robot.pose import pose_error
 
-MM = 1e3
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SOMETIMES = "where the arm comes from is not known in some of its runs: there it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
@@ -94,7 +93,7 @@ def judge_statements(
             on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
             what = "the path to this target" if on_the_way else "this target itself"
             off, most = (worst, path) if on_the_way else (at_goal, goal)
-            text = f"{what} stays {MM * off[farthest]:.3f} mm off, tolerance {MM * most[farthest]:g} mm"
+            text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
             findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, on_the_way)))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
@@ -156,7 +155,7 @@ def _outcome(
         return StatementOutcome(
             statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
         )
-    residual = MM * max(float(after.goal_distance[i]) for i in rows)
+    residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
@@ -164,7 +163,7 @@ def _outcome(
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
         return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
-    shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
+    shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))

@@ -12,8 +12,6 @@ from postproc.diagnostics import Diagnostic, Severity
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import MotionStatement, StatementKey
 
-MM = 1e3
-
 
 def own_moves(plan: CorrectionPlan) -> Flags:
     """(m,) moves of files that may change, and moves of other files whose start and goal are both corrected."""
@@ -61,10 +59,10 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
             largest[key] = t
     findings = []
     for t in largest.values():
-        if MM * t.size_m < UNCHANGED_MM:
+        if 1e3 * t.size_m < UNCHANGED_MM:
             continue
         move = plan.motion.moves[t.move]
-        text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
+        text = f"the correction changes by {1e3 * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:
             action = "start and end the seam with a stop"
             if plan.motion.sides is not None:
@@ -90,7 +88,7 @@ def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) ->
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]
     move = plan.motion.moves[int(after.owner[worst])]
-    off = MM * after.distance[worst]
+    off = 1e3 * after.distance[worst]
     text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
     return [finding("CMP009", "info", move.event.statement, text)]
 
