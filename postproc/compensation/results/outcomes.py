@@ -94,7 +94,8 @@ def judge_statements(
             what = "the path to this target" if on_the_way else "this target itself"
             off, most = (worst, path) if on_the_way else (at_goal, goal)
             text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
-            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, on_the_way)))
+            why, stays = _why(plan, rows, farthest, on_the_way), 1e3 * float(off[farthest])
+            findings.append(finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=stays))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -202,7 +203,7 @@ def unknown_outcomes(
 
 def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
     """CMP005, a warning: the statement stays uncorrected, for the reason in ``text``."""
-    return replace(finding("CMP005", "warning", statement, text, help_), matter=Matter.LEFT)
+    return finding("CMP005", "warning", statement, text, help_, matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
@@ -257,5 +258,5 @@ def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[Mo
             " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
-        findings.append(finding("CMP018", "warning", found[0].statement, text, help_))
+        findings.append(finding("CMP018", "warning", found[0].statement, text, help_, length_mm=most))
     return findings

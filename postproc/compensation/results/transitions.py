@@ -8,7 +8,7 @@ from postproc.compensation.correction.curve import BEFORE_TARGET, Transition
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import UNCHANGED_MM
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Matter, Severity
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import MotionStatement, StatementKey
 
@@ -70,7 +70,8 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
             elif plan.motion.options.force_on == "arc":
                 action += ", or let the force act on the whole program"
             text += ", while the arc burns"
-            findings.append(finding("CMP008", "warning", move.event.statement, text, action))
+            size = 1e3 * t.size_m
+            findings.append(finding("CMP008", "warning", move.event.statement, text, action, length_mm=size))
         else:
             findings.append(finding("CMP007", "info", move.event.statement, text))
     return findings
@@ -93,6 +94,16 @@ def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) ->
     return [finding("CMP009", "info", move.event.statement, text)]
 
 
-def finding(code: str, severity: Severity, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
+def finding(
+    code: str,
+    severity: Severity,
+    statement: MotionStatement,
+    text: str,
+    help_: str = "",
+    *,
+    matter: Matter | None = None,
+    length_mm: float = 0.0,
+) -> Diagnostic:
     """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
-    return Diagnostic(code, severity, text, statement.source, statement.span, help_)
+    source, span = statement.source, statement.span
+    return Diagnostic(code, severity, text, source, span, help_, matter, length_mm=length_mm)
