@@ -12,22 +12,22 @@ from itertools import chain
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
+from postproc.compensation.judgement.accuracy import expect_accuracy, expect_remaining
+from postproc.compensation.judgement.belief import doubt_corrections, doubt_weights
+from postproc.compensation.judgement.dynamics import check_corrected
+from postproc.compensation.judgement.figures import figures_of, worsened
+from postproc.compensation.judgement.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
+from postproc.compensation.judgement.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
-from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
-from postproc.compensation.results.belief import doubt_corrections, doubt_weights
-from postproc.compensation.results.dynamics import check_corrected
-from postproc.compensation.results.figures import figures_of, worsened
-from postproc.compensation.results.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
-from postproc.compensation.results.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.worlds import check_written
-from postproc.conversion import Conversion, JudgedProgram
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm

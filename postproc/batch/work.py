@@ -16,7 +16,7 @@ from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.process import THREADS, load_scipy
 
 if TYPE_CHECKING:
-    from postproc.conversion import Conversion
+    from postproc.compensation.conversion import Conversion
     from postproc.model.arm import Model
 
 FIGURES = ("added_targets", "unproved_statements", "cycle_time_s")

@@ -21,10 +21,15 @@ class DeclaredEffect(Protocol):
 
     def __init__(self, **fields: Any) -> None: ...
     @classmethod
-    def parameters(cls) -> dict[str, Parameter]: ...
+    def parameters(cls) -> dict[str, Parameter]:
+        """Return the declared parameters by name."""
+
     @classmethod
-    def structures(cls) -> dict[str, Structure]: ...
-    def shape(self, name: str) -> tuple[int, ...]: ...
+    def structures(cls) -> dict[str, Structure]:
+        """Return the declared structural choices by name."""
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the shape of a parameter, as its structural choices make it."""
 
 
 @dataclass(frozen=True, slots=True)

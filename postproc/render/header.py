@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from postproc import __version__
+from postproc.compensation.conversion import JudgedProgram
+from postproc.compensation.judgement.accuracy import estimated_stiffness
 from postproc.compensation.options import Options
-from postproc.compensation.results.accuracy import estimated_stiffness
-from postproc.conversion import JudgedProgram
 from postproc.model.arm import Model
 from postproc.numbers import mm
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 
-from postproc.conversion import Conversion
+from postproc.compensation.conversion import Conversion
 from postproc.identification.compare import Comparison
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.report.document import plain

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from postproc import __version__
-from postproc.compensation.results.accuracy import estimated_stiffness
-from postproc.compensation.results.seams import Seam
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
-from postproc.conversion import Conversion
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.circles import BEFORE, BEHIND
 from postproc.compensation.options import Options
-from postproc.conversion import Conversion
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.conversion import Conversion
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program

@@ -13,8 +13,8 @@ import pytest
 
 from postproc.batch.document import batch_document
 from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.conversion import Conversion
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.conversion import Conversion
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.conversion import RunTimeFigures
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.path_points import ARC_FUNCTION, LINE_FUNCTIONS
-from postproc.conversion import RunTimeFigures
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey

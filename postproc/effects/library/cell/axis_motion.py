@@ -38,6 +38,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
         """T_base_axis (n, 4, 4), and X - 1 (n, 4, 4) of the motion X of the k-th axis in that frame."""
 
     def displacement(self, state: State) -> Displacement | None:
+        """Return how the base moves [m], [rad], as each axis on the way to it moves by what `motion` says."""
         if state.robot is None or state.station is None:
             return None
         whole, joints = np.zeros((len(state), 6)), state.station.joints
@@ -53,6 +54,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @property
     def external_axes(self) -> tuple[str, ...]:
+        """Letters of the axes whose motion is off."""
         return self.axes
 
     @classmethod
@@ -68,6 +70,7 @@ class AxisMotion(Effect, ABC, reads=("external_axes", "robot"), linear=False):
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        """Check the effect's table; EFF024 for axes that are not called a to f."""
         found = super().problems(table)
         odd = [] if found else [axis for axis in table.get("axes", ()) if axis not in [*AXES]]
         text = "`axes` of `{}` names `{}`, and external axes are called a to f"

@@ -81,6 +81,7 @@ class ExternalAxisError(
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        """Check the effect's table; EFF022 where the limits have another number of entries than there are axes."""
         found = super().problems(table)
         many = len(table.get("axes", ("a",)))
         short = [name for name in ("low", "high") if not found and len(table.get(name, (0,))) != many]

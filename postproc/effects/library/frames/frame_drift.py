@@ -29,10 +29,12 @@ class FrameDrift(
     turn_rad_per_s: Array = param(unit="rad/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return how the instrument has moved since time 0: velocity [m/s] and turning rate [rad/s] times time."""
         rate = np.concatenate([self.velocity_m_per_s, self.turn_rad_per_s])
         return Displacement(instrument=np.asarray(state.time)[:, None] * rate)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return the drift without turning, and with it."""
         effect, shift = current or cls(), np.arange(6) < 3
         return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))

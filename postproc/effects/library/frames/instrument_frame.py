@@ -29,4 +29,5 @@ class InstrumentFrame(
     turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return the constant offset [m] and rotation [rad] of the instrument's frame."""
         return Displacement(instrument=np.concatenate([self.shift_m, self.turn_rad]))

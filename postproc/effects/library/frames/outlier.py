@@ -31,6 +31,7 @@ class Outlier(
     shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return the shift [m] of each row that is named, zero for the others."""
         member = (np.asarray(state.channel("row"))[:, None] == np.array(self.row)).astype(float)
         return Displacement(instrument=np.concatenate([member @ self.shift_m, np.zeros((len(state), 3))], axis=1))
 

@@ -35,6 +35,7 @@ class Session(
     turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return the offset [m] and rotation [rad] of the instrument in the session of each row, zero in the first."""
         member = (state.session_of_rows[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 
@@ -46,6 +47,7 @@ class Session(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return a shift of every session after the first, and the same with a rotation; none for a single session."""
         if state.session is None:
             return ()
         later = tuple(dict.fromkeys(state.session_of_rows[np.argsort(state.session, kind="stable")].tolist()))[1:]

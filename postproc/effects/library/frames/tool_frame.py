@@ -32,9 +32,11 @@ class ToolFrame(
     turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return the constant offset [m] and rotation [rad] of the tool's frame."""
         return Displacement(tool=np.concatenate([self.shift_m, self.turn_rad]))
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return an offset of the TCP alone, and one with a rotation."""
         effect, position = current or cls(), np.arange(6) < 3
         return (variant(effect, "position", position, position), variant(effect, "position and orientation"))

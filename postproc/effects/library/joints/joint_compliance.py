@@ -32,4 +32,5 @@ class JointCompliance(
     compliance_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-3, typical=1e-6, least=0.0)
 
     def displacement(self, state: State) -> Array:
+        """Return the joint angles (n, 6) [rad] that the springs give way: compliance times load of the joint [N m]."""
         return self.compliance_rad_per_Nm * np.asarray(state.joint_load)

@@ -45,6 +45,7 @@ class NonlinearCompliance(
     knee_Nm: Array = param(unit="N m", shape=(6,), low=1e-3, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
     def displacement(self, state: State) -> Array:
+        """Return the joint angles (n, 6) [rad]: the wind-up times the law of the load in units of its knee [N m]."""
         return self.windup_rad * curve(self.law, np.asarray(state.joint_load) / self.knee_Nm)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:

@@ -32,4 +32,5 @@ class ServoLag(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return one form for each joint, and one for all of them."""
         return by_joint(current or cls())

@@ -51,6 +51,7 @@ class TransmissionError(
         return JointBasis(np.concatenate([joint, joint]), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))
 
     def plus(self, term: Self) -> Self:
+        """Return the effect with the waves of another one added to its own."""
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
         joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
@@ -67,6 +68,7 @@ class TransmissionError(
         joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
 
         def room(term: Effect) -> bool:
+            """Tell whether a wave may be added: at most two of a joint, three orders, no slow one beside a map."""
             assert isinstance(term, TransmissionError)
             joints = (*joint, *term.joint)
             many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3

@@ -52,6 +52,7 @@ class DressPack(
         return Load(body={self.body_to: pull, self.body_from: -pull})
 
     def run_time_tables(self) -> RunTimeTables:
+        """Return the pull of the hose between its two bodies; none where both ends are on one body."""
         bodies, points = (self.body_from, self.body_to), (self.from_m, self.to_m)
         pull = Pull(bodies, points, self.stiffness_N_per_m, self.slack_m)
         return RunTimeTables(pulls=(pull,) if self.body_from != self.body_to else ())
@@ -63,6 +64,7 @@ class DressPack(
 
     @classmethod
     def loads(cls, some: Sequence[Self], state: State) -> Load:
+        """Return the wrenches (n, 6, m) [N], [N m] by which m hoses pull at their two bodies where they are taut."""
         body, far = some[0].body_from, some[0].body_to
         if body == far:
             return Load()

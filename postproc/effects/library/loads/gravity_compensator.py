@@ -47,6 +47,7 @@ class GravityCompensator(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return a spring at joint 2, and a gas spring; what a model has of it stays as it is."""
         if current is not None:
             return (variant(current, "as it is"),)
         return (variant(cls(), "joint 2, spring"), variant(cls(order=(1, 2)), "joint 2, gas spring"))

@@ -51,12 +51,14 @@ class PayloadError(
         return Load(body={6: weight(state, 6, masses, T_body_flange)})
 
     def run_time_tables(self) -> RunTimeTables:
+        """Return share and centre of the stated payload, and the constant mass and moment."""
         return RunTimeTables(
             share=self.fraction, shift=self.centre_m, load_mass=self.mass_kg, load_moment=self.moment_kgm
         )
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return a constant mass, and where payloads are stated a share of them, and where they vary their centre."""
         effect, part = current or cls(), np.arange(8)
         constant, share, centre = part < 4, part == 4, part > 4
         found = [variant(effect, "mass and centre", constant, constant)]

@@ -36,6 +36,7 @@ class BaseCompliance(
     cross_tilt_rad_per_Nm: float = param(unit="rad/(N m)", low=-1e-4, high=1e-4, typical=1e-7)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Return how the pedestal tilts under the moment [N m] at its foot, or at joint 1; None without loads."""
         if state.body_load is None or state.robot is None:
             return None
         arm = distal_point(state.robot, 0) if self.pivot == "floor" else np.zeros(3)

@@ -38,6 +38,7 @@ class BearingTilt(
     tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-4, typical=1e-7, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Return how each bearing tilts about axes across its own under the moment [N m] on it; None without loads."""
         if state.body_load is None or state.robot is None:
             return None
         found: dict[int, Array] = {}

@@ -39,6 +39,7 @@ class LinkCompliance(
     stretch_per_N: Array = param(unit="1/N", shape=("body",), low=-1e-7, high=1e-5, typical=1e-9, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Return how each casting bends, twists and stretches as a beam under its load; None without loads."""
         if state.body_load is None or state.robot is None:
             return None
         found: dict[int, Array] = {}
@@ -50,6 +51,7 @@ class LinkCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return all long castings together and each alone, short ones with smaller odds."""
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)

@@ -35,12 +35,14 @@ class LinkGeometry(
     turn_rad: Array = param(unit="rad", shape=(7, 3), low=-0.3, high=0.3, typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement:
+        """Return the constant offset [m] and rotation [rad] at the end of each body."""
         rows = np.ones((len(state), 1))
         constant = np.concatenate([self.shift_m, self.turn_rad], axis=1)
         return Displacement(body={b: rows * constant[b] for b in range(7)})
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return the bodies 1 to 5 together, and each alone."""
         # Bodies 0 and 6 belong to the instrument's frame and to the tool.
         effect, body = current or cls(), np.tile(np.repeat(np.arange(7), 3), 2)
         inner = (body > 0) & (body < 6)

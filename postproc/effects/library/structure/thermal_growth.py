@@ -38,6 +38,7 @@ class ThermalGrowth(
     extra_strain: Array = param(unit="1", shape=("body",), low=-0.01, high=0.01, typical=1e-5)
 
     def displacement(self, state: State) -> Displacement | None:
+        """Return how much longer [m] each casting is than at the reference temperature; None without temperatures."""
         if state.temperature is None or state.robot is None:
             return None
         warmth = state.temperature - self.reference_C
@@ -50,6 +51,7 @@ class ThermalGrowth(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return the growth of all castings, and of each that is long or the pedestal."""
         effect = current or cls()
         index = np.arange(len(effect.vector()))
         # A strain is fitted along, but a strain without growth is geometry.

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.judgement.outcomes import correction_sizes
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.outcomes import correction_sizes
 from postproc.compensation.text.slots import names_of
 from postproc.compensation.text.values import StatementOutcome
 from postproc.compensation.tolerances import goal_tolerances

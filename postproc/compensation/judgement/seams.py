@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.judgement.transitions import finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.transitions import finding, in_transition
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.grouping import grouped

@@ -10,9 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.reading import OUT_OF_REACH
-from postproc.compensation.results.transitions import (
+from postproc.compensation.judgement.transitions import (
     finding,
     for_the_next,
     in_transition,
@@ -20,6 +18,8 @@ from postproc.compensation.results.transitions import (
     transient_finding,
     transition_findings,
 )
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.reading import OUT_OF_REACH
 from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic, Matter

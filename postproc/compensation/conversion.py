@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.judgement.accuracy import Accuracy
+from postproc.compensation.judgement.figures import PathFigures
+from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.accuracy import Accuracy
-from postproc.compensation.results.figures import PathFigures
-from postproc.compensation.results.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.compensation.worlds import Worlds
 from postproc.diagnostics import Diagnostic
