@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from postproc.arrays import Array
+    from postproc.compensation.conversion import Conversion
     from postproc.compensation.options import Options
-    from postproc.convert import Conversion
     from postproc.diagnostics import PostprocError
     from postproc.estimation.fitted import Fit
     from postproc.identification.add import Addition

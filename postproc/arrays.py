@@ -1,4 +1,4 @@
-"""The array type of the package, the inverse of poses, whole turns and orders of angles, and rows a block at a time.
+"""The array type of the package, the inverse of poses, gravity, whole turns and orders of angles, rows by blocks.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+GRAVITY = 9.81
+"""Acceleration [m/s^2] by which every mass weighs (on the ground it is 9.780 to 9.832): fitted weights hold with it."""
 SAME = 2e-3
 """Angles [rad] that are readings of one place differ by no more."""
 BLOCK = 2000
@@ -23,6 +25,11 @@ def invert(T: Array) -> Array:
     R = result[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
     result[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
     return result
+
+
+def gravity_in(R: Array) -> Array:
+    """Return gravity (3,) [m/s^2] in axes that stand in the world by the rotation matrix R (3, 3)."""
+    return np.asarray(R.T @ np.array([0.0, 0.0, -GRAVITY]))
 
 
 def constant(values: Array) -> Array:

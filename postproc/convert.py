@@ -6,30 +6,28 @@ Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
+from postproc.compensation.judgement.accuracy import expect_accuracy, expect_remaining
+from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
+from postproc.compensation.judgement.dynamics import check_corrected
+from postproc.compensation.judgement.figures import figures_of, worsened
+from postproc.compensation.judgement.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
+from postproc.compensation.judgement.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
-from postproc.compensation.results.accuracy import expect_accuracy, expect_remaining
-from postproc.compensation.results.belief import doubt_corrections, doubt_flange_mass
-from postproc.compensation.results.document import JudgedProgram, document, refused
-from postproc.compensation.results.dynamics import check_corrected
-from postproc.compensation.results.figures import figures_of, worsened
-from postproc.compensation.results.outcomes import judge_statements, unknown_outcomes
-from postproc.compensation.results.seams import find_seams, partial_seams, unfinished_seams
-from postproc.compensation.text.values import StatementOutcome
-from postproc.compensation.worlds import Worlds, check_written
+from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.path.nominal_arm import NominalArm
@@ -45,43 +43,13 @@ from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
 from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
+from postproc.results.conversion import conversion_values
 from postproc.robot.cells.station import Station
 from postproc.runtime.programs.program import OnTheController, put_on_controller, reads_back, say_corrected_before
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
 from postproc.watch import Watch, told_of, unwatched
 
 PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of the work at which it begins and ends
-
-
-@dataclass(frozen=True)
-class Conversion:
-    """Result of one conversion.
-
-    Args:
-        outputs: path of each source to its corrected bytes, those of the source where nothing moves the arm; empty
-            where the program is not safe to compensate.
-        report: the ``postproc/compensate/1`` document.
-        diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
-        outcomes: of every motion statement; module: with the function for run time, None where nothing uses it;
-            plan, before, after: what was decided, and the deviation along the way; model: of the real arm, as far as
-            it holds here.
-    """
-
-    outputs: Mapping[str, bytes]
-    report: dict[str, Any]
-    diagnostics: tuple[Diagnostic, ...]
-    exit_code: int = 0
-    outcomes: tuple[StatementOutcome, ...] = ()
-    module: bytes | None = None
-    plan: CorrectionPlan | None = None
-    before: Deviation | None = None
-    after: Deviation | None = None
-    model: Model | None = None
-
-    @property
-    def output(self) -> bytes | None:
-        """The corrected bytes of the first file, None if there is none."""
-        return next(iter(self.outputs.values()), None)
 
 
 class _Refused(Exception):
@@ -127,12 +95,11 @@ class _Text:
 
 @dataclass(frozen=True)
 class _Proof:
-    """Result of following the written text: deviation before and after, figures and outcomes, worlds compared."""
+    """Result of following the written text: deviation before and after, and what is known of the program."""
 
     before: Deviation
     after: Deviation
     judged: JudgedProgram
-    worlds: Worlds
 
 
 def compensate_program(
@@ -146,6 +113,12 @@ def compensate_program(
         watch: is called with the name of each step and the share of the work done so far.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
+    done = _converted(sources, model, options, watch)
+    return replace(done, report=conversion_values(done))
+
+
+def _converted(sources: tuple[Source, ...], model: Model, options: Options, watch: Watch) -> Conversion:
+    """The conversion of a task's files, without its document."""
     findings: list[Diagnostic] = []
     try:
         with seldom_collecting():
@@ -174,7 +147,7 @@ def compensate_program(
     except _Refused as refusal:
         findings += refusal.findings
         kept = {s.path: s.data for s in sources if not s.read_only} if refusal.exit_code == 0 else {}
-        return Conversion(kept, refused(findings), tuple(findings), refusal.exit_code)
+        return Conversion(kept, tuple(findings), refusal.exit_code)
 
 
 def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagnostic]:
@@ -306,8 +279,24 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     findings = [*_sound([*findings, *more])]
     accuracy, more = expect_accuracy(model, plan.motion, source)
     limits, slower = check_corrected(model.robot, plan, source)
-    judged = JudgedProgram(outcomes, seams, figures, accuracy, limits)
-    return _Proof(before, after, judged, worlds), [*findings, *more, *slower]
+    unseen, lines = unmeasured(outcomes, events, plan)
+    judged = JudgedProgram(
+        options=plan.motion.options,
+        air_tolerance_m=float(plan.path_tolerance.max()),
+        outcomes=outcomes,
+        lines=lines,
+        unmeasured=unseen,
+        unproved=unproved(outcomes, events, plan),
+        added=len(plan.insertions),
+        seams=seams,
+        figures=figures,
+        accuracy=accuracy,
+        limits=limits,
+        worlds=worlds,
+        remaining=expect_remaining(model, plan.motion),
+        run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
+    )
+    return _Proof(before, after, judged), [*findings, *more, *slower]
 
 
 def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
@@ -336,18 +325,13 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
 def _conversion(
     task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
 ) -> Conversion:
-    """The result for a program whose written text has been proved: files, document, plan and deviations."""
-    model, options, judged = task.model, task.options, proof.judged
+    """The result for a program whose written text has been proved: files, plan and deviations."""
+    model, judged = task.model, proof.judged
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
-    report = document(model.robot.name, plan.motion.options, judged, findings, plan=plan, events=task.events)
-    report["worlds"] = asdict(proof.worlds)
-    report["expected_remaining_fraction"] = expect_remaining(model, plan.motion)
-    report["run_time"] = text.function and text.function.as_json(options.run_time, proof.after, plan)
-    outputs = _outputs(task, text, report)
+    outputs = _outputs(task, text, judged)
     module = text.function.module.text if text.function is not None else None
-    found = tuple(findings)
-    return Conversion(outputs, report, found, 0, tuple(judged.outcomes), module, plan, proof.before, proof.after, model)
+    return Conversion(outputs, tuple(findings), 0, judged, model, module, plan, proof.before, proof.after)
 
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
@@ -360,23 +344,29 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
         reachable = 0 if task.on else sum(map(task.reach.takes, keys))
         raise _Refused(*more, no_known_target(program, events, found, reachable))
     outcomes, unlike = unknown_outcomes(program, events, function.keys)
-    found += unlike
-    report = document(task.model.robot.name, task.options, JudgedProgram(outcomes), found)
-    report["run_time"] = function.as_json(task.options.run_time)
+    lines = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
+    judged = JudgedProgram(
+        options=task.options,
+        air_tolerance_m=task.options.air_tolerance_m,
+        outcomes=outcomes,
+        lines=lines,
+        unmeasured=lines,
+        run_time=function.figures(task.options.run_time),
+    )
     edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
     text = _Text(environment(task.options.template_dir), edits, {}, function)
-    outputs = _outputs(task, text, report)
-    return Conversion(outputs, report, tuple(found), 0, tuple(outcomes), function.module.text)
+    outputs = _outputs(task, text, judged)
+    return Conversion(outputs, (*found, *unlike), 0, judged, task.model, function.module.text)
 
 
-def _outputs(task: _Task, text: _Text, report: Mapping[str, Any]) -> dict[str, bytes]:
+def _outputs(task: _Task, text: _Text, judged: JudgedProgram) -> dict[str, bytes]:
     """The bytes of every file that may change, with a header in each that is edited.
 
     Raises:
         _Refused: CMP004, the text with the function does not read back as the same program.
     """
     program, env, function = task.program, text.env, text.function
-    head = header_values(task.model, task.options, report)
+    head = header_values(task.model, judged)
     calls: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
     for source, edit in function.edits if function is not None else ():
         calls[source.path].append(edit)

@@ -126,6 +126,37 @@ class Matter(Enum):
     STILL = auto()  # a program that moves nothing
     NOT_WHOLE = auto()  # a part of the model that does not hold for the program
     CONTROLLER = auto()  # what the controller does, or could do
+    OFF = auto()  # a statement that stays farther off than its tolerance
+    UNREADABLE = auto()  # an input that cannot be read now, and is not gone
+    EDITED = auto()  # a file that somebody changed where it is written anew
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A `Diagnostic` without the file that it stands in: what documents list, and what leaves a process.
+
+    Args:
+        path, line, column: where it stands, line and column from 1; None where that is not known.
+        offset: bytes before it in the file. help: None without one.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    path: str | None = None
+    line: int | None = None
+    column: int | None = None
+    offset: int | None = None
+    help: str | None = None
+    matter: Matter | None = None
+    name: str = ""
+    length_mm: float = 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the finding as an entry of ``diagnostics`` in documents."""
+        shown = ("code", "severity", "message", "path", "line", "column", "offset", "help")
+        result = {key: getattr(self, key) for key in shown}
+        return {**result, "undeclared": self.name} if self.matter is Matter.UNDECLARED else result
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +171,7 @@ class Diagnostic:
         span: byte offsets ``(start, end)`` in that file.
         help: one action the user can take.
         matter: what it is about, where something is decided by it; name: of the data that it is about, there.
+        length_mm: the length that it tells, by which the worst of its kind is found; 0 without one.
     """
 
     code: str
@@ -150,6 +182,7 @@ class Diagnostic:
     help: str = ""
     matter: Matter | None = None
     name: str = ""
+    length_mm: float = 0.0
 
     @property
     def place(self) -> str:
@@ -185,23 +218,18 @@ class Diagnostic:
             lines += [wrapped(f"  = help: {first}", width, " " * 8), *(f"      {line}" for line in others)]
         return "\n".join(lines)
 
+    @property
+    def finding(self) -> Finding:
+        """The same without the bytes of its file."""
+        source, at = self.source, None if self.span is None else self.span[0]
+        line, column = (None, None) if source is None or at is None else source.position(at)
+        path, help_ = None if source is None else source.path, self.help or None
+        stated = (self.code, self.severity, self.message)
+        return Finding(*stated, path, line, column, at, help_, self.matter, self.name, self.length_mm)
+
     def as_json(self) -> dict[str, Any]:
         """Return the finding as an entry of ``diagnostics`` in documents."""
-        result: dict[str, Any] = {
-            "code": self.code,
-            "severity": self.severity,
-            "message": self.message,
-            "path": self.source.path if self.source else None,
-            "line": None,
-            "column": None,
-            "offset": self.span[0] if self.span else None,
-            "help": self.help or None,
-        }
-        if self.matter is Matter.UNDECLARED:
-            result["undeclared"] = self.name
-        if self.source and self.span:
-            result["line"], result["column"] = self.source.position(self.span[0])
-        return result
+        return self.finding.as_json()
 
 
 class PostprocError(Exception):

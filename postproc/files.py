@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
-from postproc.diagnostics import PostprocError, Source
+from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 
 SPACE = "make space, or write elsewhere"
 LARGEST = 64_000_000
@@ -69,7 +69,8 @@ def read_source(name: str | Path, code: str = "", read_only: bool = False) -> So
         if not code:
             other = ("CLI004", f"cannot read `{{}}`: {reason}", "check the rights of the file")
             found, text, help_ = MISREAD.get(type(error), other)
-        raise PostprocError.of(found, text.replace("{}", str(name)), help=help_) from error
+        message = text.replace("{}", str(name))
+        raise PostprocError(Diagnostic(found, "error", message, help=help_, matter=Matter.UNREADABLE)) from error
 
 
 def place(path: Path, follow: bool = True) -> Place:

@@ -1,4 +1,4 @@
-"""Numbers in text, as people write them."""
+"""Numbers as people write them, and lengths as documents state them."""
 
 from __future__ import annotations
 
@@ -15,3 +15,8 @@ def read_number(text: str) -> float:
     if "_" in text or not text.isascii():
         raise ValueError(f"not a number: {text!r}")
     return float(text)
+
+
+def mm(value: float, decimals: int = 6) -> float:
+    """Return metres in millimetres, or radians in milliradians, rounded for documents."""
+    return round(float(value) * 1e3, decimals)

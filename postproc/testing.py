@@ -59,6 +59,7 @@ def approved_program(pytestconfig: pytest.Config) -> ApprovedProgram:
     """
 
     def check(produced: str | Path, approved: str | Path, tolerance_mm: float = 0.001) -> None:
+        """Fail with what differs, or with ``--approve-programs`` copy what is produced."""
         failure = _difference(produced, approved, tolerance_mm)
         if failure and not Path(produced).is_file():
             pytest.fail(f"{produced} is not there\nif this is as it should be: delete {approved}", pytrace=False)

@@ -25,7 +25,7 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
     """
     home = PurePosixPath(path).parent.parent
     own = {task.name: {*task.files, page_of(task.name)} for task in tasks}
-    outputs = {line["name"]: line["outputs"] for line in lines if line["name"] in own}  # the newest last
+    outputs = {line.name: line.outputs for line in lines if line.name in own}  # the newest last
     found = []
     for name in sorted(outputs):
         task = PurePosixPath(name)

@@ -20,7 +20,6 @@ from postproc.settings import Settings
 if TYPE_CHECKING:
     from postproc.robot.arm import Robot
 
-GRAVITY = 9.80665  # [m/s^2]
 PROCESS = ("force", "moment", "already")
 """What no settings file outside a backup says of its cell."""
 
@@ -80,6 +79,8 @@ def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]
 
 def _beyond_payload(settings: Settings, robot: Robot, severity: Severity) -> list[Diagnostic]:
     """Return BAT020 where the process force exceeds the weight of the arm's rated payload."""
+    from postproc.arrays import GRAVITY
+
     force, rated = math.hypot(*settings.options.force), robot.payload
     if rated is None or force <= GRAVITY * rated:
         return []

@@ -10,16 +10,16 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from postproc.batch.lines import COPY, STATE, Line, Subject, encoded, read_lines, subject
+from postproc.batch.lines import COPY, STATE, Line, Subject, read_lines
 from postproc.batch.values import Result
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.files import real, why, write_whole
 from postproc.grouping import grouped
 
@@ -49,7 +49,7 @@ class Journal:
         """Hashes that earlier runs wrote, by file."""
         found: dict[str, set[str]] = {}
         for line in chain.from_iterable(self.before.values()):
-            for path, hash_ in line["outputs"].items():
+            for path, hash_ in line.outputs.items():
                 found.setdefault(path, set()).add(hash_)
         return found
 
@@ -60,7 +60,7 @@ class Journal:
             key: hash of all that the result depends on.
         """
         for line in reversed(self.before.get((False, name), [])):
-            if line["key"] == key and all(self.holds(path, hash_) for path, hash_ in line["outputs"].items()):
+            if line.key == key and all(self.holds(path, hash_) for path, hash_ in line.outputs.items()):
                 return line
         return None
 
@@ -74,7 +74,7 @@ class Journal:
 
     def keep(self, line: Line) -> Line:
         """Take over a line of an earlier run as one of this run, and return it."""
-        self.now[subject(line)] = line
+        self.now[line.subject] = line
         return line
 
     def hold(self, name: str, copied: bool = False) -> None:
@@ -87,23 +87,16 @@ class Journal:
 
     def add(self, result: Result) -> Line:
         """Write the files of a result, then its line; return it, with BAT016 for each file that was edited by hand."""
-        edited = [d.as_json() for path, data in result.outputs.items() for d in self.put(path, data)]
-        line = self.note(
-            {
-                "name": result.name,
-                "key": result.key if result.final else "",
-                "status": result.status,
-                "outputs": {path: sha256(data).hexdigest() for path, data in sorted(result.outputs.items())},
-                "figures": dict(result.figures),
-                "findings": [dict(f) for f in result.findings],
-            }
-        )
-        return {**line, "findings": [*line["findings"], *edited]}
+        edited = [d.finding for path, data in result.outputs.items() for d in self.put(path, data)]
+        hashes = {path: sha256(data).hexdigest() for path, data in sorted(result.outputs.items())}
+        key = result.key if result.final else ""
+        line = self.note(Line(result.name, key, result.status, hashes, result.figures, result.findings))
+        return replace(line, findings=(*line.findings, *edited))
 
     def copy(self, path: str, data: bytes) -> list[Diagnostic]:
         """Write a copied file into the tree, if it is not there; return BAT016 for what was edited by hand since."""
         hash_ = sha256(data).hexdigest()
-        line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}, "figures": {}, "findings": []}
+        line = Line(path, COPY, COPY, {path: hash_})
         edited = [] if self.holds(path, hash_) else self.put(path, data)
         if line in self.before.get((True, path), []):
             self.keep(line)
@@ -113,9 +106,9 @@ class Journal:
 
     def note(self, line: Line) -> Line:
         """Append a line to the journal, unless its key is empty, and return it."""
-        self.now[subject(line)] = line
-        if line["key"]:
-            self.log.write(encoded(line))
+        self.now[line.subject] = line
+        if line.key:
+            self.log.write(line.encoded())
             self.log.flush()
         return line
 
@@ -148,7 +141,7 @@ class Journal:
             self.write(kept, (self.root / path).read_bytes())
             text = f"`{path}` was edited since a batch wrote it, and is written anew"
             help_ = f"the edited file is kept as `{self.root / kept}`: make such changes in the input"
-            yield Diagnostic("BAT016", "warning", text, help=help_)
+            yield Diagnostic("BAT016", "warning", text, help=help_, matter=Matter.EDITED)
 
     def write(self, path: str, data: bytes) -> None:
         """Write a file of the tree atomically: under another name, then renamed; BAT004 if that fails."""
@@ -173,13 +166,16 @@ class Journal:
             owns: whether a task or file belongs to this run; foreign: files that other runs put into the tree.
         """
         held = [self.before[one][-1] for one in self.held if one in self.before]
-        lines = [line for line in self.now.values() if line["key"]] + held
-        current = {path for line in lines for path in line["outputs"]} | foreign
+        lines = [line for line in self.now.values() if line.key] + held
+        current = {path for line in lines for path in line.outputs} | foreign
         for line in chain.from_iterable(self.before.values()):
-            if owns(line["name"]):
-                self.remove({p: h for p, h in line["outputs"].items() if p not in current})
+            if owns(line.name):
+                self.remove({p: h for p, h in line.outputs.items() if p not in current})
         self.log.close()
-        self.write(f"{STATE}/{self.part}.jsonl", b"".join(map(encoded, sorted(lines, key=subject))))
+        self.write(
+            f"{STATE}/{self.part}.jsonl",
+            b"".join(line.encoded() for line in sorted(lines, key=lambda line: line.subject)),
+        )
 
 
 @contextmanager
@@ -204,7 +200,7 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
         journals = sorted(state.glob("*.jsonl"), key=lambda p: p.stem == part)
         findings: list[Diagnostic] = []
         try:
-            before = grouped((subject(line), line) for path in journals for line in read_lines(path, findings))
+            before = grouped((line.subject, line) for path in journals for line in read_lines(path, findings))
             log = open(state / f"{part}.jsonl", "ab")  # noqa: SIM115
         except OSError as error:
             raise _not_written(state, error) from error

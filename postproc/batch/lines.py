@@ -4,28 +4,49 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from postproc.batch.values import COUNTED, Status
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Finding, Matter, Severity
 from postproc.files import read_file, stays_inside
 from postproc.numbers import LARGEST_NUMBER
 
 STATE = ".postproc"  # folder in the tree of outputs
-COPY = "copy"  # key and status of files that are not converted
-Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
+COPY: Literal["copy"] = "copy"  # key and status of files that are not converted
 Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
+STATUSES: tuple[Status, ...] = get_args(Status)
 
 
-def subject(line: Line) -> Subject:
-    """Return what a line is about: whether it is a copied file, and its name."""
-    return line["key"] == COPY, str(line["name"])
+@dataclass(frozen=True, slots=True)
+class Line:
+    """What was made of a task, or of a copied file.
 
+    Args:
+        key: hash of all that the result depends on; empty where it would not be the same again. outputs: path to hash.
+        figures: of the result of a task.
+    """
 
-def encoded(line: Mapping[str, Any]) -> bytes:
-    """Return a line as the bytes of the journal: JSON with sorted keys and a line feed."""
-    return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+    name: str
+    key: str
+    status: Status | Literal["copy"]
+    outputs: Mapping[str, str]
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def subject(self) -> Subject:
+        """What the line is about."""
+        return self.key == COPY, self.name
+
+    def encoded(self) -> bytes:
+        """Return the line as the bytes of the journal: JSON with sorted keys and a line feed."""
+        findings = [{**asdict(found), "matter": found.matter and found.matter.name} for found in self.findings]
+        text = json.dumps(
+            {**asdict(self), "findings": findings}, sort_keys=True, separators=(",", ":"), allow_nan=False
+        )
+        return text.encode() + b"\n"
 
 
 def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
@@ -33,14 +54,14 @@ def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
     odd = 0
     for text in read_file(path).split(b"\n"):
         try:
-            line = json.loads(text)
+            content = json.loads(text)
         except ValueError:
             continue  # empty, or torn by a kill
         except RecursionError:
-            line = None
-        if _is_line(line):
-            yield {"figures": {}, "findings": [], **line}
-        else:
+            content = None
+        try:
+            yield _line(content)
+        except (KeyError, TypeError, ValueError):
             odd += 1
     if odd:
         what = f"{odd} line{'s' * (odd > 1)} of the journal `{path}` cannot come from a batch"
@@ -48,26 +69,28 @@ def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
         findings.append(Diagnostic("BAT018", "warning", f"{what}: left out", help=help_))
 
 
-def _is_line(line: Any) -> bool:
-    """Tell whether a value has the types that a batch writes, and only names files inside the output folder."""
-    if not isinstance(line, dict) or line.get("status") not in (*get_args(Status), COPY):
-        return False
-    outputs, figures, findings = line.get("outputs"), line.get("figures", {}), line.get("findings", [])
-    try:
-        encoded(line)  # no NaN
-    except ValueError:
-        return False
-    return (
-        all(isinstance(line.get(key), str) for key in ("name", "key"))
-        and isinstance(outputs, dict)
-        and all(
-            isinstance(h, str) and stays_inside(p) and PurePosixPath(p).parts[0] != STATE for p, h in outputs.items()
-        )
-        and isinstance(figures, dict)
-        and (not figures or _are_figures(figures))
-        and isinstance(findings, list)
-        and all(isinstance(found, dict) and _is_finding(found) for found in findings)
-    )
+def _line(content: Any) -> Line:
+    """Return a line that a batch may have written, which only names files inside the output folder.
+
+    Raises:
+        KeyError, TypeError, ValueError: no batch writes that.
+    """
+    name, key, outputs = _text(content["name"]), _text(content["key"]), content["outputs"]
+    status, figures = content["status"], content.get("figures", {})
+    if status not in (*STATUSES, COPY) or not isinstance(outputs, dict) or not isinstance(figures, dict):
+        raise ValueError("no status, files or figures of a batch")
+    if not all(stays_inside(p) and PurePosixPath(p).parts[0] != STATE and _text(h) for p, h in outputs.items()):
+        raise ValueError("a file outside the folder")
+    if figures and not _are_figures(figures):
+        raise ValueError("no figures of a batch")
+    return Line(name, key, status, outputs, figures, tuple(map(_finding, content.get("findings", []))))
+
+
+def _text(value: Any) -> str:
+    """Return the value; TypeError where it is no text."""
+    if not isinstance(value, str):
+        raise TypeError("no text")
+    return value
 
 
 def _are_figures(figures: Mapping[str, Any]) -> bool:
@@ -82,14 +105,15 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
     return len(lengths) != 1 and all(type(n) in (int, float) and abs(n) <= LARGEST_NUMBER for n in numbers)
 
 
-def _is_finding(found: Mapping[str, Any]) -> bool:
-    """Tell whether a value has the keys and types of a diagnostic in JSON."""
-    texts = all(isinstance(found.get(key), str) for key in ("code", "message"))
-    return (
-        texts
-        and found.get("severity") in get_args(Severity)
-        and all(
-            key in found and (found[key] is None or isinstance(found[key], kind))
-            for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
-        )
-    )
+def _finding(content: Any) -> Finding:
+    """Return a finding as a line has it; KeyError, TypeError or ValueError where no batch writes that."""
+    code, severity, message = _text(content["code"]), content["severity"], _text(content["message"])
+    path, help_ = (None if content[key] is None else _text(content[key]) for key in ("path", "help"))
+    line, column, offset = content["line"], content["column"], content.get("offset")
+    matter, length = content.get("matter"), content.get("length_mm", 0.0)
+    whole = all(number is None or isinstance(number, int) for number in (line, column, offset))
+    if severity not in get_args(Severity) or not whole or not 0 <= length <= LARGEST_NUMBER:
+        raise ValueError("no finding of a batch")
+    about = None if matter is None else Matter[matter]
+    name = _text(content.get("name", ""))
+    return Finding(code, severity, message, path, line, column, offset, help_, about, name, float(length))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from postproc.batch.discover import CONTROLLER
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
-from postproc.batch.lines import COPY, STATE
+from postproc.batch.lines import COPY, STATE, Line
 from postproc.batch.nearby import arm_nearby, help_nearby
 from postproc.batch.values import (
     Batch,
@@ -30,9 +30,8 @@ from postproc.batch.values import (
     page_of,
 )
 from postproc.batch.work import convert
-from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.diagnostics import Diagnostic, Finding, Matter, PostprocError, has_errors
 from postproc.files import check_tree, why
-from postproc.report.blocks import Values
 from postproc.settings import Settings, read_arm
 
 if TYPE_CHECKING:
@@ -136,31 +135,34 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     foreign |= {path for path in plan.copies if not shard.owns(path)}
     with open_journal(ready.out, shard.part) as journal:
         lists = {path for path in copies if is_backinfo(path)}
-        findings = [d.as_json() for path in copies if path not in lists for d in _copy(plan.root, path, journal)]
-        findings += [d.as_json() for d in journal.findings]
+        findings = [d for path in copies if path not in lists for d in _copy(plan.root, path, journal)]
+        findings += journal.findings
         outcomes: list[TaskOutcome] = []
         tasks = {task.name: task for task in ready.tasks}
 
-        def note(line: Values, cached: bool) -> None:
-            task = tasks[line["name"]]
+        def note(line: Line, cached: bool) -> None:
+            """Tell what became of a task."""
+            assert line.status != COPY
+            task = tasks[line.name]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
-            told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
+            told = (*(d.finding for d in first), *(_named(plan.root, finding) for finding in line.findings))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
-            page = page_of(task.name) if page_of(task.name) in line["outputs"] else None
-            outcomes.append(TaskOutcome(task, line["status"], cached, line["figures"], told, arm, page))
+            page = page_of(task.name) if page_of(task.name) in line.outputs else None
+            outcomes.append(TaskOutcome(task, line.status, cached, line.figures, told, arm, page))
             tell(outcomes[-1])
 
         def todo() -> Iterator[Job]:
+            """Yield a job for each task that is not done; note those that are, and those that cannot be read."""
             for task in ready.tasks:
                 job = _prepare(plan.root, task, converters[task.name], ready.pages)
                 if isinstance(job, Result):
-                    if any(finding["code"] == "BAT002" for finding in job.findings):
+                    if any(finding.matter is Matter.UNREADABLE for finding in job.findings):
                         journal.hold(job.name)
                     note(journal.add(job), cached=False)
                     continue
                 line = journal.find(job.name, job.key)
-                if line is None or (job.page and line["status"] == "compensated" and job.page not in line["outputs"]):
+                if line is None or (job.page and line.status == "compensated" and job.page not in line.outputs):
                     yield job
                 else:
                     note(journal.keep(line), cached=True)
@@ -169,13 +171,13 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
             note(journal.add(result), cached=False)
         lines = [*chain.from_iterable(journal.before.values()), *journal.now.values()]
         for path in sorted(lists):
-            made = (line for line in lines if line["key"] != COPY)
+            made = (line for line in lines if line.key != COPY)
             modules = added_modules(path, (task for task, _ in plan.tasks), made)
-            findings += [d.as_json() for d in _copy(plan.root, path, journal, modules)]
+            findings += _copy(plan.root, path, journal, modules)
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
-    missing = sum(finding["severity"] == "error" for finding in findings)
-    return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
+    missing = sum(finding.severity == "error" for finding in findings)
+    return Batch(tuple(outcomes), len(copies) - missing, tuple(d.finding for d in findings))
 
 
 def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page: bool) -> Job | Result:
@@ -190,12 +192,12 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _named(root: Path, finding: Values) -> Values:
+def _named(root: Path, finding: Finding) -> Finding:
     """Return a finding; where a file nearby declares the data it lacks, its help names that file."""
     told = None
-    if "undeclared" in finding and finding["path"] is not None:
-        told = help_nearby(finding["undeclared"], root / finding["path"])
-    return finding if told is None else {**finding, "help": told}
+    if finding.matter is Matter.UNDECLARED and finding.path is not None:
+        told = help_nearby(finding.name, root / finding.path)
+    return finding if told is None else replace(finding, help=told)
 
 
 def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:

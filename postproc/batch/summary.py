@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from postproc.batch.values import TaskOutcome
 from postproc.batch.work import MEASURED
-from postproc.diagnostics import one_line
+from postproc.diagnostics import Finding, one_line
 
 
 def result_line(outcome: TaskOutcome) -> str:
@@ -21,8 +18,8 @@ def result_line(outcome: TaskOutcome) -> str:
     return f"{one_line(outcome.task.name)}: {text}{' (done before)' if outcome.cached else ''}"
 
 
-def finding_line(found: Mapping[str, Any]) -> str:
-    """Return a diagnostic, as JSON, on one line: ``path:line:column: severity[code]: message (help)``."""
-    place = ":".join(str(found[key]) for key in ("path", "line", "column") if found[key] is not None)
-    help_ = f" ({found['help']})" if found["help"] else ""
-    return one_line(f"{place + ': ' if place else ''}{found['severity']}[{found['code']}]: {found['message']}{help_}")
+def finding_line(found: Finding) -> str:
+    """Return a finding on one line: ``path:line:column: severity[code]: message (help)``."""
+    place = ":".join(str(part) for part in (found.path, found.line, found.column) if part is not None)
+    help_ = f" ({found.help})" if found.help else ""
+    return one_line(f"{place + ': ' if place else ''}{found.severity}[{found.code}]: {found.message}{help_}")

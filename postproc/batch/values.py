@@ -8,9 +8,8 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Literal
 
-from postproc import __version__
 from postproc.compensation.options import Options
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Finding, Matter, Source
 from postproc.report.blocks import Values
 from postproc.settings import Settings
 
@@ -93,7 +92,6 @@ class Result:
     Args:
         outputs: path of each file to its bytes; none where it failed.
         figures: lengths, counts and times out of the ``postproc/compensate/1`` document.
-        findings: diagnostics as JSON.
         final: the same input would give the same again; not so after a worker's death or an internal error.
     """
 
@@ -102,7 +100,7 @@ class Result:
     status: Status
     outputs: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     figures: Values = field(default_factory=dict)
-    findings: tuple[Values, ...] = ()
+    findings: tuple[Finding, ...] = ()
     final: bool = True
 
 
@@ -125,7 +123,7 @@ def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
     """Return the result of a task that has no outputs, with the diagnostics that say why."""
-    return Result(name, key, "failed", findings=tuple(d.as_json() for d in findings), final=final)
+    return Result(name, key, "failed", findings=tuple(d.finding for d in findings), final=final)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,22 +156,9 @@ class TaskOutcome:
     status: Status
     cached: bool
     figures: Values
-    findings: tuple[Values, ...]
+    findings: tuple[Finding, ...]
     arm: Mapping[str, str] = field(default_factory=dict)
     page: str | None = None
-
-    def as_json(self) -> Values:
-        """Return the row of a task in the ``postproc/batch/1`` document."""
-        return {
-            "name": self.task.name,
-            "status": self.status,
-            "cached": self.cached,
-            "files": list(self.task.files),
-            **({"page": self.page} if self.page else {}),
-            **self.arm,
-            **self.figures,
-            "diagnostics": list(self.findings),
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,28 +167,17 @@ class Batch:
 
     outcomes: tuple[TaskOutcome, ...]
     copied: int
-    findings: tuple[Values, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def failed(self) -> bool:
         """Whether any task failed, or a finding about copies or the output folder is an error."""
-        return any(f["severity"] == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
+        return any(f.severity == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Tasks by status, how many an earlier run had done, and how many exceed the tolerance somewhere (CMP006)."""
+        """Tasks by status, how many an earlier run had done, and how many exceed the tolerance somewhere."""
         statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
         count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
-        beyond = sum(any(found["code"] == "CMP006" for found in o.findings) for o in self.outcomes)
+        beyond = sum(any(found.matter is Matter.OFF for found in o.findings) for o in self.outcomes)
         return {**count, "cached": sum(o.cached for o in self.outcomes), "beyond_tolerance": beyond}
-
-    def as_json(self, shard: Shard) -> Values:
-        """Return the ``postproc/batch/1`` document."""
-        return {
-            "schema": "postproc/batch/1",
-            "tool": __version__,
-            "shard": f"{shard.index}/{shard.count}",
-            "tasks": [outcome.as_json() for outcome in self.outcomes],
-            "counts": {**self.counts, "copied": self.copied},
-            "diagnostics": list(self.findings),
-        }

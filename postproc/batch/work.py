@@ -16,7 +16,7 @@ from postproc.diagnostics import Diagnostic, Matter, PostprocError
 from postproc.process import THREADS, load_scipy
 
 if TYPE_CHECKING:
-    from postproc.convert import Conversion
+    from postproc.compensation.conversion import Conversion
     from postproc.model.arm import Model
 
 FIGURES = ("added_targets", "unproved_statements", "cycle_time_s")
@@ -55,7 +55,7 @@ def convert(job: Job) -> Result:
     except Exception as error:
         return failed(job.name, job.key, _internal(error), final=False)
     # Data or a background task: nothing in it moves the arm, and in a folder that is nothing to be told.
-    findings = tuple(d.as_json() for d in done.diagnostics if d.matter is not Matter.STILL)
+    findings = tuple(d.finding for d in done.diagnostics if d.matter is not Matter.STILL)
     if done.plan is None and done.module is None:
         return Result(job.name, job.key, "unchanged" if done.outputs else "failed", done.outputs, findings=findings)
     outputs = dict(done.outputs)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from postproc.batch.summary import finding_line, result_line
 from postproc.batch.values import TaskOutcome
 from postproc.cli.report import MOST, print_aside, say, width_of
-from postproc.diagnostics import PostprocError, visible
+from postproc.diagnostics import Matter, PostprocError, visible
 from postproc.grouping import grouped
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from postproc.watch import Watch
 
 CLEAR = "\r\x1b[K"  # the line of a terminal on which the cursor is
-EDITED = "BAT016"
-"""Somebody's own work was put aside: that is told whatever became of the program."""
 
 
 @dataclass
@@ -49,8 +47,9 @@ class Reporter:
             self.watch(f"{self.done} of {self.total}", self.done / self.total)
             if failed:
                 self._say(result_line(outcome))
-        told = [f for f in outcome.findings if f["code"] == EDITED or (failed and f["severity"] == "error")]
-        for code, found in grouped((f["code"], f) for f in told).items():
+        # Somebody's own work was put aside: that is told whatever became of the program.
+        told = [f for f in outcome.findings if f.matter is Matter.EDITED or (failed and f.severity == "error")]
+        for code, found in grouped((f.code, f) for f in told).items():
             for finding in found[: MOST["error"]]:
                 self._say(f"  {finding_line(finding)}")
             if len(found) > MOST["error"]:

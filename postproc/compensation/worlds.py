@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.judgement.bounds import Bound, largest_corrections
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.bounds import Bound, largest_corrections
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.path.curves import circle_through

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, gravity_in
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import BodyMotion, body_motions
 
@@ -86,7 +86,7 @@ class State:
     session: Array | None = None
     session_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
-    gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    gravity: Array = field(default_factory=lambda: gravity_in(np.eye(3)))
     external_axes: Array | None = None
     work: NDArray[np.str_] | None = None
     T_reference_base: Array | None = None

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from postproc.arrays import gravity_in
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
@@ -36,7 +37,7 @@ def example_station() -> Station:
     track = Unit("track", (Joint("track", "a", "linear", np.array([1.0, 0.0, 0.0])),))
     leaning = transform(np.array([1.0, 0.5, 0.6]), rpy(np.array([0.7, 0.0, 0.0])))
     table = Unit("table", (Joint("table", "b", "rotary"),), None, leaning)
-    arm = CellArm("robot", "", "track", np.eye(4), np.array([0.0, 0.0, -9.81]))
+    arm = CellArm("robot", "", "track", np.eye(4), gravity_in(np.eye(3)))
     return Station(Cell({"track": track, "table": table}, {"robot": arm}), "robot", ("track", "table"))
 
 

@@ -11,10 +11,11 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.unseen import anywhere
 from postproc.measure.checks.repeats import Noise, estimate_noise
-from postproc.measure.errors import distances, mm
+from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
+from postproc.numbers import mm
 
 RARE = 1e-3
 """Chance that any row of clean data stands out as much."""

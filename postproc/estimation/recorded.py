@@ -11,9 +11,9 @@ import numpy as np
 from postproc import __version__
 from postproc.estimation.fitted import Fit
 from postproc.estimation.unseen import unseen
-from postproc.measure.errors import mm
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
+from postproc.numbers import mm
 
 
 def recorded_model(fit: Fit) -> Model:

@@ -18,8 +18,3 @@ def rms(error: Array) -> float:
     """Return the root mean square of all finite numbers; 0 where there are none."""
     good = error[np.isfinite(error)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
-
-
-def mm(value: float) -> float:
-    """Return metres in millimetres, or radians in milliradians, rounded to six decimals for documents."""
-    return round(float(value) * 1e3, 6)

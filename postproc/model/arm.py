@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, gravity_in
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.roles import Role
@@ -18,7 +18,6 @@ from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
 from postproc.robot.cells.station import Station
 
-GRAVITY = 9.81  # [m/s^2]
 ALL_BODIES = tuple(range(7))
 
 
@@ -54,7 +53,7 @@ class Model:
     @cached_property
     def gravity(self) -> Array:
         """Return the gravity vector (3,) in base axes [m/s^2], from how the base stands in the world."""
-        return self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
+        return gravity_in(self.R_world_base)
 
     @cached_property
     def _built(self) -> dict[tuple[tuple[int, ...], bool], Multibody]:

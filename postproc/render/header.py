@@ -2,50 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
+from postproc import __version__
+from postproc.compensation.conversion import JudgedProgram
+from postproc.compensation.judgement.accuracy import estimated_stiffness
 from postproc.compensation.options import Options
-from postproc.compensation.results.document import estimated_stiffness
 from postproc.model.arm import Model
+from postproc.numbers import mm
 
 
-def header_values(model: Model, options: Options, document: Mapping[str, Any]) -> dict[str, Any]:
+def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
     """The values for the template ``header.j2``.
 
     Errors in transients and transitions are empty if they are within the tolerance.
-
-    Args:
-        document: the result of the compensation in the form ``postproc/compensate/1``.
     """
+    options, figures = judged.options, judged.figures
+    tolerance = mm(options.tolerance_m, 5)
     beyond = {
-        name: f"{value:.3f}" if (value := document[f"max_{name}"]) > document["tolerance_mm"] else ""
-        for name in ("transient_mm", "transition_mm")
+        f"{name}_mm": _mm(size) if mm(size, 5) > tolerance else ""
+        for name, size in (("transient", figures.transient), ("transition", figures.transition))
     }
     return {
-        "version": document["tool"],
-        "robot": document["robot"],
+        "version": __version__,
+        "robot": model.robot.name,
         "effects": ", ".join(e.key for e in model.effects) or "rigid",
         "wrench": _wrench_text(options),
         "already": ", ".join(options.already),
-        "before_mm": f"{document['max_error_before_mm']:.3f}",
-        "after_mm": f"{document['max_error_after_mm']:.3f}",
-        "arc_before_mm": _mm(document["max_arc_error_before_mm"]),
-        "arc_mm": _mm(document["max_arc_error_after_mm"]),
+        "before_mm": _mm(figures.before),
+        "after_mm": _mm(figures.after),
+        "arc_before_mm": _mm(figures.arc_before),
+        "arc_mm": _mm(figures.arc),
         **beyond,
-        "stiffness": estimated_stiffness(document),
-        "added": document["added_targets"],
-        "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
-        "run_time": document["run_time"],
-        "measured": document["measured_statements"],
-        "unmeasured": document["unmeasured_statements"],
-        "unproved": document["unproved_statements"],
+        "stiffness": estimated_stiffness(judged.remaining, mm(figures.before, 5)),
+        "added": judged.added,
+        "left": judged.left,
+        "run_time": judged.run_time,
+        "measured": judged.lines - judged.unmeasured,
+        "unmeasured": judged.unmeasured,
+        "unproved": judged.unproved,
     }
 
 
 def _mm(value: float | None) -> str:
-    """Millimetres with three decimals; empty for None."""
-    return "" if value is None else f"{value:.3f}"
+    """Metres as millimetres with three decimals; empty for None."""
+    return "" if value is None else f"{mm(value, 5):.3f}"
 
 
 def _wrench_text(options: Options) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
 from postproc.identification.add import HELPS, Addition
-from postproc.measure.errors import mm
+from postproc.numbers import mm
 from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data

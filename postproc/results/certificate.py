@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 
-from postproc.compensation.results.document import estimated_stiffness
-from postproc.convert import Conversion
+from postproc.compensation.conversion import Conversion
 from postproc.identification.compare import Comparison
 from postproc.report.blocks import DataTable, Document, Figure, Section, Values
 from postproc.report.document import plain
 from postproc.results.comparison import comparison_document, iso_figures
-from postproc.results.conversion import shown_on_the_arm
+from postproc.results.conversion import shown_on_the_arm, stiffness_estimate
 
 COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
@@ -165,7 +164,7 @@ def _kept(kept: bool) -> str:
 
 def _sure(document: Values) -> str:
     """Say in a sentence how well the model is known to match the real arm."""
-    known, estimated = document["expected_accuracy"], estimated_stiffness(document)
+    known, estimated = document["expected_accuracy"], stiffness_estimate(document)
     if known is not None:
         return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
     said = f": {estimated}" if estimated else ""

@@ -10,8 +10,9 @@ from postproc.estimation.channels import unit_of
 from postproc.estimation.findings import some_of_many
 from postproc.identification.compare import Comparison, sizes, worst_rows
 from postproc.identification.trends import Trend
-from postproc.measure.errors import mm, rms
+from postproc.measure.errors import rms
 from postproc.measure.iso9283 import Iso9283
+from postproc.numbers import mm
 from postproc.report.blocks import (
     Bar,
     Bars,

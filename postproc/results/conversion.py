@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from typing import Any
 
 from postproc import __version__
-from postproc.compensation.results.document import estimated_stiffness
-from postproc.convert import Conversion
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.seams import Seam
+from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
+from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
 
+SCHEMA = "postproc/compensate/1"
 ACROSS = (
     "Distance of the real torch from the line or arc of each statement, measured across it at and between targets; at "
     "targets the tables also count what points along it. Shaded: the arc burns; green: the tolerance. Drag to zoom, "
@@ -59,6 +65,83 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         ],
         scene=Scene("path", lambda: _path(found)) if moved else None,
     )
+
+
+def conversion_values(found: Conversion) -> dict[str, Any]:
+    """Return the ``postproc/compensate/1`` document; of a program that was not converted it has the findings alone."""
+    findings = [d.as_json() for d in found.diagnostics]
+    judged, model = found.judged, found.model
+    if judged is None or model is None:
+        return {"schema": SCHEMA, "statements": [], "diagnostics": findings}
+    figures, accuracy, limits = judged.figures, judged.accuracy, judged.limits
+    sure = accuracy and {"sigma_mm": _mm(accuracy.sigma), "within_95_percent_mm": _mm(accuracy.within_95)}
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": model.robot.name,
+        "statements": [*map(_statement_values, judged.outcomes)],
+        "max_error_before_mm": _mm(figures.before),
+        "max_error_after_mm": _mm(figures.after),
+        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
+        "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
+        "max_transition_mm": _mm(figures.transition),
+        "max_transient_mm": _mm(figures.transient),
+        "max_joint_move_mm": _mm(figures.joint_move),
+        "tolerance_mm": _mm(judged.options.tolerance_m),
+        "air_tolerance_mm": _mm(judged.air_tolerance_m),
+        "scope": judged.options.scope,
+        "welds": [*map(_seam_values, judged.seams)],
+        "expected_accuracy": sure,
+        "unproved_statements": judged.unproved,
+        "unmeasured_statements": judged.unmeasured,
+        "measured_statements": judged.lines - judged.unmeasured,
+        "added_targets": judged.added,
+        "cycle_time_s": limits and round(limits.slower, 3),
+        "cycle_time_before_s": limits and round(limits.cycle_time, 3),
+        "diagnostics": findings,
+        "already": list(judged.options.already),
+        "worlds": asdict(judged.worlds),
+        "expected_remaining_fraction": judged.remaining,
+        "run_time": judged.run_time and asdict(judged.run_time),
+    }
+
+
+def _statement_values(outcome: StatementOutcome) -> Values:
+    """Return an entry of ``statements`` of the document."""
+    statement = outcome.statement
+    return {
+        "path": statement.source.path,
+        "line": statement.line,
+        "module": statement.module,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "status": outcome.status,
+        "reason": outcome.reason,
+        "edited": outcome.edited,
+        "shift_mm": outcome.shift_mm,
+        "residual_mm": outcome.residual_mm,
+    }
+
+
+def _seam_values(seam: Seam) -> Values:
+    """Return an entry of ``welds`` of the document."""
+    first, last = seam.outcomes[0].statement, seam.outcomes[-1].statement
+    return {
+        "name": seam.name,
+        "path": first.source.path,
+        "line_from": first.line,
+        "line_to": last.line,
+        "length_mm": round(seam.length_mm, 1),
+        "before_mm": seam.before_mm,
+        "after_mm": seam.after_mm,
+        "added_targets": seam.added_targets,
+        "left": len(seam.left),
+    }
+
+
+def _mm(value: float) -> float:
+    """Return metres in millimetres, with two decimals more than RAPID text has."""
+    return mm(value, 5)
 
 
 def made_section(made: Mapping[str, str]) -> Section:
@@ -169,8 +252,13 @@ def _sentence(found: Conversion) -> str:
         )
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
-    estimated = f" On the arm: {said}." if (said := estimated_stiffness(values).replace("`", "")) else ""
+    estimated = f" On the arm: {said}." if (said := stiffness_estimate(values).replace("`", "")) else ""
     return "".join([fell, _unseen(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
+
+
+def stiffness_estimate(values: Values) -> str:
+    """Say how much deflection remains if the stiffness is estimated; empty if it is not."""
+    return estimated_stiffness(values["expected_remaining_fraction"], values["max_error_before_mm"])
 
 
 def _unseen(values: Values) -> str:

@@ -16,7 +16,7 @@ from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.curves import JointCurve, curves
 from postproc.identification.diagnosis import Diagnosis, Intervention
-from postproc.measure.errors import mm
+from postproc.numbers import mm
 from postproc.report.blocks import (
     Bar,
     Bars,

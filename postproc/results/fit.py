@@ -12,7 +12,8 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose
 from postproc.estimation.unseen import unseen
 from postproc.identification.add import FitFigures
-from postproc.measure.errors import distances, mm
+from postproc.measure.errors import distances
+from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
 from postproc.results.wording import FEW, held_text, parameter_rows
 

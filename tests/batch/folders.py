@@ -93,7 +93,7 @@ def cached(batch: Batch) -> set[str]:
 
 
 def codes(batch: Batch, name: str) -> list[str]:
-    return [f["code"] for o in batch.outcomes if o.task.name == name for f in o.findings]
+    return [f.code for o in batch.outcomes if o.task.name == name for f in o.findings]
 
 
 def tree(root: Path, without: Sequence[str] = ()) -> dict[str, str]:

@@ -52,7 +52,7 @@ def test_what_somebody_edited_is_put_aside_before_it_is_written_anew(tmp_path: P
     (out / "line0/Seam0.mod").write_bytes(by_hand)
     write(source, {"line1/Seam1.mod": program("Seam1", 1300)})
     again, _ = convert(source, out)
-    told = {o.task.name: [f["code"] for f in o.findings] for o in again.outcomes}
+    told = {o.task.name: [f.code for f in o.findings] for o in again.outcomes}
     assert told == {"line0/Seam0.mod": ["BAT016"], "line1/Seam1.mod": []}
     assert [p.read_bytes() for p in (out / ".postproc/edited").glob("*/line0/Seam0.mod")] == [by_hand]
     quiet, _ = convert(source, out)
@@ -184,7 +184,7 @@ def test_a_link_to_nothing_is_reported(tmp_path: Path) -> None:
     (source / "gone.mod").symlink_to(tmp_path / "nowhere")
     os.mkfifo(source / "pipe.mod")
     batch, _ = convert(source, tmp_path / "out")
-    assert [f["code"] for f in batch.findings] == ["BAT002"]
+    assert [f.code for f in batch.findings] == ["BAT002"]
     assert statuses(batch) == {"gone.mod": "failed", "line0/Seam0.mod": "compensated"}
 
 

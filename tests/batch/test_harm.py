@@ -164,7 +164,7 @@ def test_copied_files_that_somebody_edited_are_put_aside(tmp_path: Path) -> None
     (out / "sub/n.txt").write_text("mine")
     batch, _ = convert(source, out)
     assert kept(out) == ["sub/n.txt"] and (out / "sub/n.txt").read_text() == "text"
-    assert [f["code"] for f in batch.findings] == ["BAT016"] and not batch.failed and batch.copied == 1
+    assert [f.code for f in batch.findings] == ["BAT016"] and not batch.failed and batch.copied == 1
 
 
 def test_an_edited_output_with_the_longest_name_is_put_aside(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_a_path_that_becomes_a_folder_or_a_file_stops_nobody(tmp_path: Path) -> 
         (source / name).rmdir()
     write(source, {**data("p.mod"), "c": "copied"})
     batch, _ = convert(source, out)
-    assert not batch.failed and "BAT016" in [f["code"] for f in batch.findings]
+    assert not batch.failed and "BAT016" in [f.code for f in batch.findings]
     assert set(tree(out, without=[".postproc"])) == {"p.mod", "c"} and kept(out) == ["c/mine.txt"]
 
 
@@ -230,8 +230,8 @@ def test_a_journal_is_data_that_anybody_may_have_changed(tmp_path: Path) -> None
     journal.write_bytes("\n".join([*lines, whole]).encode("utf-8", "surrogateescape"))
     batch, _ = convert(source, out)
     assert statuses(batch) == {"a.mod": "unchanged"} and not batch.failed
-    assert [f["code"] for f in batch.findings] == ["BAT018"]
-    assert f"{len(odd) + 1} lines of the journal `{journal}` cannot come from a batch" in batch.findings[0]["message"]
+    assert [f.code for f in batch.findings] == ["BAT018"]
+    assert f"{len(odd) + 1} lines of the journal `{journal}` cannot come from a batch" in batch.findings[0].message
     assert victim.read_text() == "victim"
     again, _ = convert(source, out)
     assert all(o.cached for o in again.outcomes) and not again.findings
@@ -289,7 +289,7 @@ def test_a_lost_scheduler_is_one_finding_and_blames_no_task(tmp_path: Path, capf
         process.kill()
         process.communicate()
     assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
-    assert not [f for o in told for f in o.findings if f["code"] == "BAT008"]
+    assert not [f for o in told for f in o.findings if f.code == "BAT008"]
     assert "Traceback" not in capfd.readouterr().err
 
 

@@ -103,7 +103,7 @@ BY_NAME = 'PROC main()\n    VAR robtarget p;\n    SetDataVal "pA",p;\n  ENDPROC'
 def test_what_another_task_may_change_is_assumed_and_told(tmp_path: Path, back: str) -> None:
     source = cell(tmp_path / "in", seam(SHARED), seam(f"TASK {SHARED}"), back)
     batch, _ = convert(source, tmp_path / "out", UNNAMED)
-    texts = {o.task.name: " ".join(f["message"] for f in o.findings) for o in batch.outcomes}
+    texts = {o.task.name: " ".join(f.message for f in o.findings) for o in batch.outcomes}
     assert "another task of the controller writes `pA`" in texts["RAPID/TASK1"]
     assert "another task" not in texts["RAPID/TASK2"]
 

@@ -11,12 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from postproc.batch.discover import discover
+from postproc.batch.document import batch_document
 from postproc.batch.summary import result_line
-from postproc.batch.values import Shard
 from postproc.diagnostics import PostprocError
 from postproc.files import resource
 from postproc.report.terminal import render_text
-from postproc.results.batch import batch_document
 from postproc.settings import Settings
 
 from .folders import ARM, ROUGH, TOOL, UNNAMED, codes, convert, planned, program, statuses, target, tree, write
@@ -136,7 +135,7 @@ def test_a_task_whose_arm_nobody_knows_needs_a_model(tmp_path: Path) -> None:
     batch, _ = convert(source, tmp_path / "out", ROUGH)
     assert statuses(batch) == {"RAPID/TASK1": "compensated"}
     first = next(f for o in batch.outcomes for f in o.findings)
-    assert (first["code"], first["severity"]) == ("KIN011", "info")
+    assert (first.code, first.severity) == ("KIN011", "info")
 
 
 def test_the_model_of_another_arm_than_the_controllers_is_told(tmp_path: Path) -> None:
@@ -238,8 +237,8 @@ def test_a_module_that_lacks_data_is_told_which_file_beside_it_declares_them(tmp
     source = write(tmp_path / "in", {"a.mod": program("A", tool=""), "Data.mod": f"MODULE D\n  {TOOL}\nENDMODULE\n"})
     for _ in range(2):  # the second is taken over from the first
         batch, _ = convert(source, tmp_path / "out")
-        lacking = next(f for o in batch.outcomes for f in o.findings if f["code"] == "RAP020")
-        assert lacking["help"] == f"`{source / 'Data.mod'}` declares it: add `--with {source / 'Data.mod'}`"
+        lacking = next(f for o in batch.outcomes for f in o.findings if f.code == "RAP020")
+        assert lacking.help == f"`{source / 'Data.mod'}` declares it: add `--with {source / 'Data.mod'}`"
 
 
 def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> None:
@@ -424,7 +423,7 @@ def test_a_task_of_which_nothing_could_be_measured_has_no_figures(tmp_path: Path
     (only,) = batch.outcomes
     assert only.status == "compensated" and "max_error_after_mm" not in only.figures
     assert result_line(only) == "One.mod: no line or arc could be measured, 0 targets added"
-    assert "One.mod  compensated" in render_text(batch_document("in", batch.as_json(Shard())))
+    assert "One.mod  compensated" in render_text(batch_document("in", batch))
 
 
 def test_a_task_without_motion_needs_no_arm(tmp_path: Path) -> None:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from postproc.batch.discover import discover, task_around, with_arm
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model

@@ -5,14 +5,16 @@ from __future__ import annotations
 import io
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from postproc.batch.values import Batch, Shard, Task, TaskOutcome
+from postproc.batch.document import batch_document
+from postproc.batch.values import Batch, Task, TaskOutcome
 from postproc.cli.progress import reporting
+from postproc.diagnostics import Finding, Matter
 from postproc.report.terminal import render_text
-from postproc.results.batch import batch_document
 from tests.batch.folders import program, write
 
 from .conftest import Call
@@ -84,13 +86,13 @@ class Terminal(io.StringIO):
 def test_a_terminal_shows_how_far_it_is_and_what_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Terminal()
     monkeypatch.setattr("sys.stderr", screen)
-    found = {"code": "RAP001", "severity": "error", "message": "the file [bold] is empty", "help": None}
-    found |= {"path": "a[0].mod", "line": 3, "column": 7}
+    found = Finding("RAP001", "error", "the file [bold] is empty", "a[0].mod", 3, 7)
     with reporting(2) as shown:
         shown.outcome(TaskOutcome(Task("a[0].mod", ()), "failed", False, {}, (found,)))
         shown.outcome(TaskOutcome(Task("b.mod", ()), "unchanged", False, {}, ()))
-        edited = found | {"code": "BAT016", "severity": "warning", "message": "put aside", "path": "c.mod"}
-        shown.outcome(TaskOutcome(Task("c.mod", ()), "compensated", False, {}, (edited, edited | {"code": "CMP006"})))
+        edited = Finding("BAT016", "warning", "put aside", "c.mod", 3, 7, matter=Matter.EDITED)
+        off = replace(edited, code="CMP006", matter=Matter.OFF)
+        shown.outcome(TaskOutcome(Task("c.mod", ()), "compensated", False, {}, (edited, off)))
         time.sleep(1.2)
     text = screen.getvalue()
     assert "programs: 3 of 2, 100 %" in text
@@ -105,13 +107,12 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
         TaskOutcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
         for i in range(100)
     ]
-    nowhere = {"path": None, "line": None, "message": "m", "help": None}
-    why = ({"code": "CMP009", "severity": "warning", **nowhere}, {"code": "KIN001", "severity": "error", **nowhere})
+    why = (Finding("CMP009", "warning", "m"), Finding("KIN001", "error", "m"))
     bad = TaskOutcome(Task("zzz.mod", ()), "failed", False, {}, why)
     astray = {**good[99].figures, "unproved_statements": 71}
     good[99] = TaskOutcome(good[99].task, "compensated", False, astray, ())
     batch = Batch((*good, bad), 3, ())
-    text = render_text(batch_document("in", batch.as_json(Shard()))).split("\nEvery program:\n")
+    text = render_text(batch_document("in", batch)).split("\nEvery program:\n")
     assert "done before 50" in text[0] and "failed 1" in text[0] and "files copied 3" in text[0]
     lines = text[1].partition("\n\n")[0].splitlines()
     assert len(lines) == 42 and lines[-1] == "  61 more; `--verbose` shows them"
@@ -120,8 +121,10 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.0099", "1", "2", "71"]
     assert lines[3].split() == ["098.mod", "compensated,", "as", "before", "1.000", "0.0098", "1", "2"]
     assert lines[-2].split()[0] == "061.mod"
-    off = Batch((TaskOutcome(Task("a", ()), "compensated", False, {}, ({**why[0], "code": "CMP006"},) * 2),), 0, ())
-    assert "beyond the tolerance somewhere 1" in render_text(batch_document("in", off.as_json(Shard())))
+    off = Batch(
+        (TaskOutcome(Task("a", ()), "compensated", False, {}, (replace(why[0], matter=Matter.OFF),) * 2),), 0, ()
+    )
+    assert "beyond the tolerance somewhere 1" in render_text(batch_document("in", off))
 
 
 def test_warnings_of_converted_tasks_reach_the_terminal(call: Call, tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, p
 
 
 def test_the_command_line_wins_and_the_nearest_file_counts(tmp_path: Path) -> None:
-    from postproc.cli.conversion import ConvertOptions
+    from postproc.cli.program_options import ConvertOptions
 
     (tmp_path / "postproc.toml").write_text('robot = "ur5"\n')
     below = tmp_path / "a" / "b"

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.compensation.text.values import StatementOutcome
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model

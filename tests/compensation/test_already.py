@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_offset import JointOffset
 from postproc.model.arm import Model

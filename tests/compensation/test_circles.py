@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.circles import BEFORE, BEHIND
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.motion.path.moves import read_moves
 from tests.compensation.build import FORCE, arm, convert, events, independent, module, outcome, target, written

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.insertions import FROM_ELSEWHERE
-from postproc.convert import Conversion
 from tests.compensation.build import (
     AXES,
     body_of,

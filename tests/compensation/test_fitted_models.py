@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensation.results.accuracy import WITHIN_95
-from postproc.convert import Conversion
+from postproc.compensation.conversion import Conversion
+from postproc.compensation.judgement.accuracy import WITHIN_95
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model

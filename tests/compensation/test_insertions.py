@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.insertions import added_instruction
-from postproc.convert import Conversion
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
 from tests.compensation.build import (

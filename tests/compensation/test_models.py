@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
-from postproc.convert import Conversion
+from postproc.arrays import GRAVITY
+from postproc.compensation.conversion import Conversion
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.library.joints.joint_compliance import JointCompliance
 from postproc.effects.library.joints.joint_offset import JointOffset
-from postproc.model.arm import GRAVITY, Model
+from postproc.model.arm import Model
 from postproc.model.file import default_model, parse_model
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget

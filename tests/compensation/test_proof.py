@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from postproc.compensation.correction.deviation import away_from_curves
+from postproc.compensation.judgement.dynamics import check_corrected
 from postproc.compensation.options import Options
 from postproc.compensation.reading import read_samples
-from postproc.compensation.results.dynamics import check_corrected
 from postproc.compensation.text.requests import Requester
 from postproc.compensation.text.values import TargetValue
 from postproc.diagnostics import Source

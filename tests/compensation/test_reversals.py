@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
-from postproc.convert import Conversion
+from postproc.compensation.conversion import Conversion
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
 from tests.compensation.build import convert, module, target, written

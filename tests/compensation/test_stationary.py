@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.inspection import inspect_program
-from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from tests.compensation.build import DATA, arm, codes, convert, events, independent, places, timed, written

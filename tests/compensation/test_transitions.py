@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
-from postproc.compensation.results.outcomes import SHARED
-from postproc.convert import Conversion
+from postproc.compensation.judgement.outcomes import SHARED
 from postproc.rapid.data.pose import quat_mult
 from tests.compensation.build import arm, codes, convert, events, independent, module, target, written
 

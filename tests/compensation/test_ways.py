@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
-from postproc.compensation.results.outcomes import SHARED, SOMETIMES, UNKNOWN_START
+from postproc.compensation.judgement.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.compensation.text.assignment import ELSEWHERE, WAYS
 from postproc.effects.library.joints.backlash import Backlash
 from tests.compensation.build import (

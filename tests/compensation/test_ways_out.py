@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.file import default_model
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.compensation.judgement.bounds import Bound, largest_corrections
 from postproc.compensation.options import Options
-from postproc.compensation.results.bounds import Bound, largest_corrections
 from postproc.compensation.worlds import SEEDS, check_worlds, depends_on_run_time
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source

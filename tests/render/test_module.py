@@ -6,8 +6,9 @@ import re
 
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import read_program
 from tests.compensation.build import DATA, arm, codes, convert, module, target, written

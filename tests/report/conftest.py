@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from postproc.arrays import Array
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource
 from postproc.model.file import default_model

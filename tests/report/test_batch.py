@@ -3,37 +3,31 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
+from postproc.batch.document import batch_document
+from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.diagnostics import Finding, Severity
 from postproc.report.page import render_page
-from postproc.results.batch import batch_document
 from tests.report.conftest import tables
 
 
 def test_batch_page_puts_failures_and_the_farthest_first() -> None:
-    finding = {
-        "path": "b<1>.mod",
-        "line": 3,
-        "severity": "error",
-        "code": "RAP007",
-        "message": "PROC `main`",
-        "help": "x",
-    }
-    kinds = (
-        ("info", "MOT012", "x"),
-        ("warning", "CMP005", "left"),
-        *(("warning", "CMP006", f"{x} mm off") for x in (0.1, 0.92)),
+    finding = Finding("RAP007", "error", "PROC `main`", "b<1>.mod", 3, help="x")
+    kinds: list[tuple[Severity, str, str, float]] = [("info", "MOT012", "x", 0.0), ("warning", "CMP005", "left", 0.0)]
+    kinds += [("warning", "CMP006", f"{x} mm off", x) for x in (0.1, 0.92)]
+    told = tuple(
+        replace(finding, severity=severity, code=code, message=message, length_mm=length)
+        for severity, code, message, length in kinds
     )
-    told = [{**finding, "severity": s, "code": c, "message": m} for s, c, m in kinds]
     figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
     doubt = {"unproved_statements": 71}
-    tasks = [
-        {"name": "a.mod", "status": "compensated", "cached": True, **doubt, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
-        {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
-        {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": told[-2:-1]},
-    ]  # fmt: skip
-    counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "beyond_tolerance": 0, "copied": 0}
-    document = {"tasks": tasks, "counts": counts, "diagnostics": []}
-    page = render_page(batch_document("cell", document, pages={"a.mod": "out/report/a #1.html"}))
+    outcomes = (
+        TaskOutcome(Task("a.mod", ()), "compensated", True, {**doubt, **figures, "max_error_after_mm": 0.01}, told),
+        TaskOutcome(Task("b<1>.mod", ()), "failed", False, {}, (finding,)),
+        TaskOutcome(Task("c.mod", ()), "compensated", False, {**figures, "max_error_after_mm": 0.2}, told[-2:-1]),
+    )
+    page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
     assert (
         "2 of 3 programs are corrected; 1 failed and has no output; at most 0.200 mm remain, in <code>c.mod</code>."
         in page

@@ -11,8 +11,11 @@ from typing import Any
 
 import pytest
 
+from postproc.batch.document import batch_document
+from postproc.batch.values import Batch, Task, TaskOutcome
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.files import resource
 from postproc.identification.add import add_effects
@@ -21,7 +24,6 @@ from postproc.model.file import default_model
 from postproc.rapid.diff.difference import Difference, FileDiff, ProgramDiff
 from postproc.report.page import render_certificate, render_page
 from postproc.results.addition import addition_document
-from postproc.results.batch import batch_document
 from postproc.results.certificate import arm_certificate, program_certificate
 from postproc.results.comparison import comparison_document
 from postproc.results.conversion import conversion_document
@@ -182,10 +184,10 @@ def test_slider_view_and_search(opened: Open, corrected: str) -> None:
 
 def test_twenty_thousand_targets_stay_fluid(opened: Open) -> None:
     """A table of 20,000 rows: few of them are in the document, and search and sort answer at once."""
-    rows = [{"name": f"p{i}.mod", "status": "compensated", "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i % 977,
-             "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0} for i in range(20_000)]  # fmt: skip
-    counts = {"compensated": 20_000, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
-    page = opened(render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []})))
+    figures = ({"max_error_before_mm": 0.1 + i % 977, "max_error_after_mm": 0.001 * (i % 499 + 1), "added_targets": 0}
+               for i in range(20_000))  # fmt: skip
+    done = tuple(TaskOutcome(Task(f"p{i}.mod", ()), "compensated", False, f, ()) for i, f in enumerate(figures))
+    page = opened(render_page(batch_document("cell", Batch(done, 0, ()))))
     assert page.evaluate("document.documentElement.scrollHeight") < 4000
     assert page.locator(".long tbody tr").count() < 200
     page.fill("input[type=search]", "p19999")
@@ -260,11 +262,12 @@ def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
 
 def page_of_a_batch(count: int) -> str:
     """Programs with long names; more than 200 make a long table."""
-    rows = [{"name": f"stern_section_of_the_hull/program_with_a_really_long_name_{i:04d}.mod", "status": "compensated",
-             "cached": False, "diagnostics": [], "max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1),
-             "added_targets": 0} for i in range(count)]  # fmt: skip
-    counts = {"compensated": count, "unchanged": 0, "failed": 0, "cached": 0, "beyond_tolerance": 0, "copied": 0}
-    return render_page(batch_document("cell", {"tasks": rows, "counts": counts, "diagnostics": []}))
+    figures = ({"max_error_before_mm": 0.1 + i, "max_error_after_mm": 0.001 * (i + 1), "added_targets": 0}
+               for i in range(count))  # fmt: skip
+    names = (f"stern_section_of_the_hull/program_with_a_really_long_name_{i:04d}.mod" for i in range(count))
+    pairs = zip(names, figures, strict=True)
+    done = tuple(TaskOutcome(Task(name, ()), "compensated", False, f, ()) for name, f in pairs)
+    return render_page(batch_document("cell", Batch(done, 0, ())))
 
 
 def page_of_folders() -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import parse_model
 from postproc.report.drawing.path import path_data

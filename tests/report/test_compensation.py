@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.drawing.path import path_data

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from postproc import text as text_of
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
-from postproc.convert import Conversion, compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from tests.runtime.loading import Loaded

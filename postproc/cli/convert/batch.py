@@ -11,9 +11,9 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
-from postproc.cli.conversion import TaskOptions
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
+from postproc.cli.program_options import TaskOptions
 from postproc.cli.progress import arm_lines, reporting
 from postproc.cli.report import say
 from postproc.diagnostics import PostprocError
@@ -47,10 +47,10 @@ def run(
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
         json: print the postproc/batch/1 document.
     """
+    from postproc.batch.document import batch_document
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import get_ready, run_batch
-    from postproc.results.batch import batch_document
     from postproc.results.conversion import unknown_accuracy
     from postproc.settings import told
 
@@ -71,7 +71,7 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
-    document = batch_document(folder_or_jobs.name, batch.as_json(part), told(own), pages)
+    document = batch_document(folder_or_jobs.name, batch, part, made=told(own), pages=pages)
     present(document, report, json=json, form=format, text=True, aside=True, root=ready.plan.root)
     say(shown.time_line())
     if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file, show_result
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs
+from postproc.cli.program_options import TaskOptions
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import watching
 from postproc.cli.report import STDIN, print_document, show

@@ -12,8 +12,8 @@ from postproc.cli.output import present, write, write_together
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
+    from postproc.compensation.conversion import Conversion
     from postproc.compensation.options import Options
-    from postproc.convert import Conversion
     from postproc.settings import Settings
 
 LINES = rb"[^\n]*\n|[^\n]+"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import ProgramOptions
 from postproc.cli.options import Flag, Format
 from postproc.cli.output import present
+from postproc.cli.program_options import ProgramOptions
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
 from postproc.cli.progress import watching
 from postproc.cli.report import show

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import RobotOptions
 from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`
     EffectFiles,
     Flag,
@@ -19,6 +18,7 @@ from postproc.cli.options import (  # noqa: F401 - types of the fields of `Robot
     parse_numbers,
     parse_vector,
 )
+from postproc.cli.program_options import RobotOptions
 from postproc.cli.programs import settled
 from postproc.diagnostics import PostprocError
 

@@ -6,11 +6,11 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from postproc.cli.conversion import ConvertOptions
 from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
+from postproc.cli.program_options import ConvertOptions
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
 from postproc.cli.report import print_document, say, show

@@ -11,6 +11,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from postproc.arrays import GRAVITY
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect, State, Variant, variant
 from postproc.effects.conformance.declaration import columns_read, declaration
@@ -173,7 +174,7 @@ def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     Such sizes come from mm in place of m, or N mm in place of N m.
     """
     arm = example_arm()
-    weight = 9.81 * float(arm.mass.sum())
+    weight = GRAVITY * float(arm.mass.sum())
     reach = float(np.linalg.norm(arm.link[:, :3, 3], axis=1).sum())
     for form in _forms(cls, state):
         # (18, 6): joints; bodies 0 to 6, tool and instrument; torques; wrenches on bodies 0 to 6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array, blocks, invert
+from postproc.arrays import Array, blocks, gravity_in, invert
 from postproc.motion.timing.inertia import point_velocity
 from postproc.motion.timing.jerk_limited import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.timing.spline import cut_runs
@@ -15,7 +15,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.cells.station import INSTANT, Station
 from postproc.robot.kinematics import body_poses
 
-GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
+FLOOR = gravity_in(np.eye(3))  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
@@ -27,7 +27,7 @@ def retime(
     robot: Robot,
     path: Path,
     period: Array | None = None,
-    gravity: Array = GRAVITY,
+    gravity: Array = FLOOR,
     station: Station | None = None,
 ) -> Trajectory:
     """Time, speed and acceleration of the samples under joint limits and programmed speeds, at rest at every stop.

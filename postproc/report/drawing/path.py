@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
-from postproc.convert import Conversion
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection

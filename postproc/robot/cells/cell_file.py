@@ -16,12 +16,12 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array, invert
+from postproc.arrays import Array, gravity_in, invert
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source
 from postproc.rapid.data.records import Vec3
 from postproc.robot.cells.cell import Cell, CellArm, Joint, Unit
-from postproc.robot.cells.mechanical_units import GRAVITY, read_cell
+from postproc.robot.cells.mechanical_units import read_cell
 from postproc.robot.cells.station import ROBOT, Station
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.pose import rpy, transform
@@ -119,7 +119,7 @@ def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source
     unit, T_unit_base = None, np.eye(4)
     if carrier is not None:
         unit, T_unit_base = carrier.name, invert(frames[carrier.axis][None])[0]
-    arm = CellArm(ROBOT, "", unit, T_unit_base, R.T @ np.array([0.0, 0.0, -GRAVITY]))
+    arm = CellArm(ROBOT, "", unit, T_unit_base, gravity_in(R))
     return Cell(units, {ROBOT: arm})
 
 

@@ -19,14 +19,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array, invert
+from postproc.arrays import GRAVITY, Array, gravity_in, invert
 from postproc.diagnostics import Diagnostic
 from postproc.robot.cells.cell import LETTERS, Cell, CellArm, CellTask, Joint, Kind, Unit
 from postproc.robot.cells.station import Station
 from postproc.robot.controller import Backup, Entries, Entry, arm_entries, by_name, read_calibration
 from postproc.robot.pose import rpy, transform
 
-GRAVITY = 9.81
 SAME_PLACE = 1e-3  # [m]: two arms do not stand nearer to each other
 SAME_WAY = np.radians(2.0)
 CARRIED = ("TRACK", "EXT_LIN")
@@ -203,8 +202,8 @@ def _gravity(entry: Entry) -> Array | None:
     if alpha and beta:
         return None
     if alpha or beta:
-        return rpy(np.array([alpha, beta, 0.0])).T @ np.array([0.0, 0.0, -GRAVITY])
-    return np.asarray(_frame(entry)[:3, :3].T @ np.array([0.0, 0.0, -GRAVITY]))
+        return gravity_in(rpy(np.array([alpha, beta, 0.0])))
+    return gravity_in(_frame(entry)[:3, :3])
 
 
 def _tasks(backup: Backup, units: dict[str, Unit], arms: dict[str, CellArm]) -> Iterator[tuple[str, CellTask]]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.conversion import RunTimeFigures
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
@@ -41,7 +41,6 @@ HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MU
 # The functions that added targets call stay where somebody takes the header out.
 _NAMES = "|".join([*LINE_FUNCTIONS, ARC_FUNCTION]).encode()
 ADDED = re.compile(rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++(?:%b)\d*+[ \t]*+\()" % _NAMES, re.MULTILINE)
-MM_PER_M = 1e3
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 
 
@@ -75,32 +74,31 @@ class OnTheController:
         source = Source(f"{self.name}.sys", self.module.text)
         return apply_module(source, model, events, chosen, options.free_axes)
 
-    def as_json(self, mode: str, after: Deviation | None = None, plan: CorrectionPlan | None = None) -> dict[str, Any]:
-        """The value of the key ``run_time`` in the ``postproc/compensate/1`` document.
+    def figures(self, mode: str, after: Deviation | None = None, plan: CorrectionPlan | None = None) -> RunTimeFigures:
+        """What is known of the function.
 
         Args:
             mode: value of the option ``--run-time``, where-needed or all.
             after, plan: correction plan and remaining deviation at targets that are known before the program runs; None
                 if there are none.
         """
-        known = [i for i, m in enumerate(plan.motion.moves) if m.event.statement.key in self.keys] if plan else []
-        checks = [check for _, check in self.module.checks]
-        return {
-            "mode": mode,
-            "module": self.name,
-            "statements": len(self.keys),
-            "loads": self.loads,
-            "known_targets": len(known),
-            "max_known_error_mm": MM_PER_M * max(float(after.goal_distance[i]) for i in known)
-            if known and after
-            else None,
-            "region_targets": sum(check.corrected for check in checks),
-            "max_region_error_mm": MM_PER_M * max(check.largest_m for check in checks),
-            "max_chord_error_mm": MM_PER_M * self.module.chord.largest_m,
-            "chord_length_mm": MM_PER_M * LINE_M,
-            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.per_square_metre,
-            "cost": self.module.cost,
-        }
+        moves = [] if plan is None else plan.motion.moves
+        known = [i for i, move in enumerate(moves) if move.event.statement.key in self.keys]
+        checks, chord = [check for _, check in self.module.checks], self.module.chord
+        return RunTimeFigures(
+            mode=mode,
+            module=self.name,
+            statements=len(self.keys),
+            loads=self.loads,
+            known_targets=len(known),
+            max_known_error_mm=1e3 * max(float(after.goal_distance[i]) for i in known) if known and after else None,
+            region_targets=sum(check.corrected for check in checks),
+            max_region_error_mm=1e3 * max(check.largest_m for check in checks),
+            max_chord_error_mm=1e3 * chord.largest_m,
+            chord_length_mm=1e3 * LINE_M,
+            max_chord_error_mm_per_m2=1e3 * chord.per_square_metre,
+            cost=self.module.cost,
+        )
 
 
 def say_corrected_before(sources: Iterable[Source]) -> Iterator[Diagnostic]:

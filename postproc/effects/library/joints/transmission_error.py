@@ -69,6 +69,7 @@ class TransmissionError(
         joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
 
         def room(term: Effect) -> bool:
+            """Tell whether a wave may be added: at most two of a joint, three orders, no slow one beside a map."""
             assert isinstance(term, TransmissionError)
             joints = (*joint, *term.joint)
             many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3

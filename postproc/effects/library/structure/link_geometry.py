@@ -42,6 +42,7 @@ class LinkGeometry(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Return the bodies 1 to 5 together, and each alone."""
         # Bodies 0 and 6 belong to the instrument's frame and to the tool.
         """Forms: bodies 1 to 5 together, then each of them alone."""
         effect, body = current or cls(), np.tile(np.repeat(np.arange(7), 3), 2)

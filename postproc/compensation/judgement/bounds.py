@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensation.judgement.outcomes import correction_sizes
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.outcomes import correction_sizes
 from postproc.compensation.text.slots import data_keys
 from postproc.compensation.text.values import StatementOutcome
 from postproc.compensation.tolerances import goal_tolerances
@@ -17,7 +17,6 @@ from postproc.grouping import grouped
 from postproc.rapid.data.events import StatementKey
 from postproc.rapid.data.records import RobTarget, Vec3
 
-MM = 1e3
 ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
 
 
@@ -59,7 +58,7 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     """
     moves = plan.motion.moves
     samples = plan.motion.samples
-    along = MM * np.linalg.norm(plan.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3], axis=1)
+    along = 1e3 * np.linalg.norm(plan.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3], axis=1)
     way = np.maximum.reduceat(along, samples.start)
     largest = max(float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
     shifts = {o.statement.key: o.shift_mm for o in outcomes}
@@ -72,7 +71,7 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     found: dict[StatementKey, Bound] = {}
     for key in (shifts.keys() | runs.keys()) - through:
         rows = runs.get(key, [])
-        slack = MM * float(goal[rows].max(initial=0.0)) + ALIKE * largest
+        slack = 1e3 * float(goal[rows].max(initial=0.0)) + ALIKE * largest
         places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
         most = float(way[rows].max(initial=0.0))
         shared = max((max(users[name]) for name in names.get(key, ())), default=0.0)
@@ -89,5 +88,5 @@ def _slope(plan: CorrectionPlan, rows: Sequence[int]) -> tuple[Array, float]:
     samples, targets = plan.motion.samples, [plan.motion.moves[i].event.target for i in rows]
     goals = np.array([target.trans for target in targets if isinstance(target, RobTarget)]).reshape(-1, 3)
     at = samples.goal[list(rows)]
-    spread = MM * np.ptp(plan.curve[at, :3, 3] - samples.T_work_tcp[at, :3, 3], axis=0)
+    spread = 1e3 * np.ptp(plan.curve[at, :3, 3] - samples.T_work_tcp[at, :3, 3], axis=0)
     return goals, float(np.linalg.norm(spread)) / max(float(np.linalg.norm(np.ptp(goals, axis=0))), 1.0)

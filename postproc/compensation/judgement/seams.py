@@ -6,14 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.judgement.transitions import finding, in_transition
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.transitions import finding, in_transition
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.grouping import grouped
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
-
-MM = 1e3
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +59,9 @@ def find_seams(
         burning = [i for key in keys for i in rows.get(key, ())]
         known = [i for i in burning if not moves[i].first]
         length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
-        now, then = (round(MM * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
+        now, then = (round(1e3 * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
         count = sum(len(added.get(key, ())) for key in keys[1:])
-        seams.append(Seam(group[0].statement.routine, tuple(group), MM * length, now, then, count))
+        seams.append(Seam(group[0].statement.routine, tuple(group), 1e3 * length, now, then, count))
     return seams
 
 

@@ -8,11 +8,9 @@ from postproc.compensation.correction.curve import BEFORE_TARGET, Transition
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.text.values import UNCHANGED_MM
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Matter, Severity
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import MotionStatement, StatementKey
-
-MM = 1e3
 
 
 def own_moves(plan: CorrectionPlan) -> Flags:
@@ -61,10 +59,10 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
             largest[key] = t
     findings = []
     for t in largest.values():
-        if MM * t.size_m < UNCHANGED_MM:
+        if 1e3 * t.size_m < UNCHANGED_MM:
             continue
         move = plan.motion.moves[t.move]
-        text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
+        text = f"the correction changes by {1e3 * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:
             action = "start and end the seam with a stop"
             if plan.motion.sides is not None:
@@ -72,7 +70,8 @@ def transition_findings(plan: CorrectionPlan) -> list[Diagnostic]:
             elif plan.motion.options.force_on == "arc":
                 action += ", or let the force act on the whole program"
             text += ", while the arc burns"
-            findings.append(finding("CMP008", "warning", move.event.statement, text, action))
+            size = 1e3 * t.size_m
+            findings.append(finding("CMP008", "warning", move.event.statement, text, action, length_mm=size))
         else:
             findings.append(finding("CMP007", "info", move.event.statement, text))
     return findings
@@ -90,11 +89,21 @@ def transient_finding(plan: CorrectionPlan, after: Deviation, counted: Flags) ->
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]
     move = plan.motion.moves[int(after.owner[worst])]
-    off = MM * after.distance[worst]
+    off = 1e3 * after.distance[worst]
     text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
     return [finding("CMP009", "info", move.event.statement, text)]
 
 
-def finding(code: str, severity: Severity, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
+def finding(
+    code: str,
+    severity: Severity,
+    statement: MotionStatement,
+    text: str,
+    help_: str = "",
+    *,
+    matter: Matter | None = None,
+    length_mm: float = 0.0,
+) -> Diagnostic:
     """A diagnostic placed at a whole motion statement; ``help_`` says what the user can do."""
-    return Diagnostic(code, severity, text, statement.source, statement.span, help_)
+    source, span = statement.source, statement.span
+    return Diagnostic(code, severity, text, source, span, help_, matter, length_mm=length_mm)

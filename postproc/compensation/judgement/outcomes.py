@@ -10,9 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.deviation import Deviation
-from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.reading import OUT_OF_REACH
-from postproc.compensation.results.transitions import (
+from postproc.compensation.judgement.transitions import (
     finding,
     for_the_next,
     in_transition,
@@ -20,6 +18,8 @@ from postproc.compensation.results.transitions import (
     transient_finding,
     transition_findings,
 )
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.reading import OUT_OF_REACH
 from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
 from postproc.compensation.tolerances import goal_tolerances
 from postproc.diagnostics import Diagnostic, Matter
@@ -30,7 +30,6 @@ from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.program.program import Program
 from postproc.robot.pose import pose_error
 
-MM = 1e3
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SOMETIMES = "where the arm comes from is not known in some of its runs: there it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
@@ -97,8 +96,9 @@ def judge_statements(
             on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
             what = "the path to this target" if on_the_way else "this target itself"
             off, most = (worst, path) if on_the_way else (at_goal, goal)
-            text = f"{what} stays {MM * off[farthest]:.3f} mm off, tolerance {MM * most[farthest]:g} mm"
-            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, on_the_way)))
+            text = f"{what} stays {1e3 * off[farthest]:.3f} mm off, tolerance {1e3 * most[farthest]:g} mm"
+            why, stays = _why(plan, rows, farthest, on_the_way), 1e3 * float(off[farthest])
+            findings.append(finding("CMP006", "warning", statement, text, why, matter=Matter.OFF, length_mm=stays))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -159,7 +159,7 @@ def _outcome(
         return StatementOutcome(
             statement, "skipped", reason or (OUT_OF_REACH if runs else "the program never gets here")
         )
-    residual = MM * max(float(after.goal_distance[i]) for i in rows)
+    residual = 1e3 * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return StatementOutcome(statement, "unchanged", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
@@ -167,7 +167,7 @@ def _outcome(
         status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
         why = f"{refused}: in one of its runs {reason}" if reason and status == "skipped" else refused
         return StatementOutcome(statement, status, why, 0.0, round(residual, 5))
-    shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
+    shift, angle = 1e3 * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return StatementOutcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
@@ -211,7 +211,7 @@ def unknown_outcomes(
 
 def _left(statement: MotionStatement, text: str, help_: str) -> Diagnostic:
     """CMP005, a warning: the statement stays uncorrected, for the reason in ``text``."""
-    return replace(finding("CMP005", "warning", statement, text, help_), matter=Matter.LEFT)
+    return finding("CMP005", "warning", statement, text, help_, matter=Matter.LEFT)
 
 
 def unproved(outcomes: Sequence[StatementOutcome], events: Sequence[MotionEvent], plan: CorrectionPlan) -> int:
@@ -266,5 +266,5 @@ def _searched_findings(outcomes: Sequence[StatementOutcome], events: Sequence[Mo
             " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
-        findings.append(finding("CMP018", "warning", found[0].statement, text, help_))
+        findings.append(finding("CMP018", "warning", found[0].statement, text, help_, length_mm=most))
     return findings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,14 +32,31 @@ class Accuracy:
     within_95: float
 
 
-def expect_remaining(model: Model, motion: Motion) -> list[float] | None:
+def expect_remaining(model: Model, motion: Motion) -> tuple[float, float] | None:
     """Lower and upper share (0 to 1) of the deflection expected to remain after the correction.
 
     None if the stiffness of the model is not an estimate.
     """
     if model.stiffness_source != "estimated":
         return None
-    return [round(x, 3) for x in remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))]
+    low, high = remaining_fraction(*unknown_loads(model, motion.at(_targets(motion))))
+    return round(low, 3), round(high, 3)
+
+
+def estimated_stiffness(remaining: Sequence[float] | None, before_mm: float) -> str:
+    """A clause that says how much deflection remains if the stiffness is estimated; empty if it is not.
+
+    Args:
+        remaining: as `expect_remaining` returns it. before_mm: largest deviation of the original program.
+    """
+    if remaining is None:
+        return ""
+    low, high = (f"{100 * x:.0f}" for x in remaining)
+    least, most = (f"{before_mm * x:.2f}" for x in remaining)
+    return (
+        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection, {least} to {most} mm, is"
+        " expected to remain, and `postproc fit` with measurements narrows that"
+    )
 
 
 def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:

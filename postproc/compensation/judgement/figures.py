@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.judgement.transitions import in_transition, own_moves
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.results.transitions import in_transition, own_moves
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.values import Flags
 

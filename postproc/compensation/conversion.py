@@ -1,0 +1,123 @@
+"""What a conversion gives: corrected files, findings, and what the proof of the written text has shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.judgement.accuracy import Accuracy
+from postproc.compensation.judgement.figures import PathFigures
+from postproc.compensation.judgement.seams import Seam
+from postproc.compensation.options import Options
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.text.values import StatementOutcome
+from postproc.compensation.worlds import Worlds
+from postproc.diagnostics import Diagnostic
+from postproc.model.arm import Model
+from postproc.motion.timing.limits import LimitReport
+
+
+@dataclass(frozen=True, slots=True)
+class RunTimeFigures:
+    """What is known of the function that corrects targets while the program runs; templates of the header read it.
+
+    Args:
+        mode: the option, where-needed or all. module: its name. statements: that call it.
+        loads: number of `GripLoad` statements behind which it is told the payload.
+        known_targets: of these statements, known before the program runs; max_known_error_mm: there, None without any.
+        region_targets: drawn from the region of the function; max_region_error_mm: there.
+        max_chord_error_mm: in the middle of lines of ``chord_length_mm`` between corrected ends;
+        max_chord_error_mm_per_m2: the same for the square of their length.
+        cost: of one call, for people.
+    """
+
+    mode: str
+    module: str
+    statements: int
+    loads: int
+    known_targets: int
+    max_known_error_mm: float | None
+    region_targets: int
+    max_region_error_mm: float
+    max_chord_error_mm: float
+    chord_length_mm: float
+    max_chord_error_mm_per_m2: float
+    cost: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedProgram:
+    """What is known of a corrected program; where no target is known before it runs nothing is measured.
+
+    Args:
+        options: by which it was converted; air_tolerance_m: the largest one where nothing welds.
+        outcomes: of every motion statement.
+        unproved: corrected statements of which not all runs could be followed or measured.
+        lines: number of lines and arcs; unmeasured: of those whose deviation is in no figure.
+        added: number of targets in between.
+        seams, figures: deviations by seam, and largest ones.
+        accuracy: expected at the targets, None if the model was not fitted; limits: use of the joints' limits.
+        worlds: in which original and corrected program were compared.
+        remaining: lower and upper share of the deflection expected to remain, where the stiffness is an estimate.
+        run_time: of what is corrected on the controller, None for nothing.
+    """
+
+    options: Options
+    air_tolerance_m: float
+    outcomes: Sequence[StatementOutcome]
+    lines: int
+    unmeasured: int
+    unproved: int = 0
+    added: int = 0
+    seams: Sequence[Seam] = ()
+    figures: PathFigures = PathFigures()
+    accuracy: Accuracy | None = None
+    limits: LimitReport | None = None
+    worlds: Worlds = Worlds(0, 0)
+    remaining: tuple[float, float] | None = None
+    run_time: RunTimeFigures | None = None
+
+    @property
+    def left(self) -> int:
+        """Number of statements with a target that stay uncorrected."""
+        kept = (o.statement.interpolation for o in self.outcomes if o.status == "skipped")
+        return sum(kind not in ("none", "absjoint") for kind in kept)
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """Result of one conversion.
+
+    Args:
+        outputs: path of each source to its corrected bytes, those of the source where nothing moves the arm; empty
+            where the program is not safe to compensate.
+        diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
+        judged: what is known of the corrected program; model: of the real arm, as far as it holds here; both None where
+            nothing was converted.
+        module: with the function for run time, None where nothing uses it.
+        plan, before, after: what was decided, and the deviation along the way; None where nothing could be measured.
+        report: the ``postproc/compensate/1`` document.
+    """
+
+    outputs: Mapping[str, bytes]
+    diagnostics: tuple[Diagnostic, ...]
+    exit_code: int = 0
+    judged: JudgedProgram | None = None
+    model: Model | None = None
+    module: bytes | None = None
+    plan: CorrectionPlan | None = None
+    before: Deviation | None = None
+    after: Deviation | None = None
+    report: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def output(self) -> bytes | None:
+        """The corrected bytes of the first file, None if there is none."""
+        return next(iter(self.outputs.values()), None)
+
+    @property
+    def outcomes(self) -> tuple[StatementOutcome, ...]:
+        """What became of every motion statement; none where nothing was converted."""
+        return () if self.judged is None else tuple(self.judged.outcomes)
