@@ -17,7 +17,7 @@ from postproc.batch.values import Job, Task, page_of
 from postproc.diagnostics import Source
 from postproc.files import read_source, real, resource
 from postproc.model.arm import Model
-from postproc.rapid.program.read_only import data_elsewhere, lent_values
+from postproc.rapid.program.shared_data import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.robot.controller import read_quietly
 from postproc.settings import Settings, told

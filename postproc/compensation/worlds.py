@@ -26,7 +26,7 @@ from postproc.rapid.data.records import Quat, RobTarget
 from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.worlds import World
-from postproc.rapid.flow.effects import StatementEffects, comes_back
+from postproc.rapid.flow.steps import StepReader, comes_back
 from postproc.rapid.motions.units import MM, object_matrix
 from postproc.rapid.program.program import Program, read_again
 from postproc.rapid.program.write_effects import WriteEffects
@@ -106,7 +106,7 @@ def check_worlds(
     planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
     own = {s.key: numbers[key] for s, key in zip(written.statements, planned, strict=False) if key is not None}
     effects = WriteEffects(program), WriteEffects(written)
-    steps = StatementEffects(program, effects[0])
+    steps = StepReader(program, effects[0])
     returning = [r for r in program.all_routines() if r.kind == "TRAP" and comes_back(r, steps)]
     inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in returning}
     traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}

@@ -476,6 +476,17 @@ def test_two_modules_of_one_name_are_an_error() -> None:
     assert read_program([files[0], replace(files[1], read_only=True)]).diagnostics == ()
 
 
+@pytest.mark.parametrize(("scope", "tool", "codes"), [("", "t", []), ("TASK ", None, ["RAP012"]), ("LOCAL ", None, [])])
+def test_only_global_persistent_data_is_one_object_in_all_tasks(scope: str, tool: str | None, codes: list[str]) -> None:
+    """TASK PERS data has the name of another task's PERS data and is not it, so it has no value from there."""
+    own = module("MoveL p,v5,z0,t;", P + f"{scope}PERS tooldata t;")
+    files = [Source("own.mod", own), Source("other.mod", module("", TOOL, name="Other"), read_only=True)]
+    read = read_program(files)
+    assert [d.code for d in read.diagnostics] == codes
+    event = walk(read)[0]
+    assert (event.tool.name if event.reason is None else None) == tool
+
+
 def test_a_typing_error_in_an_instruction_is_a_warning() -> None:
     found = walk_program(program(module("ArkL p,v5,s,wd,z0,t; Logging p;", P))).diagnostics
     said = [(d.severity, d.message.split("`")[1], (d.help or "").split("?")[0]) for d in found]

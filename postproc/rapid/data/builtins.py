@@ -27,7 +27,7 @@ from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
 from postproc.rapid.syntax.tokens import word_set
 from postproc.rapid.unknown import Kind, Unknown
 
-MOST_DECIMALS = 80  # a string holds no more
+MOST_LETTERS = 80  # of a string (ABB RAPID reference manual, data type ``string``)
 
 
 def offs(target: Data, x: float, y: float, z: float) -> Data:
@@ -123,7 +123,7 @@ def number_text(value: float, decimals: float) -> str:
     Raises:
         ValueError: there are more decimals than a string holds.
     """
-    if decimals > MOST_DECIMALS:
+    if decimals > MOST_LETTERS:
         raise ValueError("more decimals than a string holds")
     return f"{value:.{int(decimals)}f}"
 

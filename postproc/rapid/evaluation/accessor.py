@@ -9,8 +9,7 @@ from postproc.rapid.data.values import Data, Value
 from postproc.rapid.evaluation.assign import forget, set_data, store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.write_effects import argument_name
+from postproc.rapid.program.arguments import Piece, argument_name
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import Assumed, Kind, Unknown, assumed_for, joined_causes, without_causes

@@ -9,8 +9,9 @@ from operator import is_, is_not
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.memory import Binding, Memory, Path, Reference, part_of
 from postproc.rapid.evaluation.teaching import SET_BY_PROGRAM, alike
+from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import SETTERS, UNSEEN
+from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import (
@@ -109,7 +110,7 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
         return Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
     except Unknown as error:
         why, value = error.kept(), memory.declared(declaration)
-        for path in memory.changes.paths.get(declaration.key, {()}):
+        for path in memory.changes.paths(declaration):
             data = _replaced(value, path, why, memory) if path else _all_unknown(value.data, value.rank, why)
             value = Value(data, value.type, value.rank)
         return value

@@ -10,9 +10,7 @@ from postproc.rapid.data.events import ByValueArgument
 from postproc.rapid.data.values import as_type
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Binding, CallFrame, Memory, Reference, part_of
-from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.function_effects import BY_REFERENCE
-from postproc.rapid.program.write_effects import paired
+from postproc.rapid.program.arguments import BY_REFERENCE, Piece, paired
 from postproc.rapid.syntax.nodes import Routine, RoutineParameter
 from postproc.rapid.syntax.trees import Expression
 from postproc.rapid.unknown import Kind, Unknown, joined_causes

@@ -29,9 +29,6 @@ from postproc.rapid.syntax.trees import (
 )
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
-MOST_NOTED = 100  # causes
-MOST_LETTERS = 80  # of a string
-
 
 class Scope(Protocol):
     """Where names get their meaning while an expression is evaluated; every method may raise Unknown.
@@ -79,7 +76,7 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
         if len(reads) == before:
             return value
         causes = joined_causes(tuple(reads[before:]))
-        scope.noted += causes[: MOST_NOTED - len(scope.noted)]
+        scope.noted[:] = joined_causes(tuple(scope.noted), causes)
         return replace(value, assumed=causes)
     except RecursionError:
         raise Unknown(Kind.NESTED) from None
@@ -151,12 +148,12 @@ def whole(data: Data) -> int:
 
 
 def as_string(text: str) -> str:
-    """The text itself, if a ``string`` can hold it (ABB RAPID reference manual, data type ``string``).
+    """The text itself, if a ``string`` can hold it.
 
     Raises:
         Unknown: it is longer than ``MOST_LETTERS``; the controller stops there.
     """
-    if len(text) > MOST_LETTERS:
+    if len(text) > functions.MOST_LETTERS:
         raise Unknown(Kind.TEXT_TOO_LONG)
     return text
 

@@ -13,7 +13,8 @@ from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.evaluate import component, evaluate, pick, whole
 from postproc.rapid.evaluation.teaching import Teaching
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import UNSEEN, WriteEffects, named_writers
+from postproc.rapid.program.statement_effects import UNSEEN
+from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name
 from postproc.rapid.unknown import (
@@ -323,7 +324,7 @@ class Memory:
     def _writer(self, declaration: Declaration) -> Unknown:
         """The reason why data that nothing has set so far is not certain: what writes it later, or may write it."""
         name, key = f"`{declaration.name}`", declaration.key
-        writers = self.changes.writers.get(key, set())
+        writers = self.changes.writers(declaration)
         if "" in writers:
             return Unknown(Kind.UNSET, name, key=key)
         return Unknown(Kind.MAY_BE_WRITTEN, name, named_writers(writers or self.changes.unseen), key=key)

@@ -21,14 +21,13 @@ from postproc.rapid.execution.path_splitting import Place, SplitBranches
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
-from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE, COUNTING
-from postproc.rapid.program.instructions import KNOWN, MOVING, READ_ONLY
-from postproc.rapid.program.late_binding import LateCall, late_call
+from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, paired, read_arguments
+from postproc.rapid.program.instructions import COUNTING, KNOWN, MOVING, READ_ONLY, STATE
+from postproc.rapid.program.late_binding import BY_NAME, LATE, LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
 from postproc.rapid.program.spelling import if_not, meant_name, meant_routine
-from postproc.rapid.program.write_effects import BY_NAME, LATE, STATE, WriteEffects, argument_name, paired
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Kind, Unknown

@@ -12,8 +12,8 @@ from postproc.rapid.evaluation.memory import Exit, Memory, Reference
 from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Ends, Place
-from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.write_effects import argument_name
+from postproc.rapid.program.arguments import argument_name, read_arguments
+from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
@@ -81,8 +81,10 @@ class Flow(Loops):
         """Run one statement on ``memory``; False if it leaves the body in which it stands."""
         path, span = memory.frame.routine.source.path, statement.span
         self.steps += (path, span[0]) not in self.added.motions
-        if (path, span) in self.changes.by_unknown or (path, span) in self.changes.by_own:
-            self.forget_written(statement, memory)
+        if path in self.changes.calling:
+            functions = self.changes.of_functions(statement, memory.frame.routine)
+            if functions is not NO_EFFECT:
+                self.forget_written(statement, functions, memory)
         if self.program.taught:
             self.check_taught(statement, memory)
         match statement.kind:
@@ -115,9 +117,9 @@ class Flow(Loops):
                 forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.UNCERTAIN)
         return True
 
-    def forget_written(self, statement: Statement, memory: Memory) -> None:
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
         """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
-        self.forget_unseen(statement, memory)
+        self.forget_unseen(functions, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
             return
@@ -126,13 +128,12 @@ class Flow(Loops):
             still = memory.trial or memory.returning
             if not still if moves else self.program.routine(statement.word, routine.module) is not None:
                 return
-        forget(memory, self.changes.of_functions(statement, routine), Kind.WRITTEN_BY_FUNCTION)
+        forget(memory, self.changes.through(functions, routine), Kind.WRITTEN_BY_FUNCTION)
 
-    def forget_unseen(self, statement: Statement, memory: Memory) -> None:
+    def forget_unseen(self, functions: StatementEffect, memory: Memory) -> None:
         """Make data unknown that functions in none of the files may write in a statement's expressions."""
-        routine = memory.frame.routine
-        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
-        forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{name}`")
+        if functions.unseen:
+            forget(memory, functions.keys, Kind.MAY_BE_WRITTEN, f"`{functions.unseen[-1]}`")
 
     def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
         """Report RAP036 for PERS data in a branch's conditions which nothing in these files writes, once per branch.

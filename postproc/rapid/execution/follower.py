@@ -21,6 +21,7 @@ from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.program.instructions import KNOWN, MOVING
 from postproc.rapid.program.late_binding import LateCall
 from postproc.rapid.program.program import Program
+from postproc.rapid.program.statement_effects import StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Unknown, without_causes
@@ -155,10 +156,10 @@ class _Follower(Flow):
         """Whether a statement of the routine that runs is itself a motion instruction; calls of routines are not."""
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
-    def forget_written(self, statement: Statement, memory: Memory) -> None:
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
         """Mark data as written anew that functions in no file get; the program's own run where they are called."""
         if not self.moves(statement, memory):
-            self.forget_unseen(statement, memory)
+            self.forget_unseen(functions, memory)
 
     def unknown_turns(
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False

@@ -14,7 +14,7 @@ from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.execution.calls import MAX_STEPS, Execution
 from postproc.rapid.execution.jumps import UNTIL
 from postproc.rapid.flow.constants import MAX_TURNS, counted
-from postproc.rapid.program.write_effects import UNSEEN
+from postproc.rapid.program.statement_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
 from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown, without_causes
 
@@ -133,7 +133,8 @@ class Loops(Execution):
             memory.doubt()
             return
         body, moves = loop.branches[0].body, "@moves" in keys
-        keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
+        functions = self.changes.of_functions(loop, memory.frame.routine)
+        keys = self.varying(body, memory, keys) | self.changes.through(functions, memory.frame.routine)
         keys |= self.changes.of_one(loop, memory.frame.routine) & {UNSEEN}
         forget(memory, keys, Kind.CHANGED_IN_LOOP)
         begin = memory.ends

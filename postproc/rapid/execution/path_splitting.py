@@ -14,9 +14,8 @@ from math import prod
 
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.values import Data
+from postproc.rapid.flow.states import MOST_WAYS
 from postproc.rapid.unknown import Kind, Unknown
-
-MOST = 8  # combinations that are followed; of more none is, and what they set is not known
 
 Place = tuple[str, int]  # path and offset of a statement
 Ends = Mapping[int, Mapping[str, Data] | None]
@@ -68,7 +67,7 @@ class SplitBranches:
             keys: of the data that the branch may change; written: the keys that each arm may change.
             left: an arm ends the routine.
         """
-        if len(ends) > MOST:  # too many to follow, whatever they set
+        if len(ends) > MOST_WAYS:  # too many to follow, whatever they set
             self.found[place] = Choice((), frozenset(keys), frozenset(), {}, left)
             return
         setting = {arm: written[arm] for arm, end in ends.items() if end is not None and written[arm]}
@@ -102,7 +101,7 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """Every choice of one arm for each branch, by place; none if there are more than ``MOST``."""
-    if prod(map(len, branches.values())) > MOST:
+    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``."""
+    if prod(map(len, branches.values())) > MOST_WAYS:
         return []
     return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

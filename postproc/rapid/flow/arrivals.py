@@ -13,7 +13,6 @@ from functools import cached_property
 
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.flow.constants import Constants
-from postproc.rapid.flow.effects import CallStep, Go, StatementEffects, Step, comes_back
 from postproc.rapid.flow.graph import EXIT, Graph, draw
 from postproc.rapid.flow.states import (
     ANYTHING,
@@ -30,7 +29,8 @@ from postproc.rapid.flow.states import (
     substituted,
     written,
 )
-from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.flow.steps import CallStep, Go, Step, StepReader, comes_back
+from postproc.rapid.program.arguments import BY_REFERENCE
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine
@@ -64,18 +64,20 @@ class Arrivals:
         """Work out where the arm may stand before each motion of a program; ``changes`` are its write effects."""
         self.program = program
         self.changes = changes or WriteEffects(program)
-        effects, constants = StatementEffects(program, self.changes), Constants(program)
+        reader, constants = StepReader(program, self.changes), Constants(program)
         self._routines: dict[str, _Routine] = {}
         for routine in program.all_routines():
-            graph = draw(routine, effects, constants)
+            graph = draw(routine, reader, constants)
             self._routines[routine.key] = _Routine(routine, graph, False, False, {}, [])
         self._callers = self._find_callers()
         self._find_moving()
         self._summarise()
         self._before: dict[StatementKey, tuple[str, State]] = {}
         self._entries = self._find_entries()
-        traps = [r for r in self._routines.values() if r.routine.kind == "TRAP" or r.routine.key in self.changes.sync]
-        leaving = [r for r in traps if r.moves and not comes_back(r.routine, effects)]
+        traps = [
+            r for r in self._routines.values() if r.routine.kind == "TRAP" or r.routine.key in self.changes.started
+        ]
+        leaving = [r for r in traps if r.moves and not comes_back(r.routine, reader)]
         self._adrift = bool(leaving)  # at any moment something may take the arm elsewhere
         self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_elsewhere()
 
@@ -229,7 +231,7 @@ class Arrivals:
             key: {} if r.routine.local and r.routine.kind != "TRAP" and key in reached else LOST
             for key, r in self._routines.items()
         }
-        entries |= dict.fromkeys(self.changes.sync, LOST)
+        entries |= dict.fromkeys(self.changes.started, LOST)
         pending = dict.fromkeys(entries)
         while pending:
             key, _ = pending.popitem()

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.values import Data, Fields, Value, as_type, known_records, single
+from postproc.rapid.data.values import Data, Value, as_type, single
+from postproc.rapid.evaluation.declared import DeclaredValues
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
-from postproc.rapid.syntax.nodes import Routine
+from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Name
 from postproc.rapid.unknown import Kind, Unknown
 
 CLOSED_TYPES = ("num", "dnum", "bool", "string")  # places are touched up on the pendant, those of constants too
 MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
-MOST_DEEP = 20  # constants that are declared by others
 
 
 class Constants:
@@ -24,7 +24,7 @@ class Constants:
     def __init__(self, program: Program) -> None:
         """Take constants and record types from a program."""
         self.program = program
-        self.records = known_records(program.modules)
+        self.declared = DeclaredValues(program)
 
     def value(self, routine: Routine, span: Span, hidden: frozenset[str]) -> Data | None:
         """Value of the expression at a span in a routine; None if anything else than constants of the text decides it.
@@ -33,7 +33,7 @@ class Constants:
             hidden: lower-case names of loop counters in force.
         """
         hidden |= {parameter.name for parameter in routine.parameters}
-        scope = _Scope(self.program, self.records, (routine.module, routine.name), hidden)
+        scope = _Scope(self.program, self.declared, (routine.module, routine.name), hidden)
         try:
             return evaluate(read_whole_expression(routine.source.data, *span), scope).data
         except Unknown:
@@ -67,20 +67,16 @@ class _Scope:
     """The scope of an expression in which only constants have a value; everything else raises Unknown."""
 
     def __init__(
-        self,
-        program: Program,
-        records: Mapping[str, Fields],
-        place: tuple[str, str],
-        hidden: frozenset[str],
-        depth: int = 0,
+        self, program: Program, declared: DeclaredValues, place: tuple[str, str], hidden: frozenset[str] = frozenset()
     ) -> None:
         """Make the scope of an expression.
 
         Args:
-            place: names of module and routine; hidden: lower-case names that are no constants; depth: of nested
-                constants.
+            declared: values of the constants; place: names of module and routine.
+            hidden: lower-case names that are no constants.
         """
-        self.program, self.records, self.place, self.hidden, self.depth = program, records, place, hidden, depth
+        self.program, self.declared, self.place, self.hidden = program, declared, place, hidden
+        self.records = declared.records
         self.reads: list[Unknown] = []
         self.noted: list[Unknown] = []
 
@@ -90,14 +86,15 @@ class _Scope:
         Raises:
             Unknown: the name means anything else.
         """
-        declared = None if name.name in self.hidden else self.program.declaration(name.name, *self.place)
-        closed = declared is not None and declared.storage == "CONST" and declared.type.lower() in CLOSED_TYPES
-        if declared is None or not closed or declared.init is None or declared.dims or self.depth > MOST_DEEP:
+        found = None if name.name in self.hidden else self.program.declaration(name.name, *self.place)
+        closed = found is not None and found.storage == "CONST" and found.type.lower() in CLOSED_TYPES
+        if found is None or not closed or found.init is None or found.dims:
             raise Unknown(Kind.UNDECIDED)
-        home = declared.module, declared.routine
-        scope = _Scope(self.program, self.records, home, frozenset(), self.depth + 1)
-        value = evaluate(read_whole_expression(declared.source.data, *declared.init), scope)
-        return Value(as_type(value.data, declared.type), declared.type)
+        return self.declared.value(found, self._home)
+
+    def _home(self, declaration: Declaration) -> _Scope:
+        """The scope in which the value of a declaration is evaluated."""
+        return _Scope(self.program, self.declared, (declaration.module, declaration.routine))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         """Always raise Unknown: elements of arrays do not count as constants."""

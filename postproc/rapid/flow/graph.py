@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from postproc.rapid.data.values import Data
 from postproc.rapid.flow.constants import Constants, counted
-from postproc.rapid.flow.effects import StatementEffects, Step, Write
+from postproc.rapid.flow.steps import Step, StepReader, Write
 from postproc.rapid.syntax.nodes import Branch, Routine, Statement
 
 EXIT = 1  # the block at which all ways end by which a routine is left
@@ -43,17 +43,17 @@ class Graph:
     counters: set[str] = field(default_factory=set)
 
 
-def draw(routine: Routine, effects: StatementEffects, constants: Constants) -> Graph:
+def draw(routine: Routine, reader: StepReader, constants: Constants) -> Graph:
     """The flow graph of a routine's body and handlers."""
-    return _Drawing(routine, effects, constants).graph
+    return _Drawing(routine, reader, constants).graph
 
 
 class _Drawing:
     """Draws a graph; ``now`` is the block that the next step comes to, None behind a statement that leaves."""
 
-    def __init__(self, routine: Routine, effects: StatementEffects, constants: Constants) -> None:
+    def __init__(self, routine: Routine, reader: StepReader, constants: Constants) -> None:
         """Draw the whole graph of a routine: its body from block 0 to ``EXIT``, then its handlers."""
-        self.routine, self.effects, self.constants = routine, effects, constants
+        self.routine, self.reader, self.constants = routine, reader, constants
         self.graph = Graph([FlowBlock(), FlowBlock()])
         self.labels: dict[str, int] = {}
         self.counters: list[str] = []  # of the loops that are running
@@ -107,12 +107,12 @@ class _Drawing:
                 self.step([Write(frozenset(f"#{name}" for name in self.counters))] if self.counters else ())
                 self.leave(self.label(statement.word))
             case "return":
-                self.step(self.effects.functions(statement, self.routine))
+                self.step(self.reader.functions(statement, self.routine))
                 self.leave(EXIT)
             case "leave":
                 self.out(statement)
             case _:
-                self.step(self.effects.steps(statement, self.routine))
+                self.step(self.reader.steps(statement, self.routine))
 
     def label(self, word: str) -> int:
         """Index of the block that begins at this label (lower case), which is made when it is first asked for."""
@@ -130,7 +130,7 @@ class _Drawing:
 
     def branches(self, statement: Statement) -> None:
         """Add IF or TEST with an edge to each arm that constants do not rule out."""
-        self.step(self.effects.functions(statement, self.routine))
+        self.step(self.reader.functions(statement, self.routine))
         start, behind = self.now, self.block()
         for branch in statement.branches:
             verdict = self.verdict(statement, branch)
@@ -159,7 +159,7 @@ class _Drawing:
 
     def for_loop(self, loop: Statement) -> None:
         """Add a FOR loop: its body may be skipped or repeated unless constants decide how often it runs."""
-        self.step(self.effects.functions(loop, self.routine))
+        self.step(self.reader.functions(loop, self.routine))
         bounds = [self.constants.value(self.routine, span, frozenset(self.counters)) for span in loop.parts]
         turns = _turns(bounds)
         self.graph.open |= turns is None
@@ -187,7 +187,7 @@ class _Drawing:
         head, body, behind = self.block(), self.block(), self.block()
         self.leave(head)
         self.now = head
-        self.step(self.effects.functions(loop, self.routine))
+        self.step(self.reader.functions(loop, self.routine))
         holds = self.constants.truth(self.routine, loop.parts[0], frozenset(self.counters)) if loop.parts else True
         self.graph.open |= holds is None
         if holds is not True:

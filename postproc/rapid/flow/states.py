@@ -18,7 +18,7 @@ NOTHING: Writes = frozenset()
 LOST: State = {ANYWHERE: NOTHING}
 FROM_CALLER: State = {ENTRY: NOTHING}
 
-MOST_ARRIVALS = 8  # from there on it counts as anywhere: only where one motion arrives anything is done with it
+MOST_WAYS = 8  # by which a program comes to a place, that are told apart; of more the place counts as not known
 MOST_WRITES = 64
 ANYTHING: Writes = frozenset({"*"})  # very much may have been written
 CALLED = "@call"  # parameters and data of routines are those of another call
@@ -34,7 +34,7 @@ def joined(states: Iterable[State]) -> State:
         for key, writes in state.items():
             known = found.get(key)
             found[key] = writes if known is None or known == writes else bounded(known | writes)
-        if len(found) > MOST_ARRIVALS:
+        if len(found) > MOST_WAYS:
             return LOST
     return found
 

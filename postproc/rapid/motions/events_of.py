@@ -16,8 +16,8 @@ from postproc.rapid.motions.moments import FIXED_AXES, Moment
 from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import RUNTIME, Targets
+from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.write_effects import SETTERS
 from postproc.rapid.unknown import Kind, Unknown, joined_causes
 
 _SET = itemgetter(*SETTERS)  # what instructions have set

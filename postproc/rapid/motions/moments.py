@@ -11,7 +11,7 @@ from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.state import NO_MASS, NO_OFFSET
 from postproc.rapid.motions.settings import MotionSettings
-from postproc.rapid.program.write_effects import SETTERS
+from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
 
 T = TypeVar("T")

@@ -8,12 +8,12 @@ from dataclasses import replace
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
+from postproc.rapid.flow.states import MOST_WAYS
 from postproc.rapid.motions.elements import Choice, elements
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.unknown import Kind
 
-MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
 MOST_KEPT = 256  # places where the arm may stand, of a program with a thousand branches
 
 

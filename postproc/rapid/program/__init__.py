@@ -1,8 +1,9 @@
 """The files of one task.
 
-`program` holds the files and resolves names by their `scopes`; `arguments` reads a motion statement by the
-`signatures` of its instruction; `read_only` is what other tasks declare, and which data they share. `references` says
-where data is used, `write_effects` what a piece of program may write, `function_effects` what functions do there,
-`late_binding` which procedures a text may name, `instructions` which ones the controller has, `spelling` what a name
-that is nowhere may be a misspelling of.
+`program` holds the files and resolves names by their `scopes`; `arguments` reads the arguments of a statement, those of
+a motion by the `signatures` of its instruction; `shared_data` is what other tasks declare, and which data they share.
+`statement_effects` says what one statement may write and run, `write_effects` what a piece of program may write with
+all that it calls, `function_effects` which functions do so in expressions. `references` says where data is used,
+`late_binding` what a text may name, `instructions` which ones the controller has, `spelling` what a name that is
+nowhere may be a misspelling of.
 """

@@ -1,17 +1,21 @@
-"""A motion instruction and its arguments, each with role and span."""
+"""Arguments of statements: those of a motion instruction with their roles, those of a call with its parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from sys import intern
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionStatement, Signature, StatementShape
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax import patterns
+from postproc.rapid.syntax.nodes import RoutineParameter
 from postproc.rapid.syntax.tokens import identifiers
 
 Piece = tuple[str, Span, Span]
+BY_REFERENCE = ("VAR", "PERS", "INOUT")  # modes of parameters that stand for the caller's data
+_REFERENCE = re.compile(rb"\s*+([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+(?:[.{].*)?", re.DOTALL)
 
 
 def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
@@ -120,3 +124,25 @@ def _shape(
     places = tuple([place for _, span, whole in counted for place in (*span, *whole)])
     complete = not signature.roles or count == len(given)
     return StatementShape(signature, *home, roles, places, complete, names)
+
+
+def argument_name(data: bytes, span: Span) -> str:
+    """Lower-case name of the data that an argument is, or is a part of; empty for other expressions."""
+    found = _REFERENCE.fullmatch(data, *span)
+    return found[1].decode("latin-1").lower() if found else ""
+
+
+def component_path(data: bytes, span: Span) -> tuple[str, ...]:
+    """The component names of a reference (``b``, ``c`` of ``a.b.c``) in lower case; empty for anything else."""
+    name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
+    return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
+
+
+def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> Iterator[tuple[RoutineParameter, Span]]:
+    """Each parameter that a call passes, with the span of its argument: optional ones by name, others in order."""
+    by_name = {p.name: p for p in parameters if p.optional}
+    required = iter(p for p in parameters if not p.optional)
+    for option, span, _ in pieces:
+        parameter = by_name.get(option[1:]) if option else next(required, None)
+        if parameter is not None:
+            yield parameter, span

@@ -9,6 +9,8 @@ from collections.abc import Iterator, Mapping, Set
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
+from postproc.rapid.program.arguments import BY_REFERENCE
+from postproc.rapid.program.instructions import COUNTING
 from postproc.rapid.program.late_binding import TEXT
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
@@ -32,8 +34,6 @@ READING = word_set("""
     taskrunmec taskrunrob tasksinsync testsignread textget texttabfreetouse texttabget truncdnum type uialphaentry
     uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio xor
     """).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
-COUNTING = ("incr", "decr", "add", "clear")  # instructions that write their first argument and do nothing else
-BY_REFERENCE = ("VAR", "PERS", "INOUT")
 # The look-behind keeps the search from starting again at every letter of a long word.
 _CALLED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+\(")
 

@@ -7,6 +7,8 @@ procedure of the user's are left out: what they write cannot be seen.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from postproc.rapid.syntax.tokens import word_set
 
 # Instructions that only read their arguments.
@@ -72,3 +74,19 @@ MOVING = word_set("""
     """)
 # These go on writing what they are given, at any moment from then on.
 LASTING = frozenset({"ivarvalue", "setupcyclicbool", "sigetcyclic"})
+COUNTING = ("incr", "decr", "add", "clear")  # these write their first argument and do nothing else
+# Arguments that instructions of ``READ_ONLY`` write.
+WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
+# State that instructions change, by instruction.
+STATE: Mapping[str, str] = {
+    "gripload": "@gripload", "pdispset": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
+    "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
+    "singarea": "@singarea", "velset": "@velset", "accset": "@accset", "actunit": "@units", "deactunit": "@units",
+    "softact": "@soft", "softdeact": "@soft",
+}  # fmt: skip
+# And what to call it.
+SETTERS: Mapping[str, str] = {
+    "@gripload": "GripLoad", "@pdisp": "PDispSet or PDispOn", "@eoffs": "EOffsSet or EOffsOn", "@conf_l": "ConfL",
+    "@conf_j": "ConfJ", "@singarea": "SingArea", "@velset": "VelSet", "@accset": "AccSet",
+    "@units": "ActUnit or DeactUnit", "@soft": "SoftAct",
+}  # fmt: skip

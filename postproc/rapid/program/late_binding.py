@@ -1,17 +1,22 @@
-"""Procedures that are called by a name in a text: ``%"rPart"+NumToStr(n,0)% a,b;`` and ``CallByVar "rPart",n;``."""
+"""Names that stand in a text: of procedures, in ``%"rPart"+NumToStr(n,0)% a,b;`` and ``CallByVar "rPart",n;``, and of
+data, in ``SetDataVal "p"+ValToStr(n),pNew;``.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from postproc.diagnostics import Span
-from postproc.rapid.program.arguments import Piece, read_arguments
+from postproc.rapid.program.arguments import Piece, argument_name, component_path, read_arguments
 from postproc.rapid.program.program import Program
-from postproc.rapid.syntax.nodes import Statement
+from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import many
 
+LATE = "a routine that is chosen at run time"
+# Instructions that read or write the data whose name is in their first argument, a text.
+BY_NAME = ("getdataval", "setdataval", "setalldataval")
 TEXT = re.compile(b'"(' + many(rb'[^"]++|""') + b')"')
 # A text as far as it is written: its literal parts in lower case, None for what is worked out.
 Template = tuple[str | None, ...]
@@ -98,3 +103,23 @@ def may_be(template: Template, name: str) -> bool:
             return False
         at, free = found + len(part), False
     return free or at == len(name)
+
+
+def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
+    """Module data whose name fits the first argument of GetDataVal, SetDataVal or SetAllDataVal and that has the type
+    of the data passed (any if unknown), as in ``SetDataVal "p"+ValToStr(n),pNew``; nothing for other statements.
+    """
+    if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
+        return
+    data = routine.source.data
+    pieces = [span for _, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])]
+    plain = data[slice(*pieces[0])] if pieces else b""
+    template, kind = text_template(plain), ""
+    if statement.word == "setalldataval":
+        template, kind = (None,), plain.decode("latin-1").strip(' "').lower()
+    elif len(pieces) > 1 and not component_path(data, pieces[-1]):
+        passed = program.declaration(argument_name(data, pieces[-1]), routine.module, routine.name)
+        kind = passed.type.lower() if passed is not None else ""
+    for declaration in program.declarations:
+        if not declaration.routine and kind in ("", declaration.type.lower()) and may_be(template, declaration.name):
+            yield program.names.get(declaration.key, declaration)

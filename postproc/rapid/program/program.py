@@ -106,16 +106,6 @@ class Program:
             yield from module.routines
 
 
-def is_shared(declared: Declaration) -> bool:
-    """Whether data is one object in all tasks of a controller that declare its name and type: global PERS data."""
-    return declared.storage == "PERS" and not declared.scope and not declared.routine
-
-
-def named(declared: Declaration) -> tuple[str, str]:
-    """Name and type of data, both in lower case, by which tasks share it."""
-    return declared.name.lower(), declared.type.lower()
-
-
 def names_of(routine: Routine) -> frozenset[str]:
     """Lower-case names that a routine itself declares: parameters, data, labels and loop variables."""
     given = [parameter.name for parameter in routine.parameters]

@@ -9,10 +9,11 @@ from typing import Literal
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.data.values import Fields, known_records
-from postproc.rapid.program.arguments import read_arguments
+from postproc.rapid.data.values import MOST_LEVELS, Fields, known_records
+from postproc.rapid.program.arguments import paired, read_arguments
+from postproc.rapid.program.late_binding import BY_NAME, named_by_text
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.write_effects import BY_NAME, WriteEffects, named_by_text, paired
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
 
@@ -26,8 +27,6 @@ _INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
 _COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
 _PLAIN = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
 _NUMBERS_ONLY = re.compile(rb"[\[\]\d.,eE+\-\s]*")
-
-MOST_LEVELS = 10  # of records inside one another; deeper ones may hold anything
 
 Records = Mapping[str, Fields]
 

@@ -42,6 +42,19 @@ def without_aliases(modules: list[Module]) -> list[Module]:
     ]
 
 
+def is_shared(declared: Declaration) -> bool:
+    """Whether data is one object in all tasks of a controller that declare its name and type: global PERS data.
+
+    ``TASK PERS`` data is seen by all modules of its task, and by no other task (ABB PC SDK, enumeration ``Scope``).
+    """
+    return declared.storage == "PERS" and not declared.scope and not declared.routine
+
+
+def shared_name(declared: Declaration) -> tuple[str, str]:
+    """Name and type of data, both in lower case, by which tasks share it."""
+    return declared.name.lower(), declared.type.lower()
+
+
 def all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
     """Data of modules and routines, in text order."""
     for module in modules:
@@ -58,20 +71,16 @@ def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> 
     """
     names: dict[str, Declaration] = {}
     declarations = list(all_declarations(modules))
-    # PERS data of one name is one in all tasks, and only one of them need give its value.
-    valued = {(d.name.lower(), d.type): d for d in declarations if _shared(d) and d.init is not None}
+    valued = {shared_name(d): d for d in declarations if is_shared(d) and d.init is not None}
     for declared in declarations:
         declaration = declared
-        if _shared(declared) and declared.init is None:
-            declaration = valued.get((declared.name.lower(), declared.type), declared)
+        if is_shared(declared) and declared.init is None:
+            declaration = valued.get(shared_name(declared), declared)  # only one of the tasks need give a value
         if not declared.routine and declaration.scope != "LOCAL":
             first = names.setdefault(f"..{declared.name.lower()}", declaration)
             read_only = first.source.read_only or declared.source.read_only
-            if (
-                first is not declaration
-                and first.module.lower() != declared.module.lower()
-                and not (read_only and _shared(declared))
-            ):
+            one_object = read_only and is_shared(first) and is_shared(declared)
+            if first is not declaration and first.module.lower() != declared.module.lower() and not one_object:
                 diagnostics.append(
                     Diagnostic(
                         "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
@@ -122,8 +131,3 @@ def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
 def _value_text(declaration: Declaration) -> bytes:
     """The text of the declared value as it is written, empty if there is none."""
     return b"" if declaration.init is None else declaration.source.data[slice(*declaration.init)]
-
-
-def _shared(declaration: Declaration) -> bool:
-    """Return whether data is PERS data that is known beyond its module: of the task (TASK PERS), or of all tasks."""
-    return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine

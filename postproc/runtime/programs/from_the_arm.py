@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from itertools import product
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.arguments import BY_REFERENCE, argument_name, paired, read_arguments
+from postproc.rapid.program.late_binding import named_by_text
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.program.references import names_at
-from postproc.rapid.program.write_effects import argument_name, named_by_text, paired
 from postproc.rapid.syntax.nodes import Routine, Statement
 
 ARM = "@arm"

@@ -18,6 +18,7 @@ from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.program.program import read_program
+from postproc.rapid.program.statement_effects import StatementEffect
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.trees import Name
 from postproc.rapid.unknown import Kind, Unknown, without_causes
@@ -120,7 +121,7 @@ class Calculation(Flow):
             raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")
         super().call(statement, memory)
 
-    def forget_written(self, statement: Statement, memory: Memory) -> None:
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
         """Do nothing, as calls are executed and need no estimate of the data that they may write."""
 
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.flow.states import NOTHING, Writes
+from postproc.rapid.program.arguments import argument_name
 from postproc.rapid.program.instructions import MOVING
 from postproc.rapid.program.program import Program, statements_in
-from postproc.rapid.program.write_effects import UNSEEN, WriteEffects, argument_name
+from postproc.rapid.program.statement_effects import NO_EFFECT, UNSEEN, StatementEffect
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import word_set
 
@@ -50,8 +52,8 @@ Step = Go | Write | CallStep
 LOSE = CallStep((), True, NOTHING)
 
 
-class StatementEffects:
-    """Steps of statements of a program."""
+class StepReader:
+    """Reads the steps of statements of a program."""
 
     def __init__(self, program: Program, changes: WriteEffects) -> None:
         """Take the program and its write effects."""
@@ -73,12 +75,9 @@ class StatementEffects:
 
     def functions(self, statement: Statement, routine: Routine) -> Iterator[Step]:
         """At most one step: the call of functions in the statement's own expressions that may write data."""
-        place = routine.source.path, statement.span
-        own, unknown = self.changes.by_own.get(place, ()), self.changes.by_unknown.get(place)
-        if not own and unknown is None:
-            return
-        keys = frozenset(self.changes.of_functions(statement, routine)) - {"@moves", UNSEEN}
-        yield CallStep(tuple(sorted({key for key, _ in own})), unknown is not None, keys)
+        effect = self.changes.of_functions(statement, routine)
+        if effect is not NO_EFFECT:
+            yield _call(effect, self.changes.through(effect, routine))
 
     def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
         """Steps of a motion statement: the motion, then the writes of a search or of the procedure that it starts."""
@@ -99,38 +98,42 @@ class StatementEffects:
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
         """Step of a call that is no motion: the routines it may run, ``LOSE`` if the arm may be moved, or a write."""
-        called, elsewhere = self.changes.called(statement, routine)
-        keys = self.changes.of_one(statement, routine) - {"@moves", UNSEEN}
-        if called:
-            yield CallStep(tuple(sorted(called)), elsewhere, keys)
-        elif elsewhere or statement.word in LEAVING:
+        effect, keys = self.changes.of_call(statement, routine), self.changes.of_one(statement, routine)
+        if effect.calls:
+            yield _call(effect, keys)
+        elif effect.unseen or statement.word in LEAVING:
             yield LOSE
         elif keys:
             yield Write(keys)
 
 
-def comes_back(trap: Routine, effects: StatementEffects) -> bool:
+def _call(effect: StatementEffect, keys: Writes) -> CallStep:
+    """The step of a call; ``keys`` is what it may write, with what the called routines write."""
+    return CallStep(tuple(sorted({key for key, _ in effect.calls})), bool(effect.unseen), keys - {"@moves", UNSEEN})
+
+
+def comes_back(trap: Routine, reader: StepReader) -> bool:
     """Whether a trap leaves the arm where it was: all motions stand between ``StorePath`` and ``RestoPath``, and the
     last goes to the place where the arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
     """
     stored, last = False, None
     for statement in trap.body:
         if statement.word in ("storepath", "restopath") and statement.kind == "call":
-            if stored and statement.word == "restopath" and not _goes_back(last, trap, effects):
+            if stored and statement.word == "restopath" and not _goes_back(last, trap, reader):
                 return False
             stored, last = statement.word == "storepath", None
-        elif any(not isinstance(step, Write) for s in statements_in([statement]) for step in effects.steps(s, trap)):
+        elif any(not isinstance(step, Write) for s in statements_in([statement]) for step in reader.steps(s, trap)):
             last = statement
             if not stored or statement.kind in ("return", "goto", "leave"):
                 return False
     return not stored
 
 
-def _goes_back(last: Statement | None, trap: Routine, effects: StatementEffects) -> bool:
+def _goes_back(last: Statement | None, trap: Routine, reader: StepReader) -> bool:
     """Whether ``last``, the last motion, goes to a position read from the arm; True if there is no motion (None)."""
-    motion = None if last is None else effects.program.motion(trap.source, last)
+    motion = None if last is None else reader.program.motion(trap.source, last)
     if motion is None or "to" not in motion.roles:
         return last is None
     name = argument_name(trap.source.data, motion.span_of("to"))
-    declared = effects.program.declaration(name, trap.module, trap.name)
-    return declared is not None and declared.key in effects.changes.measured
+    declared = reader.program.declaration(name, trap.module, trap.name)
+    return declared is not None and declared.key in reader.changes.measured

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.program.program import Elsewhere, Program, is_shared, named, read_program
+from postproc.rapid.program.program import Elsewhere, Program, read_program
 from postproc.rapid.program.references import names_at
+from postproc.rapid.program.scopes import is_shared, shared_name
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module
@@ -46,7 +47,7 @@ def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, 
         return values, frozenset()
     program = read_program(files)
     keys = WriteEffects(program).may_be_written
-    return values, frozenset(named(d) for d in program.declarations if is_shared(d) and d.key in keys)
+    return values, frozenset(shared_name(d) for d in program.declarations if is_shared(d) and d.key in keys)
 
 
 def _values(sources: Iterable[Source]) -> Values:
@@ -55,7 +56,7 @@ def _values(sources: Iterable[Source]) -> Values:
     for source in sources:
         for _, declared in _shared(source):
             text = b"" if declared.init is None else source.data[slice(*declared.init)]
-            found.setdefault(named(declared), set()).update([b"".join(text.split())] if text else [])
+            found.setdefault(shared_name(declared), set()).update([b"".join(text.split())] if text else [])
     return found
 
 
@@ -67,7 +68,7 @@ def say_written_elsewhere(program: Program) -> list[Diagnostic]:
             declared = program.declaration(name, statement.module, statement.routine)
             if declared is None or declared.name.lower() in program.taught or not is_shared(declared):
                 continue
-            if named(declared) in program.elsewhere.written:
+            if shared_name(declared) in program.elsewhere.written:
                 text = f"another task of the controller writes `{declared.name}`, or declares it with another value"
                 help_ = "the value in this file is assumed; where each arm needs its own, declare it `TASK PERS`"
                 say = Diagnostic("RAP037", "warning", text, statement.source, span, help_)
@@ -87,15 +88,15 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
     if not any(_OPEN.search(source.data) for source in sources):
         return []
     own = [d for source in sources for _, d in _shared(source)]
-    lacking = {named(d) for d in own} - {named(d) for d in own if d.init is not None}
+    lacking = {shared_name(d) for d in own} - {shared_name(d) for d in own if d.init is not None}
     found = []
     for source in others() if lacking else ():
-        given = [(module, d) for module, d in _shared(source) if d.init is not None and named(d) in lacking]
+        given = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
         blank = bytearray(re.sub(rb"[^\r\n]", b" ", source.data))
         for module, declared in given:
             for begin, end in (module.head, declared.span, (module.span[1] - _END, module.span[1])):
                 blank[begin:end] = source.data[begin:end]
-            lacking.discard(named(declared))
+            lacking.discard(shared_name(declared))
         if given:
             found.append(Source(source.path, bytes(blank), read_only=True))
     return found

@@ -1,0 +1,234 @@
+"""What one statement may write and run, without the statements inside it and without what the called routines do."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from postproc.diagnostics import Source, Span
+from postproc.grouping import grouped
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.program.arguments import BY_REFERENCE, Piece, argument_name, component_path, paired, read_arguments
+from postproc.rapid.program.function_effects import called_in, writing_functions
+from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY, STATE, WRITTEN
+from postproc.rapid.program.late_binding import BY_NAME, LATE, Template, late_call, may_be, named_by_text, text_template
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
+
+UNSEEN = "@unseen"  # all that code in none of the files may write (see ``WriteEffects.exposed``)
+
+# A call of a routine of the program: its key, and for every parameter by reference the data passed.
+CalledWith = tuple[str, tuple[tuple[str, str], ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class StatementEffect:
+    """What a statement, or the functions in it, may do.
+
+    Args:
+        keys: of what is written: declarations, ``@`` state, parameters of the routine as ``%name``, ``UNSEEN``.
+        calls: routines of the program that may run.
+        unseen: names of what runs and is in none of the files.
+    """
+
+    keys: frozenset[str] = frozenset()
+    calls: frozenset[CalledWith] = frozenset()
+    unseen: tuple[str, ...] = ()
+
+
+NO_EFFECT = StatementEffect()
+_MOVES = StatementEffect(frozenset({"@moves"}))
+
+
+class EffectReader:
+    """Reads the effects of statements.
+
+    Of all that is read it keeps who writes what: ``paths`` are the components that are written of a declaration, by its
+    key (an empty path for all of it), ``writers`` the names of instructions in no file that write it (an empty name for
+    the program itself), ``lasting`` the keys of data that an instruction goes on writing, ``started`` the keys of
+    routines that a motion starts.
+    """
+
+    def __init__(self, program: Program) -> None:
+        """Start with no statement read."""
+        self.program = program
+        self.paths: dict[str, set[tuple[str, ...]]] = {}
+        self.writers: dict[str, set[str]] = {}
+        self.lasting: set[str] = set()
+        self.started: set[str] = set()
+        self.calling: dict[str, tuple[re.Pattern[bytes], Sequence[int]]] = {}
+        """By file: what matches calls of functions that may write, and where these stand."""
+        for source in program.sources:
+            if (writing := writing_functions(source, program)) is not None:
+                self.calling[source.path] = writing, [found.start() for found in writing.finditer(source.data)]
+        self._procedures = grouped((r.name.lower(), r) for r in program.all_routines() if r.kind == "PROC")
+        self._functions: dict[tuple[str, Span], StatementEffect] = {}
+
+    def own(self, statement: Statement, routine: Routine) -> StatementEffect:
+        """What a statement of a routine does itself: a motion, call or assignment, or text that cannot be read."""
+        if statement.kind not in ("assign", "call", "opaque"):
+            return NO_EFFECT
+        motion = self.program.motion(routine.source, statement)
+        if motion is not None:
+            return self._of_motion(motion, routine)
+        data, reading = routine.source.data, _Reading(self, routine)
+        if statement.kind == "assign":
+            reading.add(statement.word, component_path(data, statement.parts[0]))
+        elif statement.kind == "call":
+            reading.call(statement)
+        elif statement.kind == "opaque":
+            for name in _assigned_in(routine.source, statement.span):
+                reading.add(name)
+        return reading.effect()
+
+    def _of_motion(self, motion: MotionStatement, routine: Routine) -> StatementEffect:
+        """That a motion moves the arm, what a search writes, and the procedure that it starts."""
+        data, roles = routine.source.data, motion.roles
+        if "found" not in roles and "procedure" not in roles:  # as nearly all
+            return _MOVES
+        reading = _Reading(self, routine)
+        reading.keys.add("@moves")
+        if "found" in roles:
+            reading.add(argument_name(data, motion.span_of("found")))
+        if "procedure" in roles:
+            reading.late_call(text_template(data[slice(*motion.span_of("procedure"))]), ())
+            self.started |= {key for key, _ in reading.calls}
+        return reading.effect()
+
+    def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
+        """What the functions do that the expressions of a statement call: those that may write, or are in no file."""
+        path = routine.source.path
+        if path not in self.calling:
+            return NO_EFFECT
+        found = self._functions.get((path, statement.span))
+        if found is None:
+            found = self._functions[path, statement.span] = self._of_functions(statement, routine)
+        return found
+
+    def _of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
+        """What the writing functions do that are called in the expressions of a statement in a file with such calls."""
+        functions, places = self.calling[routine.source.path]
+        if bisect_left(places, statement.span[0]) == bisect_left(places, statement.span[1]):
+            return NO_EFFECT
+        reading = _Reading(self, routine)
+        for name, span in called_in(functions, statement, routine.source.data):
+            called = self.program.routine(name, routine.module)
+            if called is None:
+                reading.unseen_code(name)
+            reading.hand_over(called, read_arguments(routine.source.data, *span), name)
+        return reading.effect()
+
+    def key_of(self, name: str, routine: Routine, path: tuple[str, ...] = (), writer: str = "") -> str | None:
+        """The key of what is written where a routine writes to a name: of data or a parameter; None for all else.
+
+        Args:
+            path: components of the data that are written; writer: as in ``writers``.
+        """
+        if any(p.name == name for p in routine.parameters):
+            return "%" + name
+        return self.written(self.program.declaration(name, routine.module, routine.name), path, writer)
+
+    def written(self, declaration: Declaration | None, path: tuple[str, ...] = (), writer: str = "") -> str | None:
+        """The key of declared data that is written, whose writer is noted; None for constants and for None."""
+        if declaration is None or declaration.storage == "CONST":
+            return None
+        self.paths.setdefault(declaration.key, set()).add(path)
+        self.writers.setdefault(declaration.key, set()).add(writer)
+        return declaration.key
+
+    def fitting(self, template: Template) -> Sequence[Routine]:
+        """Procedures whose name fits the template of a text."""
+        if len(template) == 1 and template[0] is not None:
+            return self._procedures.get(template[0], [])
+        return [r for procedures in self._procedures.values() for r in procedures if may_be(template, r.name)]
+
+
+class _Reading:
+    """The effect of one statement of a routine while it is read."""
+
+    def __init__(self, reader: EffectReader, routine: Routine) -> None:
+        """Start without any effect."""
+        self.reader, self.routine = reader, routine
+        self.keys: set[str] = set()
+        self.calls: set[CalledWith] = set()
+        self.unseen: list[str] = []
+
+    def effect(self) -> StatementEffect:
+        """All that was added."""
+        if not self.keys and not self.calls:
+            return NO_EFFECT
+        return StatementEffect(frozenset(self.keys), frozenset(self.calls), tuple(self.unseen))
+
+    def add(self, name: str, path: tuple[str, ...] = (), writer: str = "") -> None:
+        """Add what a name means, data or parameter, as written by ``writer`` (see ``EffectReader.writers``)."""
+        key = self.reader.key_of(name, self.routine, path, writer)
+        if key is not None:
+            self.keys.add(key)
+
+    def unseen_code(self, name: str) -> None:
+        """Add that code of this name runs that is in none of the files."""
+        self.keys.add(UNSEEN)
+        self.unseen.append(name)
+
+    def hand_over(self, called: Routine | None, pieces: Sequence[Piece], writer: str) -> None:
+        """Add a call of a routine with these arguments; for one in no file (None) that it may write all of them.
+
+        Args:
+            writer: name of a routine in no file.
+        """
+        data = self.routine.source.data
+        if called is None:
+            for _, span, _ in pieces:
+                self.add(argument_name(data, span), writer=writer)
+            return
+        by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
+        self.calls.add((called.key, tuple((name, argument_name(data, span)) for name, span in by_reference)))
+
+    def late_call(self, template: Template, pieces: Sequence[Piece]) -> None:
+        """Add a call by name: of every procedure whose name fits the template, and perhaps of one in no file."""
+        found = self.reader.fitting(template)
+        for called in found:
+            self.hand_over(called, pieces, "")
+        if not found or None in template:
+            self.unseen_code(LATE)
+            self.hand_over(None, pieces, LATE)
+
+    def call(self, statement: Statement) -> None:
+        """Add a call that is no motion: of a routine, of an instruction, or of what is in none of the files."""
+        program, routine, word = self.reader.program, self.routine, statement.word
+        data = routine.source.data
+        late = late_call(statement, data, program, routine.module)
+        if late is not None:
+            self.late_call(late.template, late.pieces)
+            return
+        start = statement.span[0] + len(word)
+        writer = data[statement.span[0] : start].decode("latin-1")
+        called = program.routine(word, routine.module)
+        if called is not None:
+            self.hand_over(called, read_arguments(data, start, statement.span[1]), writer)
+        elif word in STATE:
+            self.keys.add(STATE[word])
+        elif word in READ_ONLY:
+            if b":=" in data[slice(*statement.span)]:
+                pieces = read_arguments(data, start, statement.span[1])
+                self.hand_over(None, [piece for piece in pieces if piece[0] in WRITTEN], writer)
+        elif word in BY_NAME and word != "getdataval":
+            keys = (self.reader.written(d, writer=writer) for d in named_by_text(statement, routine, program))
+            self.keys.update(key for key in keys if key is not None)
+        else:
+            if word not in KNOWN and word not in SIGNATURES:
+                self.unseen_code(writer)
+            self.hand_over(None, read_arguments(data, start, statement.span[1]), writer)
+            if word in LASTING:
+                self.reader.lasting |= self.keys
+
+
+def _assigned_in(source: Source, span: Span) -> Iterator[str]:
+    """Lower-case names that stand before ``:=`` in text that could not be read."""
+    for found in re.finditer(
+        rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+:=", source.data[span[0] : span[1]]
+    ):
+        yield found[1].decode("latin-1").lower()
