@@ -41,7 +41,7 @@ def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
         message = f"`--hold-out {channel}`: the table has {'one level' if levels else 'nothing'} of it"
         help_ = f"measure at two at least, {FEWEST} rows each; {', '.join(CHANNELS)} can be held out"
         raise PostprocError.of("DAT036", message, data.source, help=help_)
-    keys = [m.candidate.key for m in found.missing]
+    keys = [m.key for m in found.missing]
     told = []
     for name, rows in levels:
         kept, left = data.rows(~rows), data.rows(rows)

@@ -26,31 +26,6 @@ from postproc.patterns.suspects import Suspect
 
 
 @dataclass(frozen=True)
-class SelectedEffect:
-    """An effect that the model lacks.
-
-    Args:
-        candidate: what it is; alike: effects that explain this data nearly as well; unseen: effects that would not be
-            seen beside it; held_out_after: held-out rms once it and those before it are in [m].
-    """
-
-    candidate: Candidate
-    alike: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
-    held_out_after: float = float("nan")
-
-    @property
-    def key(self) -> str:
-        """Key of the effect."""
-        return self.candidate.key
-
-    @property
-    def not_separable(self) -> tuple[str, ...]:
-        """Keys of the effects that this data does not tell from it."""
-        return (*self.alike, *self.unseen)
-
-
-@dataclass(frozen=True)
 class SearchState:
     """What a search has taken so far, and what that leaves.
 
@@ -65,7 +40,7 @@ class SearchState:
     fit: Fit
     classes: Mapping[str, type[Effect]]
     patterns: Patterns | None
-    missing: tuple[SelectedEffect, ...] = ()
+    missing: tuple[Candidate, ...] = ()
     outside: tuple[Suspect, ...] = ()
     stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
     plain: SearchState | None = field(default=None, repr=False)
@@ -84,7 +59,7 @@ class SearchState:
         first, after = self.base.linear, self.fit.linear
         added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
         gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
-        paid = sum(m.candidate.searched for m in self.missing) + sum(s.searched for s in self.outside)
+        paid = sum(m.searched for m in self.missing) + sum(s.searched for s in self.outside)
         return float(gained) - paid
 
     @cached_property
@@ -158,22 +133,20 @@ class SearchState:
                 state.__dict__.pop("screen", None)
         return self
 
-    def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
+    def with_effect(self, one: Candidate, fit: Fit) -> SearchState:
         """Return the state with one more effect and the fit that has it.
 
         Further terms of an effect that was taken before are merged into it.
         """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
-            first, more = self.missing[at], one.candidate
-            told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
+            first, paid = self.missing[at], self.missing[at].searched + one.searched
+            told = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
             label = "; ".join(filter(None, told))
-            paid = first.candidate.searched + more.searched
-            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
-            one = replace(first, candidate=replace(whole, searched=paid))
+            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, searched=paid)
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
-    def told(self, one: SelectedEffect) -> SearchState:
+    def told(self, one: Candidate) -> SearchState:
         """Return the state with one of its effects replaced by the same effect with more fields filled in."""
         plain = None if self.plain is None else self.plain.told(one)
         return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
@@ -181,7 +154,7 @@ class SearchState:
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
-        fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
+        fit = refit_all(self.base, self.fit, others, self.base.noise.stated)
         return replace(self, fit=fit, missing=others, plain=None)
 
 

@@ -19,7 +19,7 @@ from postproc.identification.candidates.forms import Form, Forms, forms_of
 
 @dataclass(frozen=True)
 class Candidate:
-    """The best composition of one effect's forms on this data.
+    """An effect that a model may lack, or lacks: the best composition of its forms on this data.
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
@@ -29,6 +29,8 @@ class Candidate:
             tried.
         starts: itself and its next best forms, where its worth must be found by full fits.
         fit: the full fit that it was judged by.
+        alike, unseen: of one that the model lacks, effects that explain this data nearly as well, and those that would
+            not be seen beside it; held_out_after: held-out rms once it and those before it are in [m].
     """
 
     key: str
@@ -43,6 +45,14 @@ class Candidate:
     p_value: float
     starts: tuple[Candidate, ...] = ()
     fit: Fit | None = None
+    alike: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+    held_out_after: float = float("nan")
+
+    @property
+    def not_separable(self) -> tuple[str, ...]:
+        """Keys of the effects that this data does not tell from it."""
+        return (*self.alike, *self.unseen)
 
     @property
     def forming(self) -> int:
