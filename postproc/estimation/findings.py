@@ -13,17 +13,12 @@ from postproc.estimation.unseen import anywhere
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import distances, mm
 from postproc.measure.measurements import Measurements
+from postproc.measure.significance import CHANCE, DOUBTFUL, chance_of_excess
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 
-RARE = 1e-3
-"""Chance that any row of clean data stands out as much."""
 SCARCE = 3.0
 """So many times the error on a fit's own rows that on others may be before poses are too few."""
-DOUBTFUL = 0.01
-"""Chance that repeats scatter as much beyond a noise that was stated rightly."""
-MANY = 1e6
-"""Degrees of freedom of a noise that was stated."""
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
@@ -35,11 +30,9 @@ ELSEWHERE, FAR = 100, 3.0
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
     """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model."""
-    from scipy.special import fdtrc
-
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
     own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
-    if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
+    if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL:
         message = (
             f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
             f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
@@ -119,7 +112,7 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
     used = fit.problem.weights.used
     square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
     rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
-    return np.flatnonzero((rare < RARE) & used.any(axis=1))
+    return np.flatnonzero((rare < CHANCE) & used.any(axis=1))
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:

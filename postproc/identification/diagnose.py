@@ -73,7 +73,7 @@ def _diagnosed(
     library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
-    start = thinned(base, noise)
+    start = thinned(base)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
     watch("every effect alone", 0.1)
@@ -84,7 +84,7 @@ def _diagnosed(
     del begin
     watch("all of it on all rows", 0.8)
     named = found.beside(())
-    final = named.fit if start is base else refit_all(base, named.fit, named.missing, noise)
+    final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _steps(named.missing, final)
     lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.

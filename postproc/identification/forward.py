@@ -16,7 +16,6 @@ from postproc.identification.acceptance import (
     convincing,
     is_white,
     judged,
-    lives_on_a_row,
     predicts_better,
     refit,
 )
@@ -25,6 +24,7 @@ from postproc.identification.candidates.composition import compose
 from postproc.identification.evidence import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
+from postproc.patterns.place import lost_without_a_row
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -89,7 +89,7 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     exceed `CLEARLY` standard errors over the parts.
     """
     before = state.fit
-    if lives_on_a_row(before, best):
+    if best.evidence + lost_without_a_row(before.linear, best.columns(before.problem)) < 0:
         return None
     after = refit(before, best)
     if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):

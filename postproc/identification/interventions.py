@@ -16,11 +16,9 @@ from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.diagnosis import Diagnosis, Intervention, Level
 from postproc.measure.errors import rms
-from postproc.measure.measurements import Measurements
+from postproc.measure.measurements import FEWEST, Measurements
 from postproc.model.arm import Model
 
-FEWEST = 8
-"""Rows of a level that can be predicted."""
 MOST = 6
 """Levels of a channel; more values are parted into as many with about the same number of rows."""
 CHANNELS = ("payload", "temperature", "session", "approach", "region")

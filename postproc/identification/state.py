@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
@@ -57,8 +57,8 @@ class SearchState:
         The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
-        added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
-        gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
+        added = max(after.parameters - first.parameters, 1)
+        gained = schwarz(first.square, _left_by(self.base, self.fit), added, first.freedom)
         paid = sum(m.searched for m in self.missing) + sum(s.searched for s in self.outside)
         return float(gained) - paid
 
@@ -154,7 +154,7 @@ class SearchState:
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
-        fit = refit_all(self.base, self.fit, others, self.base.noise.stated)
+        fit = refit_all(self.base, self.fit, [m.key for m in others])
         return replace(self, fit=fit, missing=others, plain=None)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import log_evidence
 from postproc.estimation.linear import Linear
 from postproc.patterns.formula import Single
 
@@ -29,15 +30,21 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     return square, square - after
 
 
-def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (sum of squares, fall by the columns) of all rows, and without the row whose fall is largest.
+def lost_without_a_row(linear: Linear, columns: Array) -> float:
+    """Return what the log evidence of some columns loses, 0 or less, without the row that gains most by them.
 
-    A pattern that only one reading supports loses its fall in the second pair.
+    What only one reading supports loses all of it.
+
+    Args:
+        columns: (N, m) whitened.
     """
     square, taken = taken_off(linear, columns)
-    most = int(np.argmax(taken))
-    whole = float(square.sum()), float(taken.sum())
-    return whole, (whole[0] - float(square[most]), whole[1] - float(taken[most]))
+    others = np.arange(len(square)) != np.argmax(taken)
+    whole, less = (
+        float(log_evidence(square[some].sum(), (square - taken)[some].sum(), linear.freedom, np.zeros(0)))
+        for some in (np.full(len(square), True), others)
+    )
+    return min(0.0, less - whole)
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:

@@ -14,7 +14,7 @@ from postproc.effects.sums import SumOfTerms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.step import Masks
-from postproc.identification.candidates.forms import Form, Forms, forms_of
+from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_of
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,10 @@ class Candidate:
     def not_separable(self) -> tuple[str, ...]:
         """Keys of the effects that this data does not tell from it."""
         return (*self.alike, *self.unseen)
+
+    def columns(self, problem: Problem) -> Array:
+        """Return (N, k) whitened columns of its free amplitudes, for their ordinary sizes."""
+        return columns_of(problem, self.effect, self.free)
 
     @property
     def forming(self) -> int:

@@ -13,7 +13,7 @@ from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.candidates.forms import Form, Forms, forms_nearby, ordinary
+from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_nearby
 from postproc.identification.evidence import DIM, Gain, gain, gains
 
 EACH = 2
@@ -165,19 +165,5 @@ def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Arra
         before: (N, k) columns of what was there before the form, if any.
     """
     whole = form.columns if before is None else np.hstack([before, form.columns])
-    alike = whole.shape[1] == linear_part(form.effect, mask).sum()
+    alike = whole.shape[1] == (mask & form.effect.amplitudes()).sum()
     return whole if alike else columns_of(problem, form.effect, mask)
-
-
-def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Return (N, k) whitened columns of an effect's amplitudes in a mask (q,), for their ordinary sizes.
-
-    Parameters that only form the effect have no columns while its amplitudes are null.
-    """
-    part = linear_part(effect, mask)
-    return problem.columns(effect, part) * ordinary(problem.model, effect, part)
-
-
-def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return (q,) the part of a mask over an effect's vector that are amplitudes, in which the effect is linear."""
-    return mask & effect.amplitudes()
