@@ -42,12 +42,12 @@ def schwarz(before: float, after: Array | float, count: int, freedom: float) -> 
     return log_evidence(before, after, freedom, np.full(count, freedom - 1.0))
 
 
-def f_test(before: float, after: float, added: int, freedom: float, searched: float = 0.0) -> float:
+def f_test(before: float, after: float, added: int, freedom: float, price: float = 0.0) -> float:
     """Return the p value of the fall of a sum of squares by ``added`` parameters; 1 where it did not fall.
 
     Args:
         before, after: the sums of squares; freedom: degrees of freedom left after.
-        searched: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
+        price: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
     """
     from scipy.special import betainc
 
@@ -57,4 +57,4 @@ def f_test(before: float, after: float, added: int, freedom: float, searched: fl
         return 0.0
     # P(F > f) = I_x(freedom/2, added/2), x = freedom / (freedom + added f); exact in the far tail, unlike 1 - cdf.
     p = float(betainc(freedom / 2, added / 2, after / before))
-    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
+    return float(np.exp(min(0.0, np.log(p) + price / 2))) if p > 0 else 0.0

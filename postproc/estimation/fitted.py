@@ -91,7 +91,7 @@ class Fit(Solution):
         It is the residual variance less that of the noise, where that is significant (F test, 1 %), else 0; without a
         known noise, it is the part of the residual that follows the channels.
         """
-        own, noise = self.surer * self._square, self.noise.sigma
+        own, noise = self.overconfidence * self._square, self.noise.sigma
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         if own <= noise**2 or chance_of_excess(own / noise**2, max(self.freedom, 1.0), self.noise.dof) > DOUBTFUL:
@@ -106,8 +106,8 @@ class Fit(Solution):
         """
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
-        numbers = self.serial * self.told * len(self.problem.residual)
-        return float(np.sqrt(CLOSE * self.surer * self._square / numbers))
+        numbers = self.serial * self.informative * len(self.problem.residual)
+        return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))
 
     @cached_property
     def covariance(self) -> Array:
@@ -124,7 +124,7 @@ class Fit(Solution):
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
-        return self.surer * self.variance / (self.serial * apart)
+        return self.overconfidence * self.variance / (self.serial * apart)
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:

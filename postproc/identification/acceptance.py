@@ -21,7 +21,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import NEAR, QUIET, laplace
+from postproc.identification.gain import MATTERS, NEAR, laplace
 from postproc.measure.significance import CHANCE
 from postproc.model.arm import Model
 
@@ -123,7 +123,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
+        worth = settled(base.linear, rest, after, candidate.key) - candidate.price
     else:
         worth = candidate.evidence + gained
     if impossible(after, candidate.key).any():
@@ -150,7 +150,7 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
 
 def is_white(fit: Fit) -> bool:
     """Return whether a fit leaves hardly more than the noise; False where the noise is not known."""
-    return fit.noise.sigma is not None and fit.variance < QUIET
+    return fit.noise.sigma is not None and fit.variance < MATTERS
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
@@ -200,11 +200,8 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         least = max(0.0, 0.5 * max(c.evidence for c in found))
         found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
-    found = [fitted(c) if c.forming and c.evidence > near else c for c in found]
-    near = max(0.0, NEAR * max(c.evidence for c in found))
-    rivals = [c for c in found if c.evidence > near]
-    if len(rivals) > 1:
-        found = [fitted(c) if c in rivals and c.fit is None else c for c in found]
+    alone = sum(c.evidence > near for c in found) == 1
+    found = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in found]
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
 
 

@@ -21,7 +21,7 @@ from postproc.identification.acceptance import (
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
-from postproc.identification.evidence import CLEARLY
+from postproc.identification.gain import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
 from postproc.patterns.place import lost_without_a_row

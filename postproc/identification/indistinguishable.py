@@ -12,7 +12,7 @@ from postproc.estimation.evidence import CLOSE, NOTHING, schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.evidence import DIM, TELLING
+from postproc.identification.gain import DIM, TELLING
 
 PARTS, SHARE = 20, 0.7
 """Random parts of the poses that are asked, and how many poses each has."""

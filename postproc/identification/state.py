@@ -16,7 +16,7 @@ from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.evidence import CERTAIN, DOUBTFUL
+from postproc.identification.gain import UNSURE
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
@@ -59,7 +59,7 @@ class SearchState:
         first, after = self.base.linear, self.fit.linear
         added = max(after.parameters - first.parameters, 1)
         gained = schwarz(first.square, _left_by(self.base, self.fit), added, first.freedom)
-        paid = sum(m.searched for m in self.missing) + sum(s.searched for s in self.outside)
+        paid = sum(m.price for m in self.missing) + sum(s.price for s in self.outside)
         return float(gained) - paid
 
     @cached_property
@@ -87,10 +87,10 @@ class SearchState:
         return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns with positive evidence that explain 3 % or 15 % of the residual, strongest first.
+        """Return the patterns with positive evidence, strongest first.
 
-        It is 15 % where the noise is not known, unless the pattern follows the time from pose to pose, which is not the
-        arm's.
+        They explain `UNSURE` of the residual where the noise is not known, unless they follow the time from pose to
+        pose, which is not the arm's.
 
         Args:
             asked: log evidence below which patterns may be missing from the result.
@@ -103,7 +103,7 @@ class SearchState:
         def enough(suspect: Suspect) -> bool:
             """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
+            return known or slow or suspect.fall > UNSURE * self.fit.linear.square
 
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
@@ -140,10 +140,10 @@ class SearchState:
         """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
-            first, paid = self.missing[at], self.missing[at].searched + one.searched
+            first, paid = self.missing[at], self.missing[at].price + one.price
             told = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
             label = "; ".join(filter(None, told))
-            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, searched=paid)
+            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, price=paid)
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: Candidate) -> SearchState:

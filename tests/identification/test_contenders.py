@@ -12,7 +12,7 @@ from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.estimation.evidence import CLOSE
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.forms import columns_of
-from postproc.identification.evidence import gain
+from postproc.identification.gain import gain
 from postproc.identification.indistinguishable import contenders
 from tests.identification.cells import base_fit, cell
 

@@ -15,8 +15,8 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import _sharpened, compose
 from postproc.identification.candidates.forms import columns_of, forms_of
 from postproc.identification.diagnose import _steps, diagnose
-from postproc.identification.evidence import gain
 from postproc.identification.forward import backward
+from postproc.identification.gain import gain
 from postproc.identification.state import SearchState
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect

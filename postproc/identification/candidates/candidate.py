@@ -23,7 +23,7 @@ class Candidate:
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
-        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; price: 2 log of
             the odds against this form among all that were tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
@@ -40,7 +40,7 @@ class Candidate:
     evidence: float
     fall: float
     count: int
-    searched: float
+    price: float
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()

@@ -19,17 +19,17 @@ from postproc.robot.arm import Robot
 CLEARLY = 2.0
 """Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
 is left."""
-QUIET = 1.2
-"""Residual variance, in that of the repeats, at which no other start can be better."""
+MATTERS = 1.5
+"""Residual variance over that of the noise below which nobody would notice that more is left."""
 TELLING = 9.0
 """Square of the deviations by which two effects must differ to be told apart."""
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 NEARLY = 16.0
 """Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
-CERTAIN, DOUBTFUL = 0.03, 0.15
-"""Share of what is left that a pattern must explain where repeats tell how much of it is noise, and where none do: what
-one function of the angles leaves looks like another one."""
+UNSURE = 0.15
+"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
+the angles leaves looks like another one."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
