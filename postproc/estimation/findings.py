@@ -18,14 +18,12 @@ from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 
 SCARCE = 3.0
-"""So many times the error on a fit's own rows that on others may be before poses are too few."""
+"""So many times the error where it was measured that elsewhere may be before poses are too few."""
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
 SHOWN = 9
 """Rows that are named beside the one that stands out most."""
-ELSEWHERE, FAR = 100, 3.0
-"""Poses between the joint angles of a record, and so many times its held-out error a prediction there may be off."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
@@ -82,9 +80,9 @@ def one_path(fit: Fit) -> list[Diagnostic]:
     state = fit.data.state
     if not is_record(state) or fit.observed.name != "position":
         return []
-    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0), ELSEWHERE)
+    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0))
     away = float(np.sqrt(np.mean(predict_sigma(recorded_model(fit), between) ** 2)))
-    if away < FAR * fit.held_out_rms:
+    if away < SCARCE * fit.held_out_rms:
         return []
     message = (
         f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "

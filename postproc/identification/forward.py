@@ -24,7 +24,7 @@ from postproc.identification.candidates.composition import compose
 from postproc.identification.gain import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
-from postproc.patterns.place import lost_without_a_row
+from postproc.patterns.place import with_and_without_a_row
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -89,7 +89,8 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     exceed `CLEARLY` standard errors over the parts.
     """
     before = state.fit
-    if best.evidence + lost_without_a_row(before.linear, best.columns(before.problem)) < 0:
+    whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
+    if best.evidence + min(0.0, less - whole) < 0:
         return None
     after = refit(before, best)
     if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):

@@ -20,7 +20,7 @@ from postproc.measure.measurements import FEWEST, Measurements
 from postproc.model.arm import Model
 
 MOST = 6
-"""Levels of a channel; more values are parted into as many with about the same number of rows."""
+"""Values of a channel that are a level each; more of them are parted into three ranges of about as many rows."""
 CHANNELS = ("payload", "temperature", "session", "approach", "region")
 
 
@@ -75,7 +75,7 @@ def _predicted(
 
 
 def _levels(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask of its rows) of each level of a channel with at least 8 rows in it and outside."""
+    """Yield (name, (n,) mask of its rows) of each level of a channel with at least `FEWEST` rows in it and outside."""
     for name, rows in _parts(data, channel):
         if FEWEST <= rows.sum() <= len(data) - FEWEST:
             yield name, rows

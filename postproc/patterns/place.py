@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import log_evidence
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.patterns.formula import Single
 
@@ -30,10 +30,10 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     return square, square - after
 
 
-def lost_without_a_row(linear: Linear, columns: Array) -> float:
-    """Return what the log evidence of some columns loses, 0 or less, without the row that gains most by them.
+def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
+    """Return the log evidence of some columns by Schwarz's criterion, of all rows and without the one that gains most.
 
-    What only one reading supports loses all of it.
+    What only one reading supports is worth nothing without it.
 
     Args:
         columns: (N, m) whitened.
@@ -41,10 +41,10 @@ def lost_without_a_row(linear: Linear, columns: Array) -> float:
     square, taken = taken_off(linear, columns)
     others = np.arange(len(square)) != np.argmax(taken)
     whole, less = (
-        float(log_evidence(square[some].sum(), (square - taken)[some].sum(), linear.freedom, np.zeros(0)))
+        float(schwarz(square[some].sum(), (square - taken)[some].sum(), columns.shape[1], linear.freedom))
         for some in (np.full(len(square), True), others)
     )
-    return min(0.0, less - whole)
+    return whole, less
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:

@@ -16,7 +16,7 @@ from postproc.patterns.curves import sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.patterns.place import Place, above, lost_without_a_row, taken_off
+from postproc.patterns.place import Place, above, taken_off, with_and_without_a_row
 from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
@@ -131,7 +131,8 @@ class PatternScreen:
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its evidence limited to what it is without the row that gains most by it."""
         columns = self.problem.whiten(spread(one.place, one.values))
-        return replace(one, evidence=one.evidence + lost_without_a_row(self._seen(one.where).linear, columns))
+        _, less = with_and_without_a_row(self._seen(one.where).linear, columns)
+        return replace(one, evidence=min(one.evidence, less - one.price))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
         """Return the suspects of the best of P patterns at a place, best first.

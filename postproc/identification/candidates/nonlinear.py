@@ -14,7 +14,7 @@ from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
-from postproc.estimation.problem import Problem, Weights
+from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import pull
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
 from postproc.identification.gain import NEARLY, laplace
@@ -91,7 +91,7 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
     if step == 1:
         return SubsampledProblem(problem, linear, known)
     some = np.arange(len(problem.data)) % step == 0
-    few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
+    few = problem.some(some)
     kept = some[linear.row]
     U = linear.nuisance[kept]
     gram = U.T @ U + (np.eye(U.shape[1]) - linear.nuisance.T @ linear.nuisance) / step

@@ -204,5 +204,4 @@ def _pool(fit: Fit, state: State, room: Room) -> Problem:
     free = np.minimum(heights.min(axis=1), tip) > 0.1
     if free.sum() < 50 or room.candidates is not None:
         free = np.ones(len(state), dtype=bool)
-    some = data.rows(free & room.holds(problem))
-    return Problem(fit.model, some, make_weights(some, fit.noise))
+    return problem.some(free & room.holds(problem))

@@ -70,7 +70,7 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
         return Noise(stated, np.inf, rotation, "user", instrument=instrument)
     found: Noise | None = None
     for square, dof in scatters(data, values):
-        if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
+        if dof >= 9 and square > 0 and (found is None or significantly_below(square, dof, found)):
             found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
     return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
 
@@ -88,7 +88,7 @@ def _values(data: Measurements) -> Array:
     return data.numbers(data.observed)
 
 
-def _quieter(square: float, dof: float, than: Noise) -> bool:
+def significantly_below(square: float, dof: float, than: Noise) -> bool:
     """Return whether a variance is significantly below that of a noise (F test)."""
     return chance_of_excess(float(than.sigma or 0.0) ** 2 / square, than.dof, dof) < CHANCE
 
