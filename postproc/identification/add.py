@@ -15,7 +15,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.candidates.candidate import Screen
@@ -113,10 +113,9 @@ def add_effects(
     classes = [find_effect(key, library) for key in keys]
     data = data.in_order
     added = _added(model, data, classes, noise, watch)
-    told = added.fit.data.rounded
-    if told is None or told == rounded(added.fit):
-        return added
-    return _added(model, replace(data, rounded=not told), classes, noise, watch)
+    if misjudged(added.fit):
+        return _added(model, replace(data, rounded=not added.fit.data.rounded), classes, noise, watch)
+    return added
 
 
 def _added(

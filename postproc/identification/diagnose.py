@@ -13,7 +13,7 @@ from postproc.estimation.channels import channels
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.rounding import misjudged
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.forward import search, with_patterns
@@ -51,11 +51,9 @@ def diagnose(
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
     found = _diagnosed(model, data, library, noise, watch)
-    told = found.final.data.rounded
-    if told is None or told == rounded(found.final):
-        return found
-    # What was missing looked like rounded angles, or hid them.
-    return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
+    if misjudged(found.final):
+        return _diagnosed(model, replace(data, rounded=not found.final.data.rounded), library, noise, watch)
+    return found
 
 
 def _diagnosed(

@@ -80,10 +80,6 @@ class Candidate:
         return self.forming > 0 or type(self.effect).load is not Effect.load
 
 
-LIKE = 0.01
-"""Share by which weights may differ and are still the same."""
-
-
 @dataclass
 class FormCache:
     """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
@@ -99,15 +95,8 @@ class FormCache:
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """Return this cache where weights are within 1 % of its own and use the same numbers, else an empty one."""
-        old = self.weights
-        if old is None or not np.array_equal(old.used, weights.used):
-            return FormCache(weights)
-        if old.turn is None or weights.turn is None:
-            turned = old.turn is not weights.turn
-        else:
-            turned = not np.allclose(old.turn, weights.turn, atol=LIKE)
-        return FormCache(weights) if turned or not np.allclose(old.values, weights.values, rtol=LIKE) else self
+        """Return this cache where it was made with hardly other weights, else an empty one."""
+        return self if self.weights is not None and self.weights.nearly(weights) else FormCache(weights)
 
 
 @dataclass
