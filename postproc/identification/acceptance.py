@@ -21,7 +21,7 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.gain import MATTERS, NEAR, laplace
+from postproc.identification.gain import NEAR, laplace
 from postproc.measure.significance import CHANCE
 from postproc.model.arm import Model
 
@@ -100,7 +100,7 @@ def fitted_best(
         after = refit(base, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
-            if is_white(after):
+            if within_noise(after):
                 break
     return max(found, key=lambda pair: pair[0].evidence, default=None)
 
@@ -148,9 +148,10 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
-def is_white(fit: Fit) -> bool:
-    """Return whether a fit leaves hardly more than the noise; False where the noise is not known."""
-    return fit.noise.sigma is not None and fit.variance < MATTERS
+def within_noise(fit: Fit) -> bool:
+    """Return whether a fit leaves no more than the noise, by three standard deviations; False where it is not known."""
+    rest, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.sigma is not None and rest <= freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
@@ -196,19 +197,13 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         best = fitted_best(fit, screen, candidate, ROUGHLY)
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
-    if exceeds_noise(fit):
+    if not within_noise(fit):
         least = max(0.0, 0.5 * max(c.evidence for c in found))
         found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     alone = sum(c.evidence > near for c in found) == 1
     found = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in found]
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
-
-
-def exceeds_noise(fit: Fit) -> bool:
-    """Return whether the residual exceeds the noise by three standard deviations; True where no noise is known."""
-    rest, freedom = fit.linear.square, fit.linear.freedom
-    return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:

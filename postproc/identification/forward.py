@@ -14,10 +14,10 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
     convincing,
-    is_white,
     judged,
     predicts_better,
     refit,
+    within_noise,
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
@@ -93,7 +93,7 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     if best.evidence + min(0.0, less - whole) < 0:
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):
+    if after is None or not predicts_better(after, before, 0.0 if within_noise(after) else CLEARLY):
         return None
     taken = judged(before, after, best)
     return None if taken.evidence < 0 else state.with_effect(taken, after)

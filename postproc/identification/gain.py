@@ -19,8 +19,6 @@ from postproc.robot.arm import Robot
 CLEARLY = 2.0
 """Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
 is left."""
-MATTERS = 1.5
-"""Residual variance over that of the noise below which nobody would notice that more is left."""
 TELLING = 9.0
 """Square of the deviations by which two effects must differ to be told apart."""
 NEAR = 0.9

@@ -7,10 +7,11 @@ import numpy as np
 from postproc.estimation.findings import larger_noise, standing_out
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
-from postproc.identification.gain import MATTERS
 from postproc.measure.checks.repeats import scatters
 from postproc.measure.significance import CHANCE, chance_of_excess
 
+MATTERS = 1.5
+"""Residual variance over that of the noise below which nobody would notice that more is left."""
 FEWEST = 3
 """Degrees of freedom of a scatter that is looked at: what few of them say, F allows for."""
 
