@@ -13,13 +13,13 @@ from postproc.estimation.channels import channels
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.rounding import misjudged
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.forward import search, with_patterns
 from postproc.identification.lack_of_fit import lacks_fit
 from postproc.identification.refits import refit_all, thinned, without
-from postproc.identification.state import SearchState, SelectedEffect
+from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.measure.read.columns import columns_of
 from postproc.model.arm import Model
@@ -51,11 +51,9 @@ def diagnose(
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
     found = _diagnosed(model, data, library, noise, watch)
-    told = found.final.data.rounded
-    if told is None or told == rounded(found.final):
-        return found
-    # What was missing looked like rounded angles, or hid them.
-    return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
+    if misjudged(found.final):
+        return _diagnosed(model, replace(data, rounded=not found.final.data.rounded), library, noise, watch)
+    return found
 
 
 def _diagnosed(
@@ -73,7 +71,7 @@ def _diagnosed(
     library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
-    start = thinned(base, noise)
+    start = thinned(base)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
     watch("every effect alone", 0.1)
@@ -84,7 +82,7 @@ def _diagnosed(
     del begin
     watch("all of it on all rows", 0.8)
     named = found.beside(())
-    final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
+    final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _steps(named.missing, final)
     lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.
@@ -113,18 +111,16 @@ def _diagnosed(
     )
 
 
-def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffect, ...]:
+def _steps(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
     """Return the missing effects, each with the held-out rms once it and those before it are in (`without`).
 
     Args:
         final: the fit with all that is missing; drafted maps take their final label from it.
     """
-    some = [m.candidate for m in missing]
-    last = [(final.model.effect(c.key), c) for c in some]
+    last = [(final.model.effect(c.key), c) for c in missing]
     told = [replace(c, label=e.label) if e is not None and e.label else c for e, c in last]
-    fits = [without(final, [c.key for c in some[k:]]) for k in range(1, len(some))]
-    steps = zip(missing, told, [*fits, final], strict=False)
-    return tuple(replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps)
+    fits = [without(final, [c.key for c in missing[k:]]) for k in range(1, len(missing))]
+    return tuple(replace(c, held_out_after=fit.held_out_rms) for c, fit in zip(told, [*fits, final], strict=False))
 
 
 def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:

@@ -14,7 +14,6 @@ from postproc.diagnostics import Diagnostic
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import contiguous_blocks, hold_out
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.state import SelectedEffect
 from postproc.measure.errors import rms
 from postproc.patterns.suspects import Suspect
 
@@ -83,7 +82,7 @@ class Diagnosis:
     told: Fit
     screened: Fit
     searched: Fit
-    missing: tuple[SelectedEffect, ...]
+    missing: tuple[Candidate, ...]
     candidates: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     blind: Mapping[str, str]

@@ -14,17 +14,17 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
     convincing,
-    is_white,
     judged,
-    lives_on_a_row,
     predicts_better,
     refit,
+    within_noise,
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
-from postproc.identification.evidence import CLEARLY
+from postproc.identification.gain import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
-from postproc.identification.state import SearchState, SelectedEffect
+from postproc.identification.state import SearchState
+from postproc.patterns.place import with_and_without_a_row
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -89,13 +89,14 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     exceed `CLEARLY` standard errors over the parts.
     """
     before = state.fit
-    if lives_on_a_row(before, best):
+    whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
+    if best.evidence + min(0.0, less - whole) < 0:
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):
+    if after is None or not predicts_better(after, before, 0.0 if within_noise(after) else CLEARLY):
         return None
     taken = judged(before, after, best)
-    return None if taken.evidence < 0 else state.with_effect(SelectedEffect(taken), after)
+    return None if taken.evidence < 0 else state.with_effect(taken, after)
 
 
 def backward(state: SearchState) -> SearchState:
@@ -119,14 +120,12 @@ def backward(state: SearchState) -> SearchState:
         if best is not state:
             state, done = best, set()
             continue
-        alike, unseen = indistinguishable(bare.ranked, one.candidate, bare.fit, state.fit)
+        alike, unseen = indistinguishable(bare.ranked, one, bare.fit, state.fit)
         state = state.told(replace(one, alike=alike, unseen=unseen))
     return state
 
 
-def _instead(
-    state: SearchState, bare: SearchState, one: SelectedEffect, mine: Candidate | None
-) -> Iterator[SearchState]:
+def _instead(state: SearchState, bare: SearchState, one: Candidate, mine: Candidate | None) -> Iterator[SearchState]:
     """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
     That may be the effect in another form, the effect of the largest evidence, or a freer function. The state without
@@ -141,7 +140,7 @@ def _instead(
     if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
         yield empty
     if len(state.missing) + len(state.outside) > 1:
-        if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
+        if mine is not None and mine.label != one.label and mine.effect.roughness() is None:
             yield from filter(None, [accepted(bare, mine)])
         others = (c for c in bare.ranked if c.key not in state.keys and convincing(c))
         other = next(others, None)
@@ -153,12 +152,12 @@ def _instead(
         yield from filter(None, [None if found is None else accepted(part, found)])
 
 
-def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[SelectedEffect, Fit]:
+def _only(bare: SearchState, one: Candidate, kept: Effect) -> tuple[Candidate, Fit]:
     """Return an effect reduced to its part ``kept``, and the fit with that part alone."""
     fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
     terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
     after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
-    return replace(one, candidate=replace(one.candidate, effect=kept, free=free, fit=None)), after
+    return replace(one, effect=kept, free=free, fit=None), after
 
 
 def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:

@@ -9,45 +9,20 @@ from functools import cached_property
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.evidence import CERTAIN, DOUBTFUL
+from postproc.identification.gain import CERTAIN, UNSURE
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.suspects import Suspect
-
-
-@dataclass(frozen=True)
-class SelectedEffect:
-    """An effect that the model lacks.
-
-    Args:
-        candidate: what it is; alike: effects that explain this data nearly as well; unseen: effects that would not be
-            seen beside it; held_out_after: held-out rms once it and those before it are in [m].
-    """
-
-    candidate: Candidate
-    alike: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
-    held_out_after: float = float("nan")
-
-    @property
-    def key(self) -> str:
-        """Key of the effect."""
-        return self.candidate.key
-
-    @property
-    def not_separable(self) -> tuple[str, ...]:
-        """Keys of the effects that this data does not tell from it."""
-        return (*self.alike, *self.unseen)
 
 
 @dataclass(frozen=True)
@@ -65,7 +40,7 @@ class SearchState:
     fit: Fit
     classes: Mapping[str, type[Effect]]
     patterns: Patterns | None
-    missing: tuple[SelectedEffect, ...] = ()
+    missing: tuple[Candidate, ...] = ()
     outside: tuple[Suspect, ...] = ()
     stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
     plain: SearchState | None = field(default=None, repr=False)
@@ -82,9 +57,9 @@ class SearchState:
         The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
-        added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
-        gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
-        paid = sum(m.candidate.searched for m in self.missing) + sum(s.searched for s in self.outside)
+        added = max(after.parameters - first.parameters, 1)
+        gained = schwarz(first.square, _left_by(self.base, self.fit), added, first.freedom)
+        paid = sum(m.price for m in self.missing) + sum(s.price for s in self.outside)
         return float(gained) - paid
 
     @cached_property
@@ -112,10 +87,10 @@ class SearchState:
         return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns with positive evidence that explain 3 % or 15 % of the residual, strongest first.
+        """Return the patterns with positive evidence that explain enough of the residual, strongest first.
 
-        It is 15 % where the noise is not known, unless the pattern follows the time from pose to pose, which is not the
-        arm's.
+        That is `CERTAIN`, and `UNSURE` where the noise is not known, unless they follow the time from pose to pose,
+        which is not the arm's.
 
         Args:
             asked: log evidence below which patterns may be missing from the result.
@@ -128,7 +103,7 @@ class SearchState:
         def enough(suspect: Suspect) -> bool:
             """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
+            return suspect.fall > (CERTAIN if known or slow else UNSURE) * self.fit.linear.square
 
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
@@ -158,22 +133,20 @@ class SearchState:
                 state.__dict__.pop("screen", None)
         return self
 
-    def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
+    def with_effect(self, one: Candidate, fit: Fit) -> SearchState:
         """Return the state with one more effect and the fit that has it.
 
         Further terms of an effect that was taken before are merged into it.
         """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
-            first, more = self.missing[at], one.candidate
-            told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
+            first, paid = self.missing[at], self.missing[at].price + one.price
+            told = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
             label = "; ".join(filter(None, told))
-            paid = first.candidate.searched + more.searched
-            whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
-            one = replace(first, candidate=replace(whole, searched=paid))
+            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, price=paid)
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
-    def told(self, one: SelectedEffect) -> SearchState:
+    def told(self, one: Candidate) -> SearchState:
         """Return the state with one of its effects replaced by the same effect with more fields filled in."""
         plain = None if self.plain is None else self.plain.told(one)
         return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
@@ -181,7 +154,7 @@ class SearchState:
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
-        fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
+        fit = refit_all(self.base, self.fit, [m.key for m in others])
         return replace(self, fit=fit, missing=others, plain=None)
 
 

@@ -14,8 +14,8 @@ from postproc.estimation.channels import shown, unit_of
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.curves import JointCurve, curves
 from postproc.identification.diagnosis import Diagnosis, Intervention
+from postproc.identification.joint_curves import JointCurve, curves
 from postproc.numbers import mm
 from postproc.report.blocks import (
     Bar,
@@ -118,16 +118,16 @@ def diagnosis_values(d: Diagnosis) -> Values:
         f"{key('held_out_rms')}_after": _known(d.final.held_out_rms),
         "missing": [
             {
-                "effect": m.candidate.key,
-                "form": m.candidate.label,
+                "effect": m.key,
+                "form": m.label,
                 f"{key('held_out_rms')}_after": _known(m.held_out_after),
-                "p_value": m.candidate.p_value,
-                **_smooth(d, m.candidate.key),
+                "p_value": m.p_value,
+                **_smooth(d, m.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
-                "parameters": parameter_values(d.told, m.candidate.key),
-                "structure": structure_values(d.told, m.candidate.key),
-                "law": [_curve_values(curve) for curve in curves(d.told, m.candidate.key)],
+                "parameters": parameter_values(d.told, m.key),
+                "structure": structure_values(d.told, m.key),
+                "law": [_curve_values(curve) for curve in curves(d.told, m.key)],
             }
             for m in d.missing
         ],
@@ -243,7 +243,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     """
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
-    rungs += [Bar(f"+ {m.candidate.key}", 1e3 * m.held_out_after, place(m.candidate.label)) for m in d.missing]
+    rungs += [Bar(f"+ {m.key}", 1e3 * m.held_out_after, place(m.label)) for m in d.missing]
     names = [BASE, *(rung.name for rung in rungs[1:][-1:])]
     if d.unnamed is not None:
         some, every = len(d.searched.data), len(d.base.data)
@@ -272,16 +272,15 @@ def _found(d: Diagnosis, values: Values) -> Section:
     """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
     kind, rows = d.base.observed, []
     for m in d.missing:
-        c = m.candidate
-        rows.append((c.key, title(d, m), place(c.label), p_text(c.p_value), mm(m.held_out_after)))
+        rows.append((m.key, title(d, m), place(m.label), p_text(m.p_value), mm(m.held_out_after)))
     columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
     blocks: list[Block] = [
         DataTable("missing effects", columns, rows),
-        parameter_table(d.told, [m.candidate.key for m in d.missing]),
+        parameter_table(d.told, [m.key for m in d.missing]),
     ]
     for m in d.missing:
-        if _smooth(d, m.candidate.key)["is"] != "cause":
-            blocks += [Sentence(curve_text(curve)) for curve in curves(d.told, m.candidate.key)]
+        if _smooth(d, m.key)["is"] != "cause":
+            blocks += [Sentence(curve_text(curve)) for curve in curves(d.told, m.key)]
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from postproc.diagnostics import joined
 from postproc.estimation.solving.smooth import effective_parameters
+from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, suspect_size, too_few
-from postproc.identification.state import SelectedEffect
 from postproc.patterns.suspects import Suspect
 from postproc.results.wording import place
 
@@ -117,9 +117,9 @@ def doubts(d: Diagnosis) -> Iterator[str]:
         yield f"Whether what is left is noise, this data cannot tell: {_would_tell(d)}."
     for m in d.missing:
         if m.alike[NAMED:]:
-            yield f"As far as this data can tell, `{m.candidate.key}` may be {_any_of(m.alike)} as well."
+            yield f"As far as this data can tell, `{m.key}` may be {_any_of(m.alike)} as well."
         if m.unseen:
-            yield f"Beside `{m.candidate.key}` this data would not show {_any_of(m.unseen)}."
+            yield f"Beside `{m.key}` this data would not show {_any_of(m.unseen)}."
 
 
 def _extent(d: Diagnosis, s: Suspect) -> str:
@@ -139,17 +139,17 @@ def of_little_worth(d: Diagnosis) -> list[str]:
         return []
     before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
     pairs = zip(d.missing, before, strict=False)
-    return [m.candidate.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]
+    return [m.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]
 
 
-def _named(d: Diagnosis, m: SelectedEffect) -> str:
+def _named(d: Diagnosis, m: Candidate) -> str:
     """Return an effect's key with its place, and with the effects that explain this data as well."""
-    where = place(m.candidate.label)
+    where = place(m.label)
     if len(d.missing) > 1 and _is_free(d, m):
         where += "; a smooth correction, not a cause"
     others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
     rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
-    return f"`{m.candidate.key}`" + (f" ({where})" if where else "") + rivals
+    return f"`{m.key}`" + (f" ({where})" if where else "") + rivals
 
 
 def _any_of(keys: Iterable[str]) -> str:
@@ -157,19 +157,19 @@ def _any_of(keys: Iterable[str]) -> str:
     return joined([f"`{key}`" for key in keys], "or")
 
 
-def _is_free(d: Diagnosis, m: SelectedEffect) -> bool:
+def _is_free(d: Diagnosis, m: Candidate) -> bool:
     """Tell whether an effect is a free function, which can follow anything smooth."""
-    effect = d.final.model.effect(m.candidate.key)
+    effect = d.final.model.effect(m.key)
     return effect is not None and effect.roughness() is not None
 
 
-def title(d: Diagnosis, m: SelectedEffect) -> str:
+def title(d: Diagnosis, m: Candidate) -> str:
     """Return what an effect is, as a phrase; for a free function its effective parameters and held-out error."""
-    effect = d.final.model.effect(m.candidate.key)
+    effect = d.final.model.effect(m.key)
     if _is_free(d, m):
         # It can follow anything smooth: what it follows is no cause.
         unit = f"{d.final.observed.unit} per {d.final.observed.each}"
-        count = effective_parameters(d.final, m.candidate.key)
+        count = effective_parameters(d.final, m.key)
         error = f"held-out error {1e3 * m.held_out_after:.3f} {unit}"
         return f"a smooth correction with {count:.0f} effective parameters, {error}, not a cause"
     text = "" if effect is None else effect.title.rstrip(".")

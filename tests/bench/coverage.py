@@ -66,7 +66,7 @@ def main(count: int) -> None:
         for name, data in (("repeats", whole), ("none", single(whole)), ("heavy", heavy(still, noise, i))):
             fit = base_fit(data, robot)
             if hidden:
-                named = [m.candidate.key for m in diagnose(fit.model, data).missing]
+                named = [m.key for m in diagnose(fit.model, data).missing]
                 fit = add_effects(fit.model, data, named).fit if named else fit
             inside, known = predictions(fit, true), compliances(fit, truth)
             path = "diagnose + add" if hidden else "fit"

@@ -19,7 +19,7 @@ from tests.independent import library_effects as kinds
 def test_what_is_true_carries_over_to_what_was_changed(channel):
     found = hidden_found(kinds.backlash, seed=962)
     asked = hold_out_levels(found, channel)
-    assert [m.candidate.key for m in found.missing] == ["backlash"] and len(asked.levels) > 1
+    assert [m.key for m in found.missing] == ["backlash"] and len(asked.levels) > 1
     if channel != "approach":  # without one side of a joint its gap cannot be told from an offset
         assert all(level.after < 1.3 * 3e-5 for level in asked.levels) and asked.fails("backlash") == []
     shown = replace(found, hold_out=asked)
@@ -38,7 +38,7 @@ def test_a_name_that_is_no_cause_does_not_carry_over():
     found = diagnose(base_fit(data).model, shifted)
     asked = hold_out_levels(found, "temperature")
     assert {level.name for level in asked.levels} == {"20 degC", "25 degC", "40 degC"}
-    (name,) = {m.candidate.key for m in found.missing} & {"thermal_growth", "thermal_joint_drift"}
+    (name,) = {m.key for m in found.missing} & {"thermal_growth", "thermal_joint_drift"}
     assert "40 degC" in asked.fails(name)
     assert f"`{name}` does not carry over to" in postproc.text(replace(found, hold_out=asked))
 

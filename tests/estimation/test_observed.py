@@ -35,7 +35,7 @@ def fitted(kind: str, seed: int = 0, **options):
 def test_what_encoders_show_is_named(kind, seed):
     base = fitted(kind, seed)
     found = diagnose(base.model, base.data)
-    names = [m.candidate.key for m in found.missing]
+    names = [m.key for m in found.missing]
     assert (found.verdict, names) == (("complete", []) if kind == "nothing" else ("missing", [kind]))
     assert found.final.held_out_rms == pytest.approx(NOISE_RAD, rel=0.15)
 

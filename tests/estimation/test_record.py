@@ -54,7 +54,7 @@ def diagnosis(source: Source):
 
 def test_a_delay_is_found_without_a_speed_column():
     found = diagnosis(record(DELAY_S, 2))
-    assert [m.candidate.key for m in found.missing] == ["servo_lag"]
+    assert [m.key for m in found.missing] == ["servo_lag"]
     assert found.final.model.effect("servo_lag").lag_s[:5] == pytest.approx(DELAY_S, rel=0.25)
 
 

@@ -154,7 +154,7 @@ def test_a_missing_effect_does_not_pass_for_rounded_angles(written):
     """What looks like rounding at first is asked again once the effect is in."""
     data = stated(2, written, 3e-5, kinds.backlash, seed=5303)
     found = diagnose(base(data, 3e-5).model, data, noise=3e-5)
-    assert [m.candidate.key for m in found.missing] == ["backlash"]
+    assert [m.key for m in found.missing] == ["backlash"]
     assert found.verdict == "missing"
     assert found.final.data.rounded is written
     added = add_effects(found.base.model, data, ["backlash"], noise=3e-5)

@@ -39,7 +39,7 @@ def test_a_small_load_is_taken_beside_a_large_law(seed):
     ranked = beside.ranked
     assert ranked[0].evidence > 0
     taken = accepted(beside, ranked[0])
-    assert taken is not None and taken.missing[0].candidate.evidence > 10.0
+    assert taken is not None and taken.missing[0].evidence > 10.0
     # As it is told where there is no law at all.
     alone = fit_model(base_fit(data).model, base_fit(data).data, [taken.fit.model.effect("arm_load")])
     quiet, found = alone.model.effect("arm_load").vector(), taken.fit.model.effect("arm_load").vector()

@@ -31,6 +31,6 @@ def test_a_name_beside_a_step_of_the_instrument_is_told_with_it() -> None:
     moved = replace(data, position=data.position + step[:, None] * [1.0, -0.5, 0.3])
     found = diagnose(base_fit(moved).model, moved)
     assert found.verdict == "unknown"
-    assert [m.candidate.key for m in found.missing] == ["backlash"]
+    assert [m.key for m in found.missing] == ["backlash"]
     first = found.suspects[0]
     assert (first.where, first.channel) == ("instrument", "q4") and first.pattern.startswith("step near")

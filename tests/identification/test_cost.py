@@ -23,7 +23,7 @@ from tests.bench.diagnosis.sets import Recipe, drawn
 from tests.independent import library_effects as K
 one = drawn("size", 2, Recipe((K.backlash, K.arm_load), poses=1974), 222)
 found = diagnose(base_fit(one).model, one.data)
-print(peak_mb(), *(m.candidate.key for m in found.missing))
+print(peak_mb(), *(m.key for m in found.missing))
 """
 MOST = 575.0  # MB at 2000 rows; 610 with every switch of a pattern held at once, and all forms until the end
 

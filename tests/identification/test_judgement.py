@@ -38,8 +38,8 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import forms_of
 from postproc.identification.diagnose import diagnose
-from postproc.identification.evidence import laplace
 from postproc.identification.forward import accepted
+from postproc.identification.gain import laplace
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements
@@ -112,10 +112,10 @@ def test_what_is_far_larger_than_ordinary_is_fitted_as_well():
 def test_a_balancer_that_hides_behind_one_of_several_waves_is_said_to_do_so():
     data, _ = cell(_waves, seed=640120, poses=80)
     (missing,) = diagnose(base_fit(data).model, data).missing
-    assert missing.candidate.key == "transmission_error" and "gravity_compensator" in missing.not_separable
+    assert missing.key == "transmission_error" and "gravity_compensator" in missing.not_separable
     data, _ = cell(_short_wave, seed=640120, poses=80)
     (missing,) = diagnose(base_fit(data).model, data).missing
-    assert missing.candidate.key == "transmission_error" and "gravity_compensator" not in missing.not_separable
+    assert missing.key == "transmission_error" and "gravity_compensator" not in missing.not_separable
 
 
 def test_rows_that_only_stand_out_beside_an_effect_are_no_merit_of_it():

@@ -12,12 +12,12 @@ from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import _sharpened, columns_of, compose
-from postproc.identification.candidates.forms import forms_of
+from postproc.identification.candidates.composition import _sharpened, compose
+from postproc.identification.candidates.forms import columns_of, forms_of
 from postproc.identification.diagnose import _steps, diagnose
-from postproc.identification.evidence import gain
 from postproc.identification.forward import backward
-from postproc.identification.state import SearchState, SelectedEffect
+from postproc.identification.gain import gain
+from postproc.identification.state import SearchState
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect
 from tests.identification.cells import base_fit, cell, law
@@ -54,7 +54,7 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, waves, expecte
     wave = TransmissionError(joint=joint, order=order)
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
-    search = backward(SearchState(base, fit, effect_library(), None, (SelectedEffect(candidate),)))
+    search = backward(SearchState(base, fit, effect_library(), None, (candidate,)))
     assert set(search.keys) == expected
     assert expected <= {e.key for e in search.fit.model.effects}
     kept = search.fit.model.effect(wave.key)
@@ -69,7 +69,7 @@ def test_lines_beside_a_map_give_way_to_a_map_of_both_joints(broad):
     base = base_fit(data)
     wave, known = TransmissionError(joint=(2, 2), order=(2.0, 5.0)), JointErrorMap(joint=(3,), order=8)
     fit = fit_model(base.model, base.data, [known, wave])
-    told = [SelectedEffect(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)) for e in (known, wave)]
+    told = [Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0) for e in (known, wave)]
     search = backward(SearchState(base, fit, effect_library(), None, tuple(told)))
     assert search.keys == ((known.key,) if broad else (known.key, wave.key))
     assert set(search.fit.model.effect(known.key).joint) == ({2, 3} if broad else {3})
@@ -83,7 +83,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     fit = fit_model(base.model, base.data, [wave])
     # Two lines among 6 joints and 40 orders, of one effect among 20; a step among 10,000 patterns without a name.
     paid, tried = 2 * np.log(20 * 240.0**2), 2 * np.log(1e4 * 3000)
-    told = [SelectedEffect(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0))]
+    told = [Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, paid, 1.0, 0.0)]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("joint 3", place, law("q3", 1.0 * (data.state.q[:, 2] > 0.1)), 1.0, 1.0, tried, "q3")
     state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
@@ -91,7 +91,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
     anew = backward(search)
     assert anew.fit.model.effect(wave.key).joint == (2,)
-    assert [m.candidate.label for m in anew.missing] == ["joint 2, order 4"]
+    assert [m.label for m in anew.missing] == ["joint 2, order 4"]
 
 
 @pytest.mark.parametrize(("new", "order"), [(2, 11.0), (1, 11.4)])
@@ -123,7 +123,7 @@ def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
     found = diagnose(base_fit(data).model, data)
     (missing,) = found.missing
     effect = found.final.model.effect("transmission_error")
-    assert missing.candidate.key == "transmission_error" and found.verdict == "missing"
+    assert missing.key == "transmission_error" and found.verdict == "missing"
     assert set(zip(effect.joint, effect.order, strict=True)) == {(3, 23.0), (5, 39.0)}
 
 
@@ -183,7 +183,7 @@ def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint
     wave = TransmissionError(joint=(2, 1, 5), order=(3.0, 1.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 6, 0.0, 1.0, 0.0)
-    search = backward(SearchState(base, fit, effect_library(), None, (SelectedEffect(candidate),)))
+    search = backward(SearchState(base, fit, effect_library(), None, (candidate,)))
     assert search.keys == ("joint_error_map",)
     assert search.fit.model.effect("joint_error_map").joint == (1, 2, 3, 4, 5, 6)
     assert search.fit.held_out_rms < 0.9 * fit.held_out_rms
@@ -192,10 +192,10 @@ def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint
 def test_a_map_is_called_by_the_orders_that_the_model_has():
     screened, fitted = (JointErrorMap(joint=(1, 2), order=k) for k in (16, 40))
     none = np.zeros(64, dtype=bool)
-    found = SelectedEffect(Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9))
+    found = Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9)
     final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
     (told,) = _steps([found], final)
-    assert told.candidate.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
+    assert told.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
 
 
 def test_a_line_finer_than_any_map_stands_beside_it():

@@ -12,7 +12,7 @@ from postproc.estimation.problem import Weights
 from postproc.identification.acceptance import judged, refit
 from postproc.identification.candidates.composition import compose
 from postproc.identification.forward import backward, search
-from postproc.identification.state import SearchState, SelectedEffect
+from postproc.identification.state import SearchState
 from postproc.patterns.dictionary import patterns
 from tests.identification.cells import base_fit, cell
 from tests.independent import library_effects as kinds
@@ -42,10 +42,10 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
         found = compose(begin.screen, begin.fit.linear, key)
         told = replace(found, effect=replace(found.effect, **change), label=change.get("law", found.label))
         after = refit(begin.fit, told)
-        begin = begin.with_effect(SelectedEffect(judged(begin.fit, after, told)), after)
+        begin = begin.with_effect(judged(begin.fit, after, told), after)
     early = begin.fit.linear.square
     anew = backward(begin)
-    laws = {m.key: getattr(m.candidate.effect, "law", "") for m in anew.missing}
+    laws = {m.key: getattr(m.effect, "law", "") for m in anew.missing}
     assert laws == {"nonlinear_compliance": "piecewise", "transmission_error": ""}
     assert anew.fit.linear.square < early - 20
     assert backward(anew).fit is anew.fit

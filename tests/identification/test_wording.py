@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +19,12 @@ from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.library.loads.arm_load import ArmLoad
 from postproc.effects.library.structure.link_compliance import LinkCompliance
 from postproc.effects.library.structure.link_geometry import LinkGeometry
+from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
+from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.compare import compare
 from postproc.identification.diagnosis import Diagnosis
-from postproc.identification.state import SelectedEffect
 from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
 from postproc.results.fit import fit_values, parameter_values
@@ -137,11 +139,15 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
     assert re.fullmatch(r"1\d numbers, in the model file", parameter_rows(fit, "joint_error_map", 12)[0][1])
 
 
+def _missing(key: str, label: str = "", **told: Any) -> Candidate:
+    """An effect that a model lacks, as far as sentences tell of it."""
+    effect = effect_library()[key].null()
+    return Candidate(key, effect, effect.amplitudes(), label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9, **told)
+
+
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
-    load = SelectedEffect(
-        SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",)
-    )
-    alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
+    load = _missing("arm_load", "body 3", alike=("payload_error", "dress_pack"), unseen=("session",))
+    alone = _missing("backlash")
     assert load.not_separable == ("payload_error", "dress_pack", "session")
     model = SimpleNamespace(effect=lambda key: None)
     fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
@@ -160,9 +166,7 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
 
 def test_many_rivals_stand_below_the_headline():
     rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
-    map_ = SelectedEffect(
-        SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
-    )
+    map_ = _missing("joint_error_map", "joints 1, 2, 3, 4, 5 and 6, orders to 16", alike=rivals)
     model = SimpleNamespace(effect=lambda key: None)
     fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
     found = SimpleNamespace(
@@ -226,7 +230,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
-    line = SelectedEffect(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
+    line = _missing("transmission_error", "joint 1, order 5", held_out_after=4.91e-4)
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, drafts=("1.0",))
     found = SimpleNamespace(
         verdict="unknown",

@@ -90,7 +90,7 @@ def test_a_name_that_explains_half_of_it_does_not_stand_beside_a_pattern(kind, c
 def test_a_name_stays_beside_a_pattern_of_another_channel():
     data, _ = cell(library.thermal_joint_drift, square_wave, seed=431, noise=0.02, poses=90)
     found = diagnose(base_fit(data).model, data)
-    assert found.verdict == "unknown" and [m.candidate.key for m in found.missing] == ["thermal_joint_drift"]
+    assert found.verdict == "unknown" and [m.key for m in found.missing] == ["thermal_joint_drift"]
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
 
 
@@ -223,4 +223,4 @@ def test_two_named_effects_are_not_traded_for_patterns():
     data, _ = cell(library.backlash, library.arm_load, seed=77, noise=0.03, poses=80)
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "missing"
-    assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
+    assert {m.key for m in found.missing} == {"backlash", "arm_load"}

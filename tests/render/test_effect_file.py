@@ -219,7 +219,7 @@ def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     path.write_text(text, encoding="utf-8")
     [effect] = load_effect_file(path)
     assert (effect.key, check_effect(effect)) == (key, [])
-    grown = add_effects(found.base.model, data, [*(m.candidate.key for m in found.missing), key], [effect])
+    grown = add_effects(found.base.model, data, [*(m.key for m in found.missing), key], [effect])
     assert true_error(grown.fit, true) < 0.6 * 0.03e-3
 
 

@@ -78,7 +78,7 @@ def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted:
 
     model, data, own, table = asked
     little = of_little_worth(found)
-    keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
+    keys = [m.key for m in found.missing if m.key not in little]
     same = (*table.words(), *own.words())
     tables = [word for name in data for word in ("--data", name)]  # as `add` takes them
     if keys:
@@ -86,7 +86,7 @@ def _say_further(found: Diagnosis, asked: Question, draft: Path | None, drafted:
         say_next(what, "add", model, *keys, *tables, *same, "-o", "BETTER.toml")
     for m in found.missing:
         for other in m.not_separable[:1]:
-            pair = ("--between", f"{m.candidate.key},{other}")
+            pair = ("--between", f"{m.key},{other}")
             words = (model, *data, *pair, *same, "-o", "POSES.csv")
             say_next("chooses poses that tell them apart", "plan", *words, lead="or")
     if (found.verdict == "complete" or found.untold) and too_few(found.base):

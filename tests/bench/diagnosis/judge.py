@@ -142,7 +142,7 @@ def kept_rows(fit: Fit) -> list[int]:
 
 def answer(d: Diagnosis) -> dict[str, Any]:
     """What a diagnosis says."""
-    some = [m.candidate for m in d.missing]
+    some = d.missing
     return {
         "said": d.verdict,
         "named": [c.key for c in some],
@@ -177,5 +177,5 @@ def first_names(one: Set, share: float, times: int, seed: int) -> list[str]:
     names = []
     for data in parts:
         d = diagnose(base_fit(one, data).model, data)
-        names.append(d.missing[0].candidate.key if d.missing else d.verdict)
+        names.append(d.missing[0].key if d.missing else d.verdict)
     return names
