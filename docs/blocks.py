@@ -138,3 +138,9 @@ def _shell(text: str) -> tuple[int, str]:
 def with_outputs(page: str, outputs: list[str]) -> str:
     """The text of a page with what its commands print in the blocks behind ``<!-- output N -->``."""
     return OUTPUT.sub(lambda found: f"{found[1]}{outputs[int(found[2]) - 1].rstrip()}\n{found[4]}", page)
+
+
+def is_up_to_date(page: str, outputs: list[str]) -> bool:
+    """Whether a page shows what its commands print now; last digits of numbers may be another machine's."""
+    shown, now = (re.sub(r"\d+(?:\.\d+)?", "#", text).split() for text in (page, with_outputs(page, outputs)))
+    return shown == now

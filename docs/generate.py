@@ -40,11 +40,14 @@ def _write(path: Path, text: str) -> None:
 
 def _run_tutorial(name: str, folder: Path) -> None:
     """Run a tutorial's commands as a reader would; keep the pages they write, and its pictures."""
-    from blocks import run_page
+    from blocks import is_up_to_date, run_page
 
+    outputs, text = [], (DOCS / f"{name}.md").read_text("utf-8")
     with tempfile.TemporaryDirectory() as work:
         for ran in run_page(DOCS / f"{name}.md", Path(work)):
             assert ran.code == ran.expected, f"{name}.md: `{ran.line}` returned {ran.code}: {ran.output}"
+            outputs.append(ran.output)
+        assert is_up_to_date(text, outputs), f"`python docs/generate.py` writes what the commands print into {name}.md"
         for page in Path(work).glob("out/*.html"):
             shutil.copy(page, folder / "pages")
         draw = runpy.run_path(str(DOCS / "figures" / f"{name.replace('-', '_')}.py"))["draw"]

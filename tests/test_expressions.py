@@ -30,9 +30,12 @@ Expression = tuple[re.Pattern[Any], str]
 def expressions() -> dict[str, Expression]:
     """All that are compiled in modules, and all that stand in calls, by their text."""
     found: dict[str, Expression] = {}
-    package = "\n".join(path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py")))
-    for path in sorted(PACKAGE.rglob("*.py")):
-        text = path.read_text("utf-8")
+    texts = {path: path.read_text("utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+    used: dict[str, set[str]] = {}
+    for text in texts.values():
+        for name, call in re.findall(r"(?<!\w)(\w+)(?:\[\w+\])?\.(\w+)\(", text):
+            used.setdefault(name, set()).update({call} & CALLS)
+    for path, text in texts.items():
         if "import re" not in text:
             continue
         name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -40,8 +43,8 @@ def expressions() -> dict[str, Expression]:
         for own, value in vars(importlib.import_module(name)).items():
             for p in value.values() if isinstance(value, dict) else (value,):
                 if isinstance(p, re.Pattern):
-                    used = set(re.findall(rf"(?<!\w){own}(?:\[\w+\])?\.(\w+)\(", package)) & CALLS
-                    every.append((p, min(used) if used and used <= {"match", "fullmatch"} else "search"))
+                    calls = used.get(own, set())
+                    every.append((p, min(calls) if calls and calls <= {"match", "fullmatch"} else "search"))
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CALLS:
                 called = isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
@@ -52,11 +55,12 @@ def expressions() -> dict[str, Expression]:
     return found
 
 
+LETTERS = (*b" a1.,\t{[('\"_A-x/\\\n!:;<>", *range(1, 256), 0x2019)
+
+
 def letter(items: Any) -> str:
     """A character of a class."""
-    taken = [chr(c) for c in (*b" a1.,\t{[('\"_A-x/\\\n!:;<>", *range(1, 256), 0x2019)]
-    text = "".join(taken)
-    return next(c for c in text if _in(items, ord(c)))
+    return next(chr(code) for code in LETTERS if _in(items, code))
 
 
 def _in(items: Any, code: int) -> bool:

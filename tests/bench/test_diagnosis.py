@@ -22,10 +22,10 @@ LAW = Truth((), True, frozenset({"q2"}), frozenset({"joint_error_map"}))
 @pytest.mark.parametrize(
     ("kind", "index"),
     [
-        *(("library", i) for i in (2, 5, 8)),  # a map of a joint, a load that weighs otherwise, a joint that drifts as it warms
-        *(("outside", i) for i in (1, 2)),  # a kink of an angle, friction
+        ("library", 5),  # a load that weighs otherwise
+        ("outside", 2),  # friction
         *(("clean", i) for i in (2, 3)),  # few poses, another arm
-        *(("pairs", 1), ("few", 2), ("arms", 1), ("encoder", 0)),
+        *(("few", 2), ("arms", 3)),
     ],
 )  # fmt: skip
 def test_sets_are_answered_as_they_should_be(kind: str, index: int) -> None:
@@ -34,9 +34,9 @@ def test_sets_are_answered_as_they_should_be(kind: str, index: int) -> None:
     assert found["word"] == "right", found
 
 
-@pytest.mark.parametrize(("kind", "index"), [("cell", 0), ("cell", 4), ("cell", 11), ("clean cell", 6)])
+@pytest.mark.parametrize(("kind", "index"), [("cell", 0), ("cell", 4), ("cell", 14), ("clean cell", 13)])
 def test_the_cell_around_an_arm_is_named_alone(kind: str, index: int) -> None:
-    """A crooked track, a table that stands askew, a gantry that leans; nothing beside a track and a table that are right."""
+    """A crooked track, a table that stands askew, one that sags; nothing beside a track and a table that are right."""
     one = cell_set(kind, index)
     found = run(one, true_error=0.0)
     assert found["word"] == "right" and len(found["named"]) == (kind == "cell"), found
@@ -45,7 +45,7 @@ def test_the_cell_around_an_arm_is_named_alone(kind: str, index: int) -> None:
 
 def test_the_scale_of_a_tracker_is_none_of_the_track() -> None:
     """Distances of 4 m and more along a track, 60 parts in a million too long: the points say so, not the axis."""
-    one = cell_set("clean cell", 0)
+    one = cell_set("clean cell", 7)
     found = run(replace(one, data=replace(one.data, position=one.data.position * (1 + 6e-5))), true_error=0.0)
     assert found["said"] == "unknown" and not found["named"] and set(found["suspects"][:3]) <= SEEN
 

@@ -69,10 +69,14 @@ def base_fit(data: Measurements, robot: str = "irb4600_60_205", more: tuple[str,
     return _fits[id(data), robot, more][1]
 
 
-@cache
-def hidden_found(*kinds, seed: int) -> Diagnosis:
+def hidden_found(*kinds, seed: int, poses: int = 120) -> Diagnosis:
     """The diagnosis of a cell with hidden effects, which serves several tests."""
-    data, _ = cell(*kinds, seed=seed)
+    return _diagnosed(kinds, seed, poses)
+
+
+@cache
+def _diagnosed(kinds, seed, poses):
+    data, _ = cell(*kinds, seed=seed, poses=poses)
     return diagnose(base_fit(data).model, data)
 
 
