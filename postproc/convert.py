@@ -40,8 +40,8 @@ from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.program.read_only import say_written_elsewhere
 from postproc.rapid.syntax.edits import Edit
-from postproc.render.header import header_values
-from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
+from postproc.render.header import header_edit, header_values
+from postproc.render.module import change_edits, function_edits, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.results.conversion import conversion_values
 from postproc.robot.cells.station import Station
@@ -233,7 +233,7 @@ def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
     """The plan of what is written where, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
-    plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
+    plan = Planner(task.model, motion, exact, task.events, task.program, on_controller=chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
@@ -374,7 +374,7 @@ def _outputs(task: _Task, text: _Text, judged: JudgedProgram) -> dict[str, bytes
     for s in program.sources:
         if edits[s.path] or calls[s.path]:
             at = next(m.head[1] for m in program.modules if m.source is s)
-            edits[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
+            edits[s.path].append(header_edit(env, s, at, head))
     own = [s for s in program.sources if not s.read_only]
     outputs = {s.path: render_text(env, s.data, edits[s.path]) for s in own}
     if function is None:

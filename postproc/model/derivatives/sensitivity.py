@@ -46,7 +46,9 @@ class Loaded:
     @cached_property
     def every(self) -> State:
         """The states with the loads on all springs that an arm may have."""
-        return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
+        return borne(
+            self.model, self.rest.state, self.rest.deflection, self.chain, along=self.along, springs=ALL_BODIES
+        )
 
     @cached_property
     def own(self) -> State:
