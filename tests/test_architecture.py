@@ -28,7 +28,7 @@ ROOMS = (
     "results",
     "convert",
     "settings",
-    "choices",
+    "settings_files",
     "batch",
     "schemas",
     "cli",

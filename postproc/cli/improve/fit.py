@@ -17,12 +17,12 @@ from postproc.cli.report import say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
-    from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.estimation.fitted import Fit
     from postproc.model.arm import Model
     from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
+    from postproc.settings_files import FitChoices
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
@@ -120,7 +120,7 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
 
 def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices, str]:
     """Return arm, cell, choices of ``[fit]`` and the arm's origin: by options, else the nearest ``postproc.toml``."""
-    from postproc.choices import FitChoices, find_settings, in_folder
+    from postproc.settings_files import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
     origin = "arm from `--robot`" if robot is not None else f"arm from `{path}`"
