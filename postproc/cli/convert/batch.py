@@ -13,9 +13,9 @@ from cyclopts.validators import Number
 from postproc.batch.values import Shard
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
+from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import say
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 

@@ -12,8 +12,8 @@ from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
+from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
-from postproc.cli.report import say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
