@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from postproc import BASE
 from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
     from postproc.settings_files import FitChoices
-
-BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
 NO_FRAME = 1e-3
 """Error [m] beyond which a fit without one of the frames is told so; far beyond it nothing is written."""
@@ -63,7 +62,7 @@ def run(
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
-    words, classes = _effects(effects if effects is not None else ",".join(stated.effects or ()) or BASE)
+    words, classes = _effects(effects if effects is not None else ",".join(stated.effects or BASE))
     station = _station(cell, mounting)
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
@@ -88,7 +87,7 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
 
     words = [word.strip() for word in effects.split(",") if word.strip()]
     if not words:
-        help_ = f"write `--effects {BASE}`"
+        help_ = f"write `--effects {','.join(BASE)}`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
     classes: list[type[Effect]] = []
     for word in words:
