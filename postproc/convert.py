@@ -40,8 +40,8 @@ from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.program.shared_data import say_written_elsewhere
 from postproc.rapid.syntax.edits import Edit
-from postproc.render.header import header_values
-from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
+from postproc.render.header import header_edit, header_values
+from postproc.render.module import change_edits, function_edits, insertion_edits, render_text
 from postproc.render.templates import environment
 from postproc.results.conversion import conversion_values
 from postproc.robot.cells.station import Station
@@ -93,15 +93,6 @@ class _Text:
     function: OnTheController | None
 
 
-@dataclass(frozen=True)
-class _Proof:
-    """Result of following the written text: deviation before and after, and what is known of the program."""
-
-    before: Deviation
-    after: Deviation
-    judged: JudgedProgram
-
-
 def compensate_program(
     source: Source | Sequence[Source], model: Model, options: Options, watch: Watch = unwatched
 ) -> Conversion:
@@ -141,9 +132,9 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, watc
             findings += _sound(more)
             plan = replace(plan, changes=())  # they are edits now, and many
             watch(PROOF[0], PROOF[1])
-            proof, more = _prove(task, plan, text, watch)
+            judged, more = _prove(task, plan, text, watch)
             findings += _sound(more)
-            return _conversion(task, plan, text, proof, findings)
+            return _conversion(task, text, judged, findings)
     except _Refused as refusal:
         findings += refusal.findings
         kept = {s.path: s.data for s in sources if not s.read_only} if refusal.exit_code == 0 else {}
@@ -233,7 +224,7 @@ def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
     """The plan of what is written where, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
-    plan = Planner(task.model, motion, exact, task.events, task.program, chosen).plan()
+    plan = Planner(task.model, motion, exact, task.events, task.program, on_controller=chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
@@ -261,7 +252,7 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
     return function, [] if function is None else [*function.findings]
 
 
-def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[_Proof, list[Diagnostic]]:
+def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[JudgedProgram, list[Diagnostic]]:
     """Follow the written text, compare its deviation with the original's, and judge every statement.
 
     The findings include those of accuracy, joint limits, seams and other worlds.
@@ -282,12 +273,13 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
         options=plan.motion.options,
-        air_tolerance_m=float(plan.path_tolerance.max()),
-        outcomes=outcomes,
+        outcomes=tuple(outcomes),
         lines=lines,
         unmeasured=unseen,
         unproved=unproved(outcomes, events, plan),
-        added=len(plan.insertions),
+        plan=plan,
+        before=before,
+        after=after,
         seams=seams,
         figures=figures,
         accuracy=accuracy,
@@ -296,7 +288,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         remaining=expect_remaining(model, plan.motion),
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )
-    return _Proof(before, after, judged), [*findings, *more, *slower]
+    return judged, [*findings, *more, *slower]
 
 
 def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
@@ -322,16 +314,13 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
         raise _Refused(*error.diagnostics, failed) from None
 
 
-def _conversion(
-    task: _Task, plan: CorrectionPlan, text: _Text, proof: _Proof, findings: Sequence[Diagnostic]
-) -> Conversion:
-    """The result for a program whose written text has been proved: files, plan and deviations."""
-    model, judged = task.model, proof.judged
+def _conversion(task: _Task, text: _Text, judged: JudgedProgram, findings: Sequence[Diagnostic]) -> Conversion:
+    """The result for a program whose written text has been proved."""
     if any(d.matter is Matter.NOT_WHOLE for d in findings):
         judged = replace(judged, accuracy=None)  # what the fit knows is the arm with everything that the model holds
     outputs = _outputs(task, text, judged)
     module = text.function.module.text if text.function is not None else None
-    return Conversion(outputs, tuple(findings), 0, judged, model, module, plan, proof.before, proof.after)
+    return Conversion(outputs, tuple(findings), 0, judged, task.model, module)
 
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
@@ -347,8 +336,7 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
     lines = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
     judged = JudgedProgram(
         options=task.options,
-        air_tolerance_m=task.options.air_tolerance_m,
-        outcomes=outcomes,
+        outcomes=tuple(outcomes),
         lines=lines,
         unmeasured=lines,
         run_time=function.figures(task.options.run_time),
@@ -374,7 +362,7 @@ def _outputs(task: _Task, text: _Text, judged: JudgedProgram) -> dict[str, bytes
     for s in program.sources:
         if edits[s.path] or calls[s.path]:
             at = next(m.head[1] for m in program.modules if m.source is s)
-            edits[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
+            edits[s.path].append(header_edit(env, s, at, head))
     own = [s for s in program.sources if not s.read_only]
     outputs = {s.path: render_text(env, s.data, edits[s.path]) for s in own}
     if function is None:

@@ -254,6 +254,7 @@ class PostprocError(Exception):
         source: Source | None = None,
         span: Span | None = None,
         help: str = "",
+        *,
         exit_code: int = 2,
     ) -> Self:
         """Build the exception from one finding of severity ``error``."""

@@ -12,13 +12,13 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import ModelSchema
 
 from postproc.batch.jobsfile import JobsFile
-from postproc.choices import SettingsFile
 from postproc.effects.base import Effect
 from postproc.effects.parameters import Parameter, Structure
 from postproc.effects.registry import effect_library
 from postproc.measure.read.layout import ColumnMap
 from postproc.model.file import ModelFile
 from postproc.robot.catalogue import RobotFile
+from postproc.settings_files import SettingsFile
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER: dict[str, Any] = {"type": "number"}

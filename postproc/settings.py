@@ -88,7 +88,7 @@ class Settings:
         return {"robot": robot, "robot_from": self.robot_from, "scope": self.options.scope}
 
 
-def told(settings: Settings) -> dict[str, str]:
+def made_with(settings: Settings) -> dict[str, str]:
     """Return what a page says about how its result was made, by label."""
     o = settings.options
     shipped = "shipped with postproc, not measured on this arm"

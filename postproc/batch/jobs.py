@@ -20,7 +20,7 @@ from postproc.model.arm import Model
 from postproc.rapid.program.shared_data import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.robot.controller import read_quietly
-from postproc.settings import Settings, told
+from postproc.settings import Settings, made_with
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 
@@ -96,7 +96,7 @@ def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -
     key = _digest((converter.fingerprint, content, sorted(elsewhere.shared), sorted(elsewhere.written)))
     options = replace(converter.settings.options, elsewhere=elsewhere)
     job = Job(task.name, key, (*own, *shared), converter.model, options)
-    return replace(job, page=page_of(task.name), made=told(converter.settings)) if page else job
+    return replace(job, page=page_of(task.name), made=made_with(converter.settings)) if page else job
 
 
 def _read(path: Path) -> bytes:

@@ -13,11 +13,11 @@ from pydantic import Field
 
 from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
 from postproc.batch.values import BatchPlan, Task
-from postproc.choices import StatedSettings, with_choices
 from postproc.diagnostics import PostprocError, Source
 from postproc.files import read_source, real, stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
+from postproc.settings_files import StatedSettings, with_choices
 from postproc.tomlfile import check, parse_toml, span_of
 
 SettingsAt = Callable[[Path], Settings]

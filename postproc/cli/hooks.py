@@ -20,7 +20,7 @@ from typing import Any
 
 from postproc.cli.app import build
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import say
+from postproc.cli.printing import say
 from postproc.cli.run import BAD_INPUT, guarded, run
 from postproc.diagnostics import PostprocError
 from postproc.rapid.program.program import ENDINGS

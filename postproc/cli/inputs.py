@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc import files
-from postproc.cli.report import STDIN
+from postproc.cli.printing import STDIN
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import VERBOSE, print_document, put, say
+from postproc.cli.printing import VERBOSE, print_document, put, say
 from postproc.diagnostics import PostprocError, visible
 from postproc.files import check_writes, read_source, real, why, write_whole
 

@@ -51,7 +51,7 @@ class RobotOptions:
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
         """Return the settings of programs in a folder: its ``postproc.toml``, then these options and `entry`."""
-        from postproc.choices import StatedSettings, settings_at, with_choices
+        from postproc.settings_files import StatedSettings, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())
         options = replace(chosen.options, entry=entry)

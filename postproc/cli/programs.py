@@ -11,7 +11,7 @@ from postproc.batch.contradictions import contradictions
 from postproc.batch.discover import task_around, with_arm
 from postproc.batch.nearby import arm_nearby, help_nearby
 from postproc.cli.inputs import read_source
-from postproc.cli.report import say, show
+from postproc.cli.printing import say, show
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.files import real
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from postproc.batch.summary import finding_line, result_line
 from postproc.batch.values import TaskOutcome
-from postproc.cli.report import MOST, print_aside, say, width_of
+from postproc.cli.printing import MOST, print_aside, say, width_of
 from postproc.diagnostics import Matter, PostprocError, visible
 from postproc.grouping import grouped
 

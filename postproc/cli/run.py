@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN, VERBOSE, asked_form, print_document, say, show
+from postproc.cli.printing import STDIN, VERBOSE, asked_form, print_document, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.files import SPACE
 

@@ -52,11 +52,10 @@ class JudgedProgram:
     """What is known of a corrected program; where no target is known before it runs nothing is measured.
 
     Args:
-        options: by which it was converted; air_tolerance_m: the largest one where nothing welds.
-        outcomes: of every motion statement.
-        unproved: corrected statements of which not all runs could be followed or measured.
+        options: by which it was converted. outcomes: of every motion statement.
         lines: number of lines and arcs; unmeasured: of those whose deviation is in no figure.
-        added: number of targets in between.
+        unproved: corrected statements of which not all runs could be followed or measured.
+        plan, before, after: what was decided, and the deviation along the way; None where nothing could be measured.
         seams, figures: deviations by seam, and largest ones.
         accuracy: expected at the targets, None if the model was not fitted; limits: use of the joints' limits.
         worlds: in which original and corrected program were compared.
@@ -65,12 +64,13 @@ class JudgedProgram:
     """
 
     options: Options
-    air_tolerance_m: float
-    outcomes: Sequence[StatementOutcome]
+    outcomes: tuple[StatementOutcome, ...]
     lines: int
     unmeasured: int
     unproved: int = 0
-    added: int = 0
+    plan: CorrectionPlan | None = None
+    before: Deviation | None = None
+    after: Deviation | None = None
     seams: Sequence[Seam] = ()
     figures: PathFigures = PathFigures()
     accuracy: Accuracy | None = None
@@ -78,6 +78,16 @@ class JudgedProgram:
     worlds: Worlds = Worlds(0, 0)
     remaining: tuple[float, float] | None = None
     run_time: RunTimeFigures | None = None
+
+    @property
+    def air_tolerance_m(self) -> float:
+        """The largest tolerance of all moves [m]."""
+        return self.options.air_tolerance_m if self.plan is None else float(self.plan.path_tolerance.max())
+
+    @property
+    def added(self) -> int:
+        """Number of targets in between."""
+        return 0 if self.plan is None else len(self.plan.insertions)
 
     @property
     def left(self) -> int:
@@ -97,7 +107,6 @@ class Conversion:
         judged: what is known of the corrected program; model: of the real arm, as far as it holds here; both None where
             nothing was converted.
         module: with the function for run time, None where nothing uses it.
-        plan, before, after: what was decided, and the deviation along the way; None where nothing could be measured.
         report: the ``postproc/compensate/1`` document.
     """
 
@@ -107,9 +116,6 @@ class Conversion:
     judged: JudgedProgram | None = None
     model: Model | None = None
     module: bytes | None = None
-    plan: CorrectionPlan | None = None
-    before: Deviation | None = None
-    after: Deviation | None = None
     report: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -120,4 +126,9 @@ class Conversion:
     @property
     def outcomes(self) -> tuple[StatementOutcome, ...]:
         """What became of every motion statement; none where nothing was converted."""
-        return () if self.judged is None else tuple(self.judged.outcomes)
+        return () if self.judged is None else self.judged.outcomes
+
+    @property
+    def plan(self) -> CorrectionPlan | None:
+        """What was decided; None where nothing could be measured."""
+        return None if self.judged is None else self.judged.plan

@@ -119,6 +119,7 @@ class Planner:
         exact: Exact,
         events: Sequence[MotionEvent],
         program: Program,
+        *,
         on_controller: OnController = OnController(),
     ) -> None:
         self.on_controller = on_controller

@@ -22,11 +22,11 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
     """
     springs = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
-    return with_loads(model, state, deflection, chain, directions(model.robot, chain, springs), springs)
+    return with_loads(model, state, deflection, chain, along=directions(model.robot, chain, springs), springs=springs)
 
 
 def with_loads(
-    model: Model, state: State, deflection: Deflection, chain: Chain, along: Directions, springs: tuple[int, ...]
+    model: Model, state: State, deflection: Deflection, chain: Chain, *, along: Directions, springs: tuple[int, ...]
 ) -> State:
     """Return the states with the poses of the bodies and the loads on joints and on the springs of some bodies.
 

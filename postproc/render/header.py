@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
+
+from jinja2.sandbox import SandboxedEnvironment
 
 from postproc import __version__
 from postproc.compensation.conversion import JudgedProgram
 from postproc.compensation.judgement.accuracy import estimated_stiffness
 from postproc.compensation.options import Options
+from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.numbers import mm
+from postproc.rapid.syntax.edits import Edit
+from postproc.render.lines import indent_after, line_style
+from postproc.render.templates import fill, load_template
 
 
 def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
@@ -58,3 +65,23 @@ def _wrench_text(options: Options) -> str:
     ]
     where = {"all": "along the whole program", "arc": "while the arc burns"}[options.force_on]
     return f"{'; '.join(parts)}, {where}" if parts else ""
+
+
+def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values: Mapping[str, object]) -> Edit:
+    """Edit that adds the comment on what was done, on lines of its own after the MODULE line.
+
+    Args:
+        head_end: byte offset where the MODULE line's declaration ends.
+        values: for the template ``header.j2``.
+    """
+    data = source.data
+    _, newline = line_style(data, max(0, head_end - 1))
+    line_end = data.find(b"\n", head_end)
+    rest = data[head_end : line_end if line_end >= 0 else len(data)]
+    # Something else on the MODULE line: a comment stays there, code is moved to a line of its own.
+    alone = line_end >= 0 and (not rest.strip() or rest.lstrip().startswith(b"!"))
+    offset = line_end + 1 if alone else head_end
+    text = fill(load_template(env, "header.j2"), {**values, "indent": indent_after(data, head_end)})
+    lines = [line.encode("latin-1", "replace") for line in text.split("\n")]
+    block = b"".join(line + newline for line in lines if line.strip())
+    return Edit(offset, offset, block if alone else newline + block)

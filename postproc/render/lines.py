@@ -1,4 +1,7 @@
-"""Long statements on several lines: RAPID takes a line break wherever it takes a blank."""
+"""Lines of RAPID text: how those around a place are indented and ended, and long statements on several of them.
+
+RAPID takes a line break wherever it takes a blank.
+"""
 
 from __future__ import annotations
 
@@ -49,3 +52,23 @@ def _parts(text: str, commas: bool) -> Sequence[str]:
             cuts.append(start)
         last = last if kind == "blank" else token
     return [text[a:b] for a, b in zip(cuts, [*cuts[1:], len(text)], strict=True) if b > a]
+
+
+def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
+    """Indentation of the line at a byte offset (blanks before it only), and its line end, CR LF or LF."""
+    start = data.rfind(b"\n", 0, offset) + 1
+    before = data[start:offset]
+    indent = before[: len(before) - len(before.lstrip())]
+    end = data.find(b"\n", offset)
+    if end < 0:
+        end = start - 1
+    newline = b"\r\n" if end > 0 and data[end - 1 : end] == b"\r" else b"\n"
+    return indent, newline
+
+
+def indent_after(data: bytes, offset: int) -> str:
+    """Indentation of the first line with text after the line at a byte offset; two blanks if there is none near."""
+    for line in data[offset : offset + 4096].split(b"\n")[1:]:
+        if line.strip():
+            return line[: len(line) - len(line.lstrip())].decode("latin-1")
+    return "  "

@@ -23,7 +23,7 @@ from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import literal
 from postproc.rapid.syntax.trees import Number
-from postproc.render.lines import broken
+from postproc.render.lines import broken, line_style
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
@@ -241,45 +241,6 @@ def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[s
             lead = ","  # what stood between them was left out
         kept.append({"lead": lead, "text": text, "role": argument.role})
     return kept
-
-
-def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
-    """Indentation of the line at a byte offset (blanks before it only), and its line end, CR LF or LF."""
-    start = data.rfind(b"\n", 0, offset) + 1
-    before = data[start:offset]
-    indent = before[: len(before) - len(before.lstrip())]
-    end = data.find(b"\n", offset)
-    if end < 0:
-        end = start - 1
-    newline = b"\r\n" if end > 0 and data[end - 1 : end] == b"\r" else b"\n"
-    return indent, newline
-
-
-def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values: Mapping[str, object]) -> Edit:
-    """Edit that adds the comment on the compensation, on lines of its own after the MODULE line.
-
-    Args:
-        head_end: byte offset where the MODULE line's declaration ends.
-        values: for the template ``header.j2``, from `header_values`.
-    """
-    data = source.data
-    _, newline = line_style(data, max(0, head_end - 1))
-    line_end = data.find(b"\n", head_end)
-    rest = data[head_end : line_end if line_end >= 0 else len(data)]
-    # Something else on the MODULE line: a comment stays there, code is moved to a line of its own.
-    alone = line_end >= 0 and (not rest.strip() or rest.lstrip().startswith(b"!"))
-    offset = line_end + 1 if alone else head_end
-    lines = [line.encode("latin-1", "replace") for line in fill(load_template(env, "header.j2"), values).split("\n")]
-    block = b"".join(line + newline for line in lines if line.strip())
-    return Edit(offset, offset, block if alone else newline + block)
-
-
-def indent_after(data: bytes, offset: int) -> str:
-    """Indentation of the first line with text within 4096 bytes after the line at a byte offset; else two blanks."""
-    for line in data[offset : offset + 4096].split(b"\n")[1:]:
-        if line.strip():
-            return line[: len(line) - len(line.lstrip())].decode("latin-1")
-    return "  "
 
 
 def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:

@@ -14,7 +14,7 @@ from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.comparison import workspace_section
 from postproc.results.fit import error_values, fit_values, known_of, parameter_table
 
-LITTLE = 0.05
+HARDLY_ANY = 0.05
 """Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 EACH = "Everything fitted again without the effect: long bars matter."
 BASE = "the model as it came"
@@ -106,7 +106,7 @@ def addition_sentence(found: Addition) -> str:
     if last >= (1 - HELPS) * first:
         helps, text = False, f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
         text += f"{first:.3f} before"
-    elif share is not None and share < LITTLE:
+    elif share is not None and share < HARDLY_ANY:
         helps, text = False, f"Adding {names} hardly helps: {unseen}, {falls}"
     then = "The next `compensate` with this model corrects what it now predicts."
     if not helps:

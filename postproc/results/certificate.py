@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from enum import Enum
 from hashlib import sha256
 
 from postproc.compensation.conversion import Conversion
@@ -16,10 +17,16 @@ COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
     "read back. They are no measurement of this arm."
 )
-KEPT, NOT_KEPT = "The tolerance is kept.", "The tolerance is not kept."
-NOT_SHOWN = "The tolerance is kept in the model; on the arm that is not shown."
 Row = tuple[object, ...]
 LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
+
+
+class Verdict(Enum):
+    """Whether a program keeps its tolerance, in the words of its certificate."""
+
+    KEPT = "The tolerance is kept."
+    NOT_KEPT = "The tolerance is not kept."
+    NOT_SHOWN = "The tolerance is kept in the model; on the arm that is not shown."
 
 
 def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> Document:
@@ -41,14 +48,14 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
             sentence = (
                 "Its targets are corrected on the controller, where alone they are known: nothing could be measured."
             )
-        return _certificate((f"Acceptance of {name}", NOT_KEPT, sentence), document, facts, (), COMPUTED)
+        return _certificate(f"Acceptance of {name}", Verdict.NOT_KEPT, sentence, document, facts=facts, basis=COMPUTED)
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
-    seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
+    keeping = [_keeps(seam, tolerance) for seam in document["welds"]]
+    seams = [_seam(seam, tolerance, kept) for seam, kept in zip(document["welds"], keeping, strict=True)]
     along = (document["max_error_before_mm"], document["max_error_after_mm"])
     limit = air if seams else tolerance
-    path: list[Row] = [
-        ("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(along[1] <= limit))
-    ]
+    near = along[1] <= limit
+    path: list[Row] = [("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(near))]
     for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
         path.append((what, "", f"{document[key]:.3f}", "", ""))
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
@@ -56,14 +63,16 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     if seams:
         of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
         parts.insert(0, _part("Seams, while the arc burns", of_seam, seams))
-    kept = all(row[-1] == _kept(True) for row in seams or path[:1]) and not document["unproved_statements"]
+    kept = all(keeping or [near]) and not document["unproved_statements"]
     facts += [("arm", document["robot"]), *made.items()]
-    sentence = f"{sum(row[-1] == _kept(True) for row in seams)} of {len(seams)} seams keep {tolerance:g} mm."
+    sentence = f"{sum(keeping)} of {len(seams)} seams keep {tolerance:g} mm."
     if not seams:
         sentence = f"{along[1]:.3f} mm of deviation remain along lines and arcs, {tolerance:g} mm are allowed."
-    verdict = NOT_KEPT if not kept else KEPT if shown_on_the_arm(document, tolerance) else NOT_SHOWN
-    head = f"Acceptance of {name}", verdict, f"{sentence} {_sure(document)}"
-    return _certificate(head, document, facts, parts, COMPUTED)
+    verdict = Verdict.NOT_SHOWN if kept else Verdict.NOT_KEPT
+    if kept and shown_on_the_arm(document, tolerance):
+        verdict = Verdict.KEPT
+    told = f"{sentence} {_sure(document)}"
+    return _certificate(f"Acceptance of {name}", verdict, told, document, facts=facts, parts=parts, basis=COMPUTED)
 
 
 def arm_certificate(name: str, found: Comparison) -> Document:
@@ -92,25 +101,27 @@ def arm_certificate(name: str, found: Comparison) -> Document:
     rows = [(what, "" if value is None else f"{value:.3f}", "", "") for what, value in figures]
     columns = ("figure", f"found [{kind.unit}]", f"required [{kind.unit}]", "accepted")
     parts = [_part("Pose accuracy and repeatability after ISO 9283", columns, rows, LEFT_OPEN)]
-    return _certificate(("Accuracy of an arm", "", shown.sentence), document, facts, parts)
+    return _certificate("Accuracy of an arm", None, shown.sentence, document, facts=facts, parts=parts)
 
 
 def _certificate(
-    head: tuple[str, str, str],
+    title: str,
+    verdict: Verdict | None,
+    sentence: str,
     values: Values,
+    *,
     facts: Sequence[tuple[str, str]],
-    parts: Sequence[Section],
+    parts: Sequence[Section] = (),
     basis: str = "",
 ) -> Document:
     """Assemble a certificate.
 
     Args:
-        head: its title, verdict and sentence. facts: what was examined, as (what, with).
+        verdict: None where it is left to who signs. facts: what was examined, as (what, with).
         parts: its tables. basis: what the figures rest on.
     """
-    title, verdict, sentence = head
+    figure = Figure("verdict", "" if verdict is None else verdict.value, "good" if verdict is Verdict.KEPT else "bad")
     examined = _part("what was examined", ("what", "with"), facts)
-    figure = Figure("verdict", verdict, "good" if verdict == KEPT else "bad")
     return Document(
         title=title, values=values, sentence=sentence, figures=[figure], basis=basis, sections=[examined, *parts]
     )
@@ -134,21 +145,17 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
     return rows
 
 
-def _seam(seam: Values, tolerance: float) -> Row:
-    """Return the row of a seam: its tolerance is kept if it was measured, is within it, and nothing was left out."""
+def _keeps(seam: Values, tolerance: float) -> bool:
+    """Tell whether a seam keeps a tolerance [mm]: it was measured, is within it, and nothing was left out."""
     after = seam["after_mm"]
-    kept = after is not None and after <= tolerance and not seam["left"]
-    lines = f"{seam['line_from']} to {seam['line_to']}"
-    figures = _fall(seam["before_mm"], after)
-    return (
-        seam["name"],
-        lines,
-        f"{seam['length_mm']:.0f}",
-        *figures,
-        f"{tolerance:g}",
-        seam["left"],
-        _kept(kept),
-    )
+    return after is not None and after <= tolerance and not seam["left"]
+
+
+def _seam(seam: Values, tolerance: float, kept: bool) -> Row:
+    """Return the row of a seam."""
+    lines, length = f"{seam['line_from']} to {seam['line_to']}", f"{seam['length_mm']:.0f}"
+    figures = _fall(seam["before_mm"], seam["after_mm"])
+    return (seam["name"], lines, length, *figures, f"{tolerance:g}", seam["left"], _kept(kept))
 
 
 def _fall(before: float | None, after: float | None) -> tuple[str, str]:

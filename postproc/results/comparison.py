@@ -42,7 +42,7 @@ GREY = (
     "Grey: what a smooth function of all channels, without physics, reaches on rows that it has not seen. "
     "An effect that jumps can do better."
 )
-NAMED, FOLLOWED = 5, 8
+WORST, FOLLOWED = 5, 8
 """Worst poses, and channels that the residual follows, that a terminal prints."""
 
 
@@ -224,7 +224,7 @@ def _worst(values: Values, error: str, unit: str) -> DataTable:
     """
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
-    return DataTable("worst poses", columns, rows, range(min(NAMED, len(rows))), view="worst")
+    return DataTable("worst poses", columns, rows, range(min(WORST, len(rows))), view="worst")
 
 
 def _figures(values: Values, found: Comparison) -> list[Block]:

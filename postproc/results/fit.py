@@ -15,7 +15,7 @@ from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
-from postproc.results.wording import FEW, held_text, parameter_rows
+from postproc.results.wording import held_text, parameter_rows
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -85,7 +85,7 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
     Args:
         brief: a terminal prints them only where all rows are asked for.
     """
-    rows = [row for key in keys for row in parameter_rows(fit, key, 4 * FEW)]
+    rows = [row for key in keys for row in parameter_rows(fit, key)]
     return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
 
 

@@ -27,67 +27,90 @@ LITTLE = 0.02
 
 def headline(d: Diagnosis) -> str:
     """Say the verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
-    rest = d.unnamed if d.verdict == "unknown" and d.missing and not d.misleading else None
-    # Patterns are known on the rows that were searched: both figures are of those.
-    first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
-    before, after, unit = 1e3 * first, 1e3 * last, f"{d.base.observed.unit} per {d.base.observed.each}"
-    noise = f" The noise is {1e3 * d.floor:.3f} {unit}." if d.floor else ""
-    left = f"{before:.3f} {unit} on rows the fit has not seen"
-    if (d.verdict == "complete" or d.untold) and too_few(d.base):
+    if d.verdict == "complete" or d.untold:
+        return _nothing_found(d)
+    if d.verdict == "missing":
+        what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
+        return f"The model lacks {_named_together(d)}{what}. {_fall(d)}"
+    noise = "" if d.missing else _noise(d)
+    found = ""
+    if d.missing:
+        beside = "and something else that no effect of the library explains"
+        found = f"The model lacks {_named_together(d)}, {beside}. {_fall(d)} "
+    if not d.suspects:
+        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
+    lead = found or "Something is missing that no effect of the library explains. "
+    return f"{lead}{_remaining(d, d.suspects[0])}{noise}"
+
+
+def _unit(d: Diagnosis) -> str:
+    """Return the unit of errors: ``mm per axis``."""
+    return f"{d.base.observed.unit} per {d.base.observed.each}"
+
+
+def _noise(d: Diagnosis) -> str:
+    """Say what the noise is, after a blank; empty where it is not known."""
+    return f" The noise is {1e3 * d.floor:.3f} {_unit(d)}." if d.floor else ""
+
+
+def _nothing_found(d: Diagnosis) -> str:
+    """Say that nothing is missing, or that this data does not tell whether anything is."""
+    left = f"{1e3 * d.base.held_out_rms:.3f} {_unit(d)} on rows the fit has not seen"
+    if too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
         return (
             f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
             f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
         )
-    if d.verdict == "complete" and d.floor is None:
-        return (
-            f"Nothing stands out: what is left ({left}) is no more than how well arm and instrument repeat, as stated."
-        )
-    if d.verdict == "complete":
-        return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
-    if d.untold:
+    if d.verdict != "complete":
         return (
             f"Nothing stands out, but this data cannot tell whether what is left ({left}) is noise: {_would_tell(d)}."
         )
+    if d.floor is None:
+        return (
+            f"Nothing stands out: what is left ({left}) is no more than how well arm and instrument repeat, as stated."
+        )
+    return f"Nothing is missing: what is left ({left}) looks like noise.{_noise(d)}"
+
+
+def _named_together(d: Diagnosis) -> str:
+    """Return all missing effects, each with its place and those that explain this data as well."""
     every = [_named(d, m) for m in d.missing]
-    names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
+    return "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
+
+
+def _fall(d: Diagnosis) -> str:
+    """Say how far the error falls with what is missing, the pattern that remains included, and what the noise is."""
+    rest = d.unnamed if d.verdict == "unknown" and not d.misleading else None
+    # Patterns are known on the rows that were searched: both figures are of those.
+    first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
     them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
-    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} {unit}."
+    fell = f"With {them}, the error on rows the fit has not seen falls from {1e3 * first:.3f} to {1e3 * last:.3f}"
     little = joined([f"`{key}`" for key in of_little_worth(d)])
-    fell += noise + (f" Significant, but worth next to nothing: {little}." if little else "")
-    if d.verdict == "missing":
-        what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
-        return f"The model lacks {names}{what}. {fell}"
-    found = (
-        f"The model lacks {names}, and something else that no effect of the library explains. {fell} "
-        if d.missing
-        else ""
-    )
-    if not d.suspects:
-        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
-    s = d.suspects[0]
+    worth = f" Significant, but worth next to nothing: {little}." if little else ""
+    return f"{fell} {_unit(d)}.{_noise(d)}{worth}"
+
+
+def _remaining(d: Diagnosis, s: Suspect) -> str:
+    """Say what the strongest pattern without a name follows, and what to do about it."""
     same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
-    own = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
+    channels = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
-    follows = f"The remaining structure sits at {at} and follows {own} ({s.pattern}{_extent(d, s)})."
+    if s.share + sum(other.share for other in d.beside) < HARDLY:
+        strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
+        return f"More is left than noise; {strongest}, explains {100 * s.share:.0f} % of it."
+    follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{_extent(d, s)})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
-    lead = found or "Something is missing that no effect of the library explains. "
-    if s.share + sum(other.share for other in d.beside) < HARDLY:
-        return f"{lead}More is left than noise; {_of_strongest(s, own, at)}.{noise if not d.missing else ''}"
-    own = "Written as an effect of your own it can be added." if s.drafts else "A single pose does not tell it."
+    advice = "Written as an effect of your own it can be added." if s.drafts else "A single pose does not tell it."
     if lacking := to_record(d):
-        own = (
-            f"Record {joined([f'`{name}`' for name in lacking])} first: the pattern may stand for what that would tell."
-        )
+        columns = joined([f"`{name}`" for name in lacking])
+        advice = f"Record {columns} first: the pattern may stand for what that would tell."
     elif d.misleading:
-        own = "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
-    return f"{lead}{follows} {own}{noise if not d.missing else ''}"
-
-
-def _of_strongest(s: Suspect, channels: str, at: str) -> str:
-    """Say how little the strongest pattern explains."""
-    return f"the strongest pattern, at {at} along {channels} ({s.pattern}), explains {100 * s.share:.0f} % of it"
+        advice = (
+            "Rows the fit has not seen are predicted worse with it: look there, and measure more before you add it."
+        )
+    return f"{follows} {advice}"
 
 
 def _would_tell(d: Diagnosis) -> str:

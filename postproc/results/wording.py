@@ -14,7 +14,7 @@ from postproc.effects.parameters import unit_suffix
 from postproc.estimation.fitted import Fit
 
 FREE = "any smooth function of the channels"
-FEW = 12  # parameters of one effect that are told one by one
+SINGLY = 48  # parameters of one effect that are told one by one
 BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
 
 
@@ -33,7 +33,7 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
             yield name, factor * float(value), factor * fit.sigma[key, i], shown
 
 
-def parameter_rows(fit: Fit, key: str, most: int) -> list[tuple[str, str, str, str]]:
+def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
     """Return rows of effect, ``half_gap[2]``, ``0.109 ± 0.001`` and ``mrad`` for every fitted parameter.
 
     Where there are more than ``most``, one row has their number.

@@ -21,7 +21,7 @@ from postproc.effects.contract import State
 from postproc.effects.run_time import Law, Laws, RunTimeTables
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
-from postproc.robot.kinematics import body_poses
+from postproc.robot.kinematics import body_poses, skew
 from postproc.runtime.conditions import Conditions, known_effects
 
 SAME = 1e-9
@@ -121,8 +121,8 @@ class _Asked:
         w = largest * np.random.default_rng(0).uniform(-1.0, 1.0, (len(q), LOADS))
         still, nothing = q[:1], np.zeros((1, LOADS))
         joint, body = (part[0] for part in self.moves(still, nothing)[:2])
-        turned = [self.moves(_only(q, j, still), nothing)[0] - joint for j in range(6)]
-        twisted = [self.moves(still, _only(w, j, nothing))[0] - joint for j in range(6)]
+        turned = [self.moves(_alone(q[:, j], j, still), nothing)[0] - joint for j in range(6)]
+        twisted = [self.moves(still, _alone(w[:, j], j, nothing))[0] - joint for j in range(6)]
         unit = [part / largest[:, None] for part in self.moves(still, np.diag(largest))[:2]]
         unit = [unit[0] - joint / largest[:, None], unit[1] - body / largest[:, None]]
         compliance = np.array([unit[1][6 + 6 * b :, 6 * b : 6 * b + 6][:6].T for b in range(7)])
@@ -167,7 +167,7 @@ class _Asked:
         q, still = self.states.q[:PROBES], self.states.q[:1]
         torque, wrenches = self.pushes(q)
         first = self.pushes(still)[0][0]
-        turned = np.array([self.pushes(_only(q, j, still))[0] - first for j in range(6)])
+        turned = np.array([self.pushes(_alone(q[:, j], j, still))[0] - first for j in range(6)])
         if np.abs(torque - first - turned.sum(axis=0)).max() > SAME * max(1.0, np.abs(torque).max()):
             return None
         laws: dict[tuple[int, int], tuple[Law, ...]] = {}
@@ -214,13 +214,6 @@ class _Asked:
         return rows.with_(q=q, robot=robot, gravity=self.model.gravity, T_base_body=body_poses(robot, q), **loads)
 
 
-def _only(values: Array, column: int, rest: Array) -> Array:
-    """Copies (n, m) of the row ``rest`` (1, m), with one column taken from ``values`` (n, m)."""
-    rows = np.repeat(rest, len(values), axis=0)
-    rows[:, column] = values[:, column]
-    return rows
-
-
 def _alone(x: Array, column: int, rest: Array) -> Array:
     """Copies (n, m) of the row ``rest`` (1, m), with one column set to x (n,)."""
     rows = np.repeat(rest, len(x), axis=0)
@@ -236,11 +229,10 @@ def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array
         wrench: (n, 6) force [N] and moment [N m].
         gravity: (3,) in base axes [m/s^2].
     """
-    n, (gx, gy, gz) = len(T), gravity
-    across = -np.array([[0.0, -gz, gy], [gz, 0.0, -gx], [-gy, gx, 0.0]])
+    n = len(T)
     force = np.hstack([np.tile(gravity, n)[:, None], np.zeros((3 * n, 3))])
     # (o + R c) x g is linear in m and m c.
-    about = np.hstack([np.cross(T[:, :3, 3], gravity).reshape(-1, 1), (across @ T[:, :3, :3]).reshape(-1, 3)])
+    about = np.hstack([np.cross(T[:, :3, 3], gravity).reshape(-1, 1), (-skew(gravity) @ T[:, :3, :3]).reshape(-1, 3)])
     columns, wanted = np.vstack([force, about]), np.concatenate([wrench[:, :3].ravel(), wrench[:, 3:].ravel()])
     x = np.linalg.lstsq(columns, wanted, rcond=None)[0]
     same = np.abs(columns @ x - wanted).max() <= SAME * max(1.0, np.abs(wanted).max())

@@ -20,7 +20,7 @@ from postproc.cli.convert.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.options import parse_channel, parse_vector
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_document, say_next, show
+from postproc.cli.printing import print_document, say_next, show
 from postproc.cli.run import run
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source
 from postproc.excerpt import columns

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from postproc.choices import settings_at
 from postproc.diagnostics import PostprocError
+from postproc.settings_files import settings_at
 from tests.batch.folders import program, write
 from tests.batch.test_tree import MOC, backup
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from postproc.choices import settings_at
 from postproc.diagnostics import PostprocError
 from postproc.settings import Settings, read_arm
+from postproc.settings_files import settings_at
 from tests.batch.test_tree import SYS, backup
 
 from .conftest import ARM, Call

@@ -20,7 +20,7 @@ from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import Pose, RobTarget
 from postproc.rapid.motions.units import pose_matrix
 from postproc.report.page import render_certificate, render_page
-from postproc.results.certificate import NOT_SHOWN, program_certificate
+from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
 from postproc.robot.cells.cell import Cell, CellArm
 from postproc.robot.cells.station import Station
@@ -160,7 +160,7 @@ def test_an_estimated_stiffness_says_what_it_means() -> None:
         render_page(conversion_document("p.mod", found)),
         render_certificate(program_certificate("p.mod", found)),
     )
-    assert said in page and said in certificate and NOT_SHOWN in certificate
+    assert said in page and said in certificate and Verdict.NOT_SHOWN.value in certificate
     known = convert(TEXT, force=NO_FORCE)
     assert known.report["expected_remaining_fraction"] is None
     assert "estimated" not in text_of(known) + written(known)

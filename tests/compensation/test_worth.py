@@ -43,10 +43,11 @@ def test_what_is_changed_loses_at_least_half_of_its_error(soft: float) -> None:
     data = f"CONST robtarget a:={target(1350, -500)};\nCONST robtarget b:={target(1350, -300)};"
     lost = arm().with_effects(*arm().effects, Backlash(half_gap_rad=soft * np.array([1e-5, 0, 0, 0, 0, 0])))
     found = convert(module(data, TWICE, SEAMS), lost)
-    assert found.plan is not None and found.before is not None and found.after is not None
+    judged = found.judged
+    assert judged is not None and judged.plan is not None and judged.before is not None and judged.after is not None
     keys = {o.statement.key: o.status for o in found.outcomes}
-    changed = [keys[move.event.statement.key] == "compensated" for move in found.plan.motion.moves]
-    before, after = found.before.goal_distance, found.after.goal_distance
+    changed = [keys[move.event.statement.key] == "compensated" for move in judged.plan.motion.moves]
+    before, after = judged.before.goal_distance, judged.after.goal_distance
     assert sum(changed) > 3
     assert (after <= np.maximum(0.55 * before, 1e-5))[changed].all()
 

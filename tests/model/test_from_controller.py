@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from postproc.choices import StatedSettings, with_choices
 from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.diagnostics import PostprocError
@@ -15,6 +14,7 @@ from postproc.model.from_controller import controller_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import Calibration, read_calibration, read_entries
 from postproc.settings import Settings, read_arm
+from postproc.settings_files import StatedSettings, with_choices
 
 MOC = """MOC:CFG_1.0:6:0::
 #

@@ -16,7 +16,7 @@ from postproc.diagnostics import Source
 from postproc.model.file import default_model
 from postproc.report.drawing.path import path_data
 from postproc.report.page import render_certificate, render_page
-from postproc.results.certificate import KEPT, NOT_SHOWN, program_certificate
+from postproc.results.certificate import Verdict, program_certificate
 from postproc.results.conversion import conversion_document
 from tests.report.conftest import carried, numbers, tables
 
@@ -144,14 +144,14 @@ def test_torques_are_those_of_an_independent_arm(seam: Conversion) -> None:
 
 def test_the_certificate_of_a_program(seam: Conversion) -> None:
     page = render_certificate(program_certificate("hull_seam.mod", seam, {"model": "cell.toml"}))
-    assert NOT_SHOWN in page and "1 of 1 seams keep 0.01 mm." in page
+    assert Verdict.NOT_SHOWN.value in page and "1 of 1 seams keep 0.01 mm." in page
     row = re.search(r"<td[^>]*>rShellSeam</td>.*?</tr>", page, re.DOTALL)
     assert row and ">kept<" in row[0] and f">{seam.report['max_arc_error_after_mm']:.3f}<" in row[0]
     assert page.count("name, date, signature") == 3 and "<script" not in page
     assert "not fitted to measurements" in page
-    for sure, verdict in ((0.005, KEPT), (0.05, NOT_SHOWN)):
+    for sure, verdict in ((0.005, Verdict.KEPT), (0.05, Verdict.NOT_SHOWN)):
         fitted = replace(seam, report={**seam.report, "expected_accuracy": {"within_95_percent_mm": sure}})
-        assert verdict in render_certificate(program_certificate("hull_seam.mod", fitted))
+        assert verdict.value in render_certificate(program_certificate("hull_seam.mod", fitted))
     bad = {**seam.report["welds"][0], "after_mm": 0.02}
     missed = replace(seam, report={**seam.report, "welds": [bad]})
     assert "The tolerance is not kept." in render_certificate(program_certificate("hull_seam.mod", missed))

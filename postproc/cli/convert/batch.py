@@ -13,9 +13,9 @@ from cyclopts.validators import Number
 from postproc.batch.values import Shard
 from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile, RequiredOutput
 from postproc.cli.output import check_outputs, present
+from postproc.cli.printing import say
 from postproc.cli.program_options import TaskOptions
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import say
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -52,7 +52,7 @@ def run(
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import get_ready, run_batch
     from postproc.results.conversion import unknown_accuracy
-    from postproc.settings import told
+    from postproc.settings import made_with
 
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
@@ -71,7 +71,7 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page and report}
-    document = batch_document(folder_or_jobs.name, batch, part, made=told(own), pages=pages)
+    document = batch_document(folder_or_jobs.name, batch, part, made=made_with(own), pages=pages)
     present(document, report, json=json, form=format, text=True, aside=True, root=ready.plan.root)
     say(shown.time_line())
     if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
@@ -81,7 +81,7 @@ def run(
 
 def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | None:
     """Return the number of local processes: stated on the command line, else in the settings file; None if neither."""
-    from postproc.choices import find_settings
+    from postproc.settings_files import find_settings
 
     stated = find_settings(place) if workers is None and scheduler is None else None
     return workers if stated is None else stated[1].batch.workers

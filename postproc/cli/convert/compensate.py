@@ -7,10 +7,10 @@ from pathlib import Path
 from postproc.cli.convert.finish import finish, module_file, show_result
 from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs
+from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import watching
-from postproc.cli.report import STDIN, print_document, show
 from postproc.diagnostics import PostprocError
 from postproc.process import load_scipy
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, ReportFile
 from postproc.cli.output import check_outputs, present
+from postproc.cli.printing import show
 from postproc.cli.progress import watching
-from postproc.cli.report import show
 from postproc.diagnostics import PostprocError, has_errors
 from postproc.files import real
 

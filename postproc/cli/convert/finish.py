@@ -81,14 +81,14 @@ def show_result(
 ) -> None:
     """Print the result on stderr, and write the report and the certificate where their paths are given."""
     from postproc.results.conversion import conversion_document
-    from postproc.settings import told
+    from postproc.settings import made_with
 
-    present(conversion_document(name, result, told(settings)), report, aside=True)
+    present(conversion_document(name, result, made_with(settings)), report, aside=True)
     if certificate is not None:
         from postproc.report.page import render_certificate
         from postproc.results.certificate import program_certificate
 
-        write(certificate, render_certificate(program_certificate(name, result, told(settings))))
+        write(certificate, render_certificate(program_certificate(name, result, made_with(settings))))
 
 
 def _differs(path: Path | None, data: bytes) -> bool:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from postproc.cli.options import Flag, Format
 from postproc.cli.output import present
+from postproc.cli.printing import show
 from postproc.cli.program_options import ProgramOptions
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
 from postproc.cli.progress import watching
-from postproc.cli.report import show
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors
 

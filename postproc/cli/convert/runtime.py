@@ -10,8 +10,8 @@ from postproc.cli.inputs import read_source
 from postproc.cli.options import Flag, RequiredOutput, Tolerance, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present
 from postproc.cli.output import write as write_file
+from postproc.cli.printing import show
 from postproc.cli.progress import watching
-from postproc.cli.report import show
 
 
 def write(

@@ -10,10 +10,10 @@ from postproc.cli.convert.finish import show_result
 from postproc.cli.inputs import read_source
 from postproc.cli.options import CertificateFile, Distance, Flag, ReportFile, RequiredOutput, Tolerance
 from postproc.cli.output import check_outputs, write
+from postproc.cli.printing import print_document, say, show
 from postproc.cli.program_options import ConvertOptions
 from postproc.cli.programs import read_lent, settled
 from postproc.cli.progress import watching
-from postproc.cli.report import print_document, say, show
 from postproc.diagnostics import Source
 
 

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from postproc.cli.inputs import assumed, load_model, read_source
 from postproc.cli.options import AS_WRITTEN, EffectFiles, Flag, SideFiles, positive
 from postproc.cli.output import check_outputs
-from postproc.cli.report import say, show
+from postproc.cli.printing import say, show
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:

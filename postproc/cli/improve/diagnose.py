@@ -11,8 +11,8 @@ from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import ArmFile, Flag, ReportFile, Tables, TextFlag
 from postproc.cli.output import present, write
+from postproc.cli.printing import say_next, show
 from postproc.cli.progress import watching
-from postproc.cli.report import say_next, show
 
 if TYPE_CHECKING:
     from postproc.identification.diagnosis import Diagnosis

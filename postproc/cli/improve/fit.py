@@ -8,23 +8,22 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from postproc import BASE
 from postproc.cli.improve.asked import ArmOptions, MeasuredOptions
 from postproc.cli.inputs import assumed, short_names
 from postproc.cli.options import Flag, Output, Tables, TextFlag, VectorText, parse_vector
 from postproc.cli.output import check_outputs, present, write_model
+from postproc.cli.printing import say, say_next, show
 from postproc.cli.progress import watching
-from postproc.cli.report import say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
-    from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.estimation.fitted import Fit
     from postproc.model.arm import Model
     from postproc.robot.arm import Robot
     from postproc.robot.cells.station import Station
-
-BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
+    from postproc.settings_files import FitChoices
 
 NO_FRAME = 1e-3
 """Error [m] beyond which a fit without one of the frames is told so; far beyond it nothing is written."""
@@ -63,7 +62,7 @@ def run(
     check_outputs((*data, *table.inputs, robot, cell), output)
     arm = load_robot(robot)
     show(doubts(arm))
-    words, classes = _effects(effects if effects is not None else ",".join(stated.effects or ()) or BASE)
+    words, classes = _effects(effects if effects is not None else ",".join(stated.effects or BASE))
     station = _station(cell, mounting)
     say(f"{assumed(arm.name, [c.key for c in classes], table.sigma)}; {robot_from}")
     measured = table.read(data, arm, at=station)
@@ -88,7 +87,7 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
 
     words = [word.strip() for word in effects.split(",") if word.strip()]
     if not words:
-        help_ = f"write `--effects {BASE}`"
+        help_ = f"write `--effects {','.join(BASE)}`"
         raise PostprocError.of("CLI011", "no effect is named", help=help_)
     classes: list[type[Effect]] = []
     for word in words:
@@ -120,7 +119,7 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
 
 def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices, str]:
     """Return arm, cell, choices of ``[fit]`` and the arm's origin: by options, else the nearest ``postproc.toml``."""
-    from postproc.choices import FitChoices, find_settings, in_folder
+    from postproc.settings_files import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
     origin = "arm from `--robot`" if robot is not None else f"arm from `{path}`"

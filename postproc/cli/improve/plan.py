@@ -13,8 +13,8 @@ from postproc.cli.improve.asked import ArmOptions, MeasuredOptions, opened
 from postproc.cli.inputs import short_names
 from postproc.cli.options import AS_WRITTEN, ArmFile, Flag, Output, Tables
 from postproc.cli.output import present, write
+from postproc.cli.printing import say_next
 from postproc.cli.progress import watching
-from postproc.cli.report import say_next
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:

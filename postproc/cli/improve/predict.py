@@ -5,8 +5,8 @@ from __future__ import annotations
 from postproc.cli.improve.asked import ArmOptions, TableOptions, opened
 from postproc.cli.options import ArmFile, Flag, Output
 from postproc.cli.output import write
+from postproc.cli.printing import say, show
 from postproc.cli.progress import watching
-from postproc.cli.report import say, show
 
 
 def run(

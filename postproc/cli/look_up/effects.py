@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli import report
+from postproc.cli import printing
 from postproc.cli.options import EffectFiles, Flag
 from postproc.cli.output import present
 from postproc.diagnostics import has_errors
@@ -21,7 +21,7 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> None:
         json: print the postproc/effects/1 document.
     """
     library = effect_library(effects)
-    report.show(installed_effects()[1])
+    printing.show(installed_effects()[1])
     present(effects_document(library.values()), json=json)
 
 
@@ -45,6 +45,6 @@ def check(file: Path, /, *, json: Flag = False) -> int:
     classes = load_effect_file(file, check=False)
     found = [finding for cls in classes for finding in check_effect(cls)]
     found += keys_taken_twice([*effect_library().values(), *classes])
-    report.show(found)
+    printing.show(found)
     present(check_document(classes, found), json=json)
     return int(has_errors(found))

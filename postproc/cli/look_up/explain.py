@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.cli.report import put
+from postproc.cli.printing import put
 from postproc.diagnostics import PostprocError, did_you_mean
 from postproc.files import explanations
 

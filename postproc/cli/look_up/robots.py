@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.options import Flag
 from postproc.cli.output import present
-from postproc.cli.report import show as show_findings
+from postproc.cli.printing import show as show_findings
 
 if TYPE_CHECKING:
     from postproc.robot.arm import Robot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from postproc.cli.report import put
+from postproc.cli.printing import put
 
 Kind = Literal["model", "settings", "jobs", "columns", "robot"]
 

@@ -56,7 +56,9 @@ class Loaded:
     @cached_property
     def every(self) -> State:
         """The states with the loads on the six joints and on the springs of all seven bodies."""
-        return with_loads(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
+        return with_loads(
+            self.model, self.rest.state, self.rest.deflection, self.chain, along=self.along, springs=ALL_BODIES
+        )
 
     @cached_property
     def own(self) -> State:

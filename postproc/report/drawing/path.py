@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array, blocks, invert
-from postproc.compensation.conversion import Conversion
+from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.plan import CorrectionPlan
 from postproc.effects.contract import State
@@ -44,11 +44,13 @@ class Places:
 
 def path_data(found: Conversion) -> Values:
     """Return what the page draws of a conversion with a plan: encoded columns of numbers, targets and lines of text."""
-    plan, model = found.plan, found.model
-    assert plan is not None and model is not None and found.before is not None and found.after is not None
+    judged, model = found.judged, found.model
+    assert judged is not None and model is not None
+    plan, before, after = judged.plan, judged.before, judged.after
+    assert plan is not None and before is not None and after is not None
     samples, timeline, moves = plan.motion.samples, plan.motion.timeline, plan.motion.moves
     curves, robot = samples.curves, model.robot
-    places = _thinned(_places(curves, found.before, found.after))
+    places = _thinned(_places(curves, before, after))
     of, place, sampled = places.move, places.move + places.u, samples.move + samples.u
     q = _interpolated(sampled, samples.q, place)
     mounts = curves.mounts_at(of, curves.axes_at(of, places.u))
@@ -76,7 +78,7 @@ def path_data(found: Conversion) -> Values:
             "first": exact(np.array([m.first for m in moves])),
             "tolerance": packed(1e3 * plan.path_tolerance),
         },
-        "largest": _largest(found, plan, moves),
+        "largest": _largest(judged, moves),
         "targets": [_target(outcome.statement) for outcome in found.outcomes],
         "sources": _sources(found),
         # Where the arm stands in the frame of the work, which a track or a positioner moves.
@@ -164,12 +166,12 @@ def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts,
     return torque
 
 
-def _largest(found: Conversion, plan: CorrectionPlan, moves: Sequence[Move]) -> Values:
+def _largest(judged: JudgedProgram, moves: Sequence[Move]) -> Values:
     """Return, for each statement, the largest deviation [mm] on lines and arcs over all its runs, before and after."""
-    statements = {outcome.statement.key: i for i, outcome in enumerate(found.outcomes)}
+    statements = {outcome.statement.key: i for i, outcome in enumerate(judged.outcomes)}
     of = np.array([statements.get(m.event.statement.key, -1) for m in moves])
     columns = {}
-    for name, deviation in (("before", found.before), ("after", found.after)):
+    for name, deviation in (("before", judged.before), ("after", judged.after)):
         assert deviation is not None
         largest = np.full(len(statements) + 1, np.nan)
         rows = deviation.space

@@ -27,7 +27,7 @@ from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
-from postproc.render.module import line_style
+from postproc.render.lines import line_style
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import MARKER, NAME
 from postproc.runtime.programs.applied import Applied, apply_module

@@ -1,4 +1,4 @@
-"""What one layer of settings states: ``postproc.toml``, the command line, a jobs file, a job of it; the inner wins."""
+"""Settings from files: what ``postproc.toml``, the command line, a jobs file or a job of it states; the inner wins."""
 
 from __future__ import annotations
 
