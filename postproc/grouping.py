@@ -1,13 +1,14 @@
-"""Values by what they have in common, and what many of them share."""
+"""Values by what they have in common, what many of them share, and what is reached from some."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Hashable, Iterable
 from operator import attrgetter
 from typing import Any, TypeVar
 
 K = TypeVar("K")
 V = TypeVar("V")
+H = TypeVar("H", bound=Hashable)
 
 
 def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
@@ -15,6 +16,17 @@ def grouped(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     found: dict[K, list[V]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)
+    return found
+
+
+def closure(start: Iterable[H], more: Callable[[H], Iterable[H]]) -> set[H]:
+    """All values that are reached: those at the start, and step by step what ``more`` gives for each of them."""
+    found = set(start)
+    pending = list(found)
+    while pending:
+        new = set(more(pending.pop())) - found
+        found |= new
+        pending += new
     return found
 
 

@@ -21,7 +21,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
-from postproc.rapid.execution.calls import AddedMotions
+from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station

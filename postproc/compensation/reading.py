@@ -21,10 +21,9 @@ from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import RobTarget
-from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.program.program import Program
-from postproc.rapid.unknown import Kind, Unknown
+from postproc.rapid.unknown import Kind, Unknown, set_first
 
 IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
 OUT_OF_REACH = IMPOSSIBLE.reason

@@ -23,8 +23,8 @@ from postproc.diagnostics import Diagnostic
 from postproc.motion.path.curves import circle_through
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import Quat, RobTarget
-from postproc.rapid.execution.calls import AddedMotions
 from postproc.rapid.execution.follower import WorldMotion, follow
+from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.worlds import World
 from postproc.rapid.flow.steps import StepReader, comes_back
 from postproc.rapid.motions.units import MM, object_matrix

@@ -6,6 +6,7 @@ not certain); an ``Unknown``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Self
@@ -229,3 +230,12 @@ def unknown_part(data: Data) -> Unknown | None:
         inside = data if tuple in kinds else ()
         return next((unknown for item in inside if (unknown := unknown_part(item)) is not None), None)
     return data if isinstance(data, Unknown) else None
+
+
+def set_first(unknowns: Iterable[Unknown]) -> str | None:
+    """Advice for people, if the first reason is data that nothing sets before it is read; else None."""
+    unknown = next(iter(unknowns), None)
+    if unknown is None or unknown.root.kind is not Kind.UNSET:
+        return None
+    name = unknown.root.subject.strip("`")
+    return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"

@@ -11,7 +11,7 @@ from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.pose import pose_mult
 from postproc.rapid.data.records import JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.data.values import Data
-from postproc.rapid.execution import calls as execution
+from postproc.rapid.execution import all_ways as execution
 from postproc.rapid.execution.path_splitting import SplitBranches
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.unknown import Kind, Unknown

@@ -26,8 +26,8 @@ from postproc.diagnostics import Diagnostic, Matter
 from postproc.grouping import grouped
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey, executions_of
-from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.program.program import Program
+from postproc.rapid.unknown import set_first
 from postproc.robot.pose import pose_error
 
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"

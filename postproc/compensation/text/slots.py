@@ -8,7 +8,7 @@ from typing import Literal
 
 from postproc.compensation.text.values import TargetRequest
 from postproc.rapid.data.events import MotionEvent, Origin, StatementKey
-from postproc.rapid.execution.calls import MAX_CALLS
+from postproc.rapid.execution.interpreter import MAX_CALLS
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.references import Use, declaration_uses
 from postproc.rapid.program.write_effects import WriteEffects

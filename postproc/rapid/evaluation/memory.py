@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.data.arm import call_by_arm
@@ -27,16 +27,6 @@ from postproc.rapid.unknown import (
     unknown_part,
     without_causes,
 )
-
-
-def set_first(unknowns: Iterable[Unknown]) -> str | None:
-    """Advice to set a variable first, if the first reason is data that nothing sets before it is read; else None."""
-    unknown = next(iter(unknowns), None)
-    if unknown is None or unknown.root.kind is not Kind.UNSET:
-        return None
-    name = unknown.root.subject.strip("`")
-    return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"
-
 
 Path = tuple[int | str, ...]  # indices, from 1, and components
 

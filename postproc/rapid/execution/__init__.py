@@ -1,7 +1,8 @@
-"""A program followed in the order in which it runs, by one interpreter.
+"""A program followed in the order in which it runs.
 
-`walk` starts routines, `calls` runs them, `flow` follows branches, `path_splitting` those that only set data,
-`loops` and `jumps` (GOTO) repeat. What the text leaves open an `oracle` is asked: of one without answers both ways are
-followed; `worlds` answer everything, and `follower` keeps the motions of that one way. `measured` says which data the
-program measures, and what makes it known.
+`interpreter` says what statements do; where a program has several ways, `all_ways` follows all of them and `one_way`
+one. `walk` starts the routines of a program, all ways; what only the controller can tell, a branch that sets data may
+decide: `path_splitting` follows its arms one by one. `jumps` turns GOTO into branches and loops, `differences` are
+what a turn of a loop leaves, `findings` what is said on the way. `follower` goes the one way that a world of `worlds`
+chooses. `measured` says which data the program measures, and what makes it known.
 """

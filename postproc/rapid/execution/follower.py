@@ -1,7 +1,6 @@
 """The concrete follower: one way through a program, in a world that answers every question.
 
-It shares expressions, memory and calls with the abstract interpreter; branches, loops, jumps and what is not known are
-decided here by the world.
+Conditions that no data decides, inputs, interrupts and code in none of the files are drawn at random by the world.
 """
 
 from __future__ import annotations
@@ -9,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from postproc.diagnostics import Span
 from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
 from postproc.rapid.data.records import JointTarget, Pose, RobTarget, ToolData, WobjData
 from postproc.rapid.data.values import to_tool, to_wobj
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
-from postproc.rapid.evaluation.memory import Binding, Memory
+from postproc.rapid.evaluation.memory import NOWHERE, Memory
 from postproc.rapid.evaluation.state import AT_START
-from postproc.rapid.execution.calls import AddedMotions
-from postproc.rapid.execution.flow import Flow
+from postproc.rapid.execution.interpreter import AddedMotions
+from postproc.rapid.execution.one_way import OneWay
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
-from postproc.rapid.program.instructions import KNOWN, MOVING
-from postproc.rapid.program.late_binding import LateCall
+from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
@@ -80,7 +79,6 @@ def follow(
         started = [chosen, *(r for r in started if r is not chosen and not r.local)]
     for routine in started:
         memory = follower.memory(routine)
-        follower.adrift = True
         try:
             follower.enter(routine, memory)
         except _Stop:
@@ -95,8 +93,13 @@ def _runs_alone(routine: Routine) -> bool:
     return routine.kind == "PROC" and not routine.parameters and not routine.source.read_only
 
 
-class _Follower(Flow):
-    """Follows one way through a program in which a world decides every condition, input and interrupt at random."""
+class _Follower(OneWay):
+    """Follows one way through a program in which a world decides every condition, input and interrupt at random.
+
+    Args:
+        motions: that have been made, in their order; own: how many of them the original program has too.
+        interrupted: a trap is running; calling: code in none of the files is running a procedure of the files.
+    """
 
     def __init__(
         self,
@@ -113,19 +116,18 @@ class _Follower(Flow):
             changes: write effects of the program, worked out if None.
             added: routines that the original does not have.
         """
-        super().__init__(program, changes, added, world)
+        super().__init__(program, changes, added)
         self.world = world
         self.ordinals = ordinals
         self.constants = WorldDeclared(program, world, self.changes.may_be_written)
+        self.targets = Targets(rooted=False)
         self.motions: list[WorldMotion] = []
         self.traps = [r for r in program.all_routines() if r.kind == "TRAP"]
-        self.interrupted = False
-        self.adrift = False  # the arm has been moved from where the last motion left it
         self.callable = [
             r for r in program.all_routines() if _runs_alone(r) and not r.local and r.name.lower() != "main"
         ]
-        self.calling = False  # from code in none of the files
-        self.count = self.own = 0
+        self.interrupted = self.calling = False
+        self.own = 0
 
     def memory(self, routine: Routine) -> WorldMemory:
         """New memory for a routine that is started from outside the program, not called.
@@ -147,10 +149,21 @@ class _Follower(Flow):
         Raises:
             _Stop: it ends the program, or ``MOST_STATEMENTS`` have been run.
         """
-        self.count += memory.frame.routine.key not in self.added.routines and not self.moves(statement, memory)
-        if self.count > MOST_STATEMENTS or statement.kind == "leave":
+        if memory.frame.routine.key not in self.added.routines and not self.moves(statement, memory):
+            self.spend()
+        if statement.kind == "leave":
             raise _Stop
         return super().statement(statement, memory)
+
+    def spend(self) -> None:
+        """Count one statement, or one turn of a WHILE loop.
+
+        Raises:
+            _Stop: ``MOST_STATEMENTS`` have been run.
+        """
+        super().spend()
+        if self.taken > MOST_STATEMENTS:
+            raise _Stop
 
     def moves(self, statement: Statement, memory: Memory) -> bool:
         """Whether a statement of the routine that runs is itself a motion instruction; calls of routines are not."""
@@ -161,24 +174,15 @@ class _Follower(Flow):
         if not self.moves(statement, memory):
             self.forget_unseen(functions, memory)
 
-    def unknown_turns(
-        self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
-    ) -> None:
-        """Do nothing: turns of a loop that are not followed, being more than ``MAX_TURNS``, are skipped in a world."""
+    def asked(self, condition: Span, memory: Memory) -> bool:
+        """Whether a condition holds: even odds, drawn by its routine and text, anew each time it is asked for."""
+        routine = memory.frame.routine
+        words = routine.source.data[slice(*condition)].decode("latin-1")
+        return self.world.next(f"{routine.key} {words}").random() < 0.5
 
-    def while_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run a WHILE loop as long as the world says that its condition holds; False if its body is left.
-
-        Raises:
-            _Stop: ``MOST_STATEMENTS`` have been run.
-        """
-        while not loop.parts or self.truth(loop.parts[0], memory):
-            self.count += 1
-            if self.count > MOST_STATEMENTS:
-                raise _Stop
-            if not self.body(loop.branches[0].body, memory):
-                return False
-        return True
+    def indices(self, loop: Statement, memory: Memory) -> list[float]:
+        """Values of the index of a FOR loop whose bounds are no numbers: 1 and 2."""
+        return [1.0, 2.0]
 
     # -- motions -------------------------------------------------------------------------------------------------------
 
@@ -191,7 +195,8 @@ class _Follower(Flow):
         """
         if motion.key in self.ordinals:
             # Added statements do not count: the written program goes as far as the original.
-            self.count, self.own = self.count + 1, self.own + 1
+            self.spend()
+            self.own += 1
             if self.own > MOST_MOTIONS:
                 raise _Stop
         arguments = {argument.role: argument for argument in motion.arguments}
@@ -201,8 +206,8 @@ class _Follower(Flow):
         displacement = without_causes(memory.changed.get("@pdisp", Pose()))[0]
         displacement = displacement if isinstance(displacement, Pose) else Pose()
         begins = None
-        if self.adrift and motion.interpolation != "none":
-            self.adrift = False
+        if NOWHERE in memory.ends and motion.interpolation != "none":
+            memory.ends = frozenset()
             begins = self.world.beside(target) if isinstance(target, RobTarget) else None
         assert not isinstance(via, JointTarget)
         self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
@@ -224,7 +229,7 @@ class _Follower(Flow):
         """
         if role not in motion.roles:
             return None
-        read = self.maker.targets.jointtarget if jointed else self.maker.targets.robtarget
+        read = self.targets.jointtarget if jointed else self.targets.robtarget
         target, _ = read(motion.source, motion.span_of(role), memory)
         return None if isinstance(target, Unknown) else target
 
@@ -246,31 +251,15 @@ class _Follower(Flow):
         if routine is not None:
             self.call_routine(routine, (), memory)
 
-    def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Carry out an instruction, or a routine in no file, which may move the arm or call procedures of the files."""
-        super().from_elsewhere(statement, arguments, memory)
-        if statement.word not in KNOWN:
-            self.unseen(statement.word, memory)
-        elif statement.word in MOVING:
-            self.adrift = True
+    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+        """Draw what code in no file does: in 30 % of calls it moves the arm, in 40 % it runs a procedure of the files.
 
-    def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
-        """The routine that a call by name means; None if it is in no file: the world then draws what the call does."""
-        routine = super().late_bound(call, statement, memory)
-        if routine is None:
-            self.unseen("%", memory)
-        return routine
-
-    def unseen(self, name: str, memory: Memory) -> None:
-        """Draw what code in no file does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40
-        %.
-
-        Args:
-            name: of the code, by which the world draws; such a procedure is not run inside another one run so.
+        The world draws by the name of the code. Such a procedure is not run inside another one run so.
         """
-        drawn = self.world.next(f"unseen {name}")
+        drawn = self.world.next(f"unseen {'%' if arguments is None else statement.word}")
         chance = drawn.random()
-        self.adrift = self.adrift or chance < MOVED
+        if chance < MOVED:
+            memory.doubt()
         if chance > 1 - CALLED and self.callable and not self.calling:
             self.calling = True
             self.call_routine(drawn.choice(self.callable), (), memory)

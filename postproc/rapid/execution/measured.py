@@ -7,11 +7,10 @@ from dataclasses import replace
 
 from postproc.diagnostics import Diagnostic, Matter, Source, Span
 from postproc.rapid.data.events import MotionEvent
-from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.nodes import Declaration
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Unknown, set_first
 
 _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robtarget": "target", "loaddata": "load"}
 

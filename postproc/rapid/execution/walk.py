@@ -16,8 +16,8 @@ from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import LOST, Memory
 from postproc.rapid.evaluation.state import AT_START, start_without
-from postproc.rapid.execution.calls import MAX_STEPS, AddedMotions
-from postproc.rapid.execution.flow import Flow
+from postproc.rapid.execution.all_ways import MAX_STEPS, AllWays
+from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.path_splitting import Choice, Place, SplitBranches, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
 from postproc.rapid.motions.wrist_flips import assume_wrist
@@ -67,27 +67,27 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
         help = f"{did_you_mean(entry, (r.name for r in program.all_routines()))} The routines are: {names}".lstrip()
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
-    flow = _followed(program, started, added)
-    count, found = len(flow.recorder.events), tuple(flow.diagnostics)
-    flow.recorder.only_new = True
-    unknown = start_without(flow.changes.everything)
+    run = _followed(program, started, added)
+    count, found = len(run.recorder.events), tuple(run.findings.all)
+    run.recorder.only_new = True
+    unknown = start_without(run.changes.everything)
     for routine in uncalled:
-        if routine.key not in flow.entered:
-            _start(flow, routine, unknown)
-    _follow_rest(flow, unknown)
+        if routine.key not in run.entered:
+            _start(run, routine, unknown)
+    _follow_rest(run, unknown)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        targets = {event.statement.key: event.target for event in flow.recorder.events[:count]}
-        others = {e.statement.key for e in flow.recorder.events[count:] if targets.get(e.statement.key) != e.target}
-        flow.recorder.elsewhere |= others
-        events, flips = assume_wrist(_marked(flow)[:count])
+        targets = {event.statement.key: event.target for event in run.recorder.events[:count]}
+        others = {e.statement.key for e in run.recorder.events[count:] if targets.get(e.statement.key) != e.target}
+        run.recorder.other_targets |= others
+        events, flips = assume_wrist(_marked(run)[:count])
         return Walk(events, (*found, *flips, *rough_orientations(events), *rough_frames(program)))
-    events, flips = assume_wrist(_marked(flow))
+    events, flips = assume_wrist(_marked(run))
     loose = [replace(event, unreachable=True) for event in events[count:]]
-    later = map(forgiven, flow.diagnostics[len(found) :])
+    later = map(forgiven, run.findings.all[len(found) :])
     return Walk(events[:count] + loose, (*found, *later, *flips, *rough_orientations(events), *rough_frames(program)))
 
 
-def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
+def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AllWays:
     """The state after the routines are run in turn, repeated for every arm of branches that decide data motions need.
 
     No arm is chosen where that would be too many combinations or steps; the data is then unknown.
@@ -95,17 +95,17 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
     while True:
-        flow = Flow(program, changes, added)
+        run = AllWays(program, changes, added)
         for forced in ways or [{}]:
-            flow.choices = SplitBranches(forced, met)
+            run.choices = SplitBranches(forced, met)
             for routine in started:
-                flow.check_end(_start(flow, routine, AT_START))
-        more = flow.choices.lacking(flow.recorder.events) if ways else {}
+                run.findings.taught_ends(_start(run, routine, AT_START))
+        more = run.choices.lacking(run.recorder.events) if ways else {}
         if not more:
-            flow.choices = SplitBranches()
-            return flow
+            run.choices = SplitBranches()
+            return run
         branches |= more
-        one = (flow.steps + flow.spare) // len(ways)
+        one = (run.steps + run.spare) // len(ways)
         ways = combinations(branches)
         if one * len(ways) > MAX_STEPS:
             ways = []  # of a long program what they set is not known
@@ -116,26 +116,26 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
     return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
-def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
+def _follow_rest(run: AllWays, unknown: Mapping[str, Data]) -> None:
     """Follow traps and handlers, then routines with motions or calls that no known way has reached.
 
     Args:
         unknown: state at their start, by ``@`` key.
     """
-    for routine in flow.program.all_routines():
+    for routine in run.program.all_routines():
         if not routine.source.read_only:
-            _interrupt(flow, routine, unknown)
-    calls = _calls(flow.program)
-    for routine in flow.program.all_routines():
-        loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
-        if not routine.source.read_only and (loose or any(True for _ in _unreached(flow, routine))):
-            _finish(flow, routine, _start(flow, routine, unknown, routine.key in flow.entered and not loose))
+            _interrupt(run, routine, unknown)
+    calls = _calls(run.program)
+    for routine in run.program.all_routines():
+        loose = routine.key in run.passed_over or not calls.get(routine.key, set()) <= run.followed
+        if not routine.source.read_only and (loose or any(True for _ in _unreached(run, routine))):
+            _finish(run, routine, _start(run, routine, unknown, routine.key in run.entered and not loose))
 
 
-def _marked(flow: Flow) -> list[MotionEvent]:
+def _marked(run: AllWays) -> list[MotionEvent]:
     """The recorded events, marked if their statement also runs on ways that are not followed, to other places."""
-    events, recorder = flow.recorder.events, flow.recorder
-    marked, unshared = recorder.elsewhere, _unshared(flow)
+    events, recorder = run.recorder.events, run.recorder
+    marked, unshared = recorder.other_targets, _unshared(run)
     for i, event in enumerate(events if marked or unshared else ()):
         key = event.statement.key
         if key in marked:
@@ -146,11 +146,11 @@ def _marked(flow: Flow) -> list[MotionEvent]:
     return events
 
 
-def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
+def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
     """Names of numbers, by statement, with other values on ways not followed: no correction may depend on them."""
-    events, found = flow.recorder.events, dict[StatementKey, set[str]]()
-    rows = executions_of(events) if flow.recorder.others else {}
-    for key, target, numbers in flow.recorder.others:
+    events, found = run.recorder.events, dict[StatementKey, set[str]]()
+    rows = executions_of(events) if run.recorder.others else {}
+    for key, target, numbers in run.recorder.others:
         now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]
         names = {name for run in (now, *runs) for name in run}
         apart = {name for name in names if now.get(name) not in [run.get(name) for run in runs]}
@@ -161,60 +161,61 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
     return found
 
 
-def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
+def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
     """Run a routine as if it were started from outside, with unknown parameters; the memory at its end.
 
     Args:
         state: at its start by ``@`` key; supposed: the routine has run before, only what is new in it counts.
     """
-    memory = _memory(flow, routine, state)
+    memory = _memory(run, routine, state)
     memory.frame.supposed = supposed
-    flow.enter(routine, memory)
+    run.enter(routine, memory)
     return memory
 
 
-def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
+def _memory(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Memory:
     """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file."""
     frame, values = unbound_frame(routine), dict(state)
-    memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
-    for key in flow.changes.may_be_written if flow.teaching.names else ():
-        declaration = flow.program.names.get(key)
-        if declaration is not None and flow.teaching.covers(declaration):
+    teaching = run.findings.teaching
+    memory = Memory(run.program, run.changes, run.constants, frame, run.function, values, teaching=teaching)
+    for key in run.changes.may_be_written if teaching.names else ():
+        declaration = run.program.names.get(key)
+        if declaration is not None and teaching.covers(declaration):
             with suppress(Unknown):
                 memory.changed[key] = memory.declared(declaration).data
     return memory
 
 
-def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
+def _interrupt(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> None:
     """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown."""
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
-        if "@moves" not in flow.changes.of(body, routine):
+        if "@moves" not in run.changes.of(body, routine):
             continue
-        memory = _memory(flow, routine, state)
-        forget(memory, flow.changes.everything, Kind.UNCERTAIN)
+        memory = _memory(run, routine, state)
+        forget(memory, run.changes.everything, Kind.UNCERTAIN)
         memory.conditional += 1
-        flow.body(body, memory)
+        run.body(body, memory)
 
 
-def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
+def _finish(run: AllWays, routine: Routine, memory: Memory) -> None:
     """Record each motion of a routine that has no event yet, on its own, with written data and arm position unknown."""
-    forget(memory, flow.changes.everything, Kind.UNCERTAIN)
+    forget(memory, run.changes.everything, Kind.UNCERTAIN)
     for statement in statements_of(routine):
         if statement.kind == "for":
             index = Unknown(Kind.LOOP_INDEX, statement.word)
             memory.frame.bindings[statement.word] = index
     memory.conditional += 1
-    for statement in _unreached(flow, routine):
+    for statement in _unreached(run, routine):
         memory.ends = LOST
-        flow.statement(statement, memory)
+        run.statement(statement, memory)
 
 
-def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
+def _unreached(run: AllWays, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine, in text order, that have no event yet."""
-    path, known = routine.source.path, flow.program.motions
+    path, known = routine.source.path, run.program.motions
     for statement in statements_of(routine):
         key = (path, statement.span[0])
-        if key in known and key not in flow.recorder.visited:
+        if key in known and key not in run.recorder.visited:
             yield statement
 
 

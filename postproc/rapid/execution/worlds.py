@@ -22,7 +22,6 @@ from postproc.rapid.data.values import Data, Fields, Value, single, zero
 from postproc.rapid.evaluation.declared import DeclaredValues, Home
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.execution.oracle import Oracle
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Call, Name
@@ -39,7 +38,7 @@ PLACES = {
 }  # fmt: skip
 
 
-class World(Oracle):
+class World:
     """Values of what is open, drawn by what they are values of.
 
     Args:
@@ -54,7 +53,6 @@ class World(Oracle):
         Args:
             taught: keys of data that an operator may change; words: that a string may be.
         """
-        super().__init__(decides=True)
         self.seed = seed
         self.taught = taught
         self.words = words
@@ -70,14 +68,6 @@ class World(Oracle):
         """A random generator for ``thing`` that is another one at each call, counted per name."""
         count = self.counts[thing] = self.counts.get(thing, 0) + 1
         return self.generator(f"{thing} {count}")
-
-    def condition(self, words: str) -> bool:
-        """Whether a condition holds: even odds, drawn by its routine and text, anew each time it is asked for."""
-        return self.next(words).random() < 0.5
-
-    def turns(self) -> list[float]:
-        """The index values 1 and 2, for a FOR loop whose bounds are not numbers."""
-        return [1.0, 2.0]
 
     def beside(self, target: RobTarget) -> RobTarget:
         """The target moved at random by up to ``BESIDE_MM`` along each axis, where another motion took the arm."""

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from postproc.grouping import closure
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.flow.constants import Constants
 from postproc.rapid.flow.graph import EXIT, Graph, draw
@@ -79,7 +80,7 @@ class Arrivals:
         ]
         leaving = [r for r in traps if r.moves and not comes_back(r.routine, reader)]
         self._adrift = bool(leaving)  # at any moment something may take the arm elsewhere
-        self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_elsewhere()
+        self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_unseen()
 
     def before(self, key: StatementKey) -> State:
         """Motions that may come last before a statement, with what may be written since; empty if none leads there."""
@@ -93,16 +94,14 @@ class Arrivals:
         """Keys of routines in which a failing statement may be passed over by TRYNEXT, in a handler of their own or of
         a routine that their errors reach.
         """
-        pending = [key for key, routine in self._routines.items() if routine.graph.skips]
-        found = set(pending)
-        while pending:
-            for step in _steps(self._routines[pending.pop()].graph):
-                for called in step.routines if isinstance(step, CallStep) else ():
-                    graph = self._routines[called].graph
-                    if called not in found and (not graph.handlers or graph.raises):
-                        found.add(called)
-                        pending.append(called)
-        return frozenset(found)
+
+        def reached(key: str) -> set[str]:
+            """Keys of the routines that a routine calls and that leave their errors to it."""
+            graph = self._routines[key].graph
+            called = {k for step in _steps(graph) if isinstance(step, CallStep) for k in step.routines}
+            return {k for k in called if not self._routines[k].graph.handlers or self._routines[k].graph.raises}
+
+        return frozenset(closure((key for key, routine in self._routines.items() if routine.graph.skips), reached))
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
         """Whether neither data that ``text`` names at a statement nor the program displacement may have been written
@@ -148,15 +147,9 @@ class Arrivals:
         """Set ``moves`` and ``handled`` of each routine: whether it (calls included) or its handlers may move the
         arm.
         """
-        pending = []
-        for key, routine in self._routines.items():
-            routine.moves = any(_moves(step, {}) for step in _steps(routine.graph))
-            pending += [key] if routine.moves else []
-        while pending:
-            for caller in self._callers[pending.pop()]:
-                if not self._routines[caller].moves:
-                    self._routines[caller].moves = True
-                    pending.append(caller)
+        moving = [key for key, r in self._routines.items() if any(_moves(step, {}) for step in _steps(r.graph))]
+        for key in closure(moving, self._callers.__getitem__):
+            self._routines[key].moves = True
         for routine in self._routines.values():
             routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
 
@@ -200,7 +193,7 @@ class Arrivals:
             return LOST if step.unresolved_start or routine.graph.skips else {step.statement.key: NOTHING}
         if not isinstance(step, CallStep):
             return written(state, step.keys)
-        if not state or step.elsewhere:
+        if not state or step.unseen:
             return LOST if state else state
         if routine.graph.skips and _moves(step, self._routines):
             return LOST
@@ -242,10 +235,10 @@ class Arrivals:
                     pending[name] = None
         return entries
 
-    def _calls_elsewhere(self) -> bool:
+    def _calls_unseen(self) -> bool:
         """Whether some call may run a routine in none of the files, or any one of several routines."""
         calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, CallStep))
-        return any(call.elsewhere or len(call.routines) != 1 for call in calls)
+        return any(call.unseen or len(call.routines) != 1 for call in calls)
 
 
 def only(state: State) -> StatementKey | None:
@@ -263,5 +256,5 @@ def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
 def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
     """Whether a step may move the arm: a motion, or a call of a routine that moves or is in no file."""
     if isinstance(step, CallStep):
-        return step.elsewhere or any(key in routines and routines[key].moves for key in step.routines)
+        return step.unseen or any(key in routines and routines[key].moves for key in step.routines)
     return isinstance(step, Go)

@@ -39,12 +39,12 @@ class CallStep:
     """One of some routines runs, by their keys.
 
     Args:
-        elsewhere: perhaps one that is in none of the files, which may move the arm to anywhere.
+        unseen: perhaps one that is in none of the files, which may move the arm to anywhere.
         keys: what the call may write, as the caller calls it.
     """
 
     routines: tuple[str, ...]
-    elsewhere: bool
+    unseen: bool
     keys: Writes
 
 

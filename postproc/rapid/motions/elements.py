@@ -20,10 +20,10 @@ from postproc.rapid.unknown import Kind, Unknown
 
 MOST_ELEMENTS = 200  # of one statement; with more it is left alone
 # A number by lower-case name, what the memory holds for it (one object as long as nothing writes it), and its value.
-Choice = tuple[tuple[str, object, float], ...]
+IndexValues = tuple[tuple[str, object, float], ...]
 
 
-def elements(statement: MotionStatement, memory: Memory) -> list[tuple[Choice, Memory]]:
+def elements(statement: MotionStatement, memory: Memory) -> list[tuple[IndexValues, Memory]]:
     """Every case of a motion statement whose targets are array elements of unknown index, in arrays nothing writes.
 
     Returns:
@@ -94,8 +94,8 @@ def _known(name: Name, memory: Memory) -> bool:
     return True
 
 
-def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[Choice, Memory]]:
-    """Every combination of values of the numbers as a ``Choice``, each with a memory in which they have these values.
+def _cases(values: dict[str, range], memory: Memory) -> Iterator[tuple[IndexValues, Memory]]:
+    """Every combination of values of the numbers, with what memory now holds for them, and a memory with these values.
 
     Args:
         values: range of each number by lower-case name.

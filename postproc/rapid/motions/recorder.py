@@ -9,7 +9,7 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKe
 from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import LOST, NOWHERE, Memory
 from postproc.rapid.flow.states import MOST_WAYS
-from postproc.rapid.motions.elements import Choice, elements
+from postproc.rapid.motions.elements import IndexValues, elements
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.unknown import Kind
@@ -25,7 +25,7 @@ class Recorder:
         last: the last event that moves the arm.
         visited: statements that have an event; first: indices of their first events; went: of the first event of a
             statement to each other target.
-        elsewhere: statements that run again with another target.
+        other_targets: statements that run again with another target.
         others: what numbers statements name on ways that are not followed, and where they go there.
         only_new: only what has not been recorded yet counts.
         cases: of statements to an element that only the controller knows, the last event of each case; reached: by the
@@ -40,9 +40,9 @@ class Recorder:
         self.visited: set[StatementKey] = set()
         self.first: dict[StatementKey, int] = {}
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
-        self.elsewhere: set[StatementKey] = set()
+        self.other_targets: set[StatementKey] = set()
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
-        self.cases: dict[StatementKey, dict[Choice, int]] = {}
+        self.cases: dict[StatementKey, dict[IndexValues, int]] = {}
         self.reached: dict[tuple[object, ...], int] = {}
         self.only_new = False
 
@@ -67,23 +67,17 @@ class Recorder:
         Returns:
             Number of events recorded beyond the first.
         """
-        new, supposed = statement.key not in self.visited, memory.frame.supposed
+        new = statement.key not in self.visited
         self.visited.add(statement.key)
-        if not new and self.only_new:
-            before_it = self.first.get(statement.key) if supposed else self._earlier(statement, memory)
-            if supposed or before_it is not None:
-                known = None if supposed or before_it is None else self.events[before_it]
-                if known is not None and known.numbers:
-                    numbers = named_numbers(statement, known.target_origin, memory)
-                    self.others.add((statement.key, known.target, numbers))
-                memory.ends = LOST
-                return 0
+        if not new and self.only_new and self._is_known(statement, memory):
+            memory.ends = LOST
+            return 0
         ends = memory.ends
         event = self.maker.event(statement, memory, self._before(ends))
         if memory.ends != ends:  # a function in its target has moved the arm
             event = replace(event, start=self.maker.start(self._before(memory.ends), statement, memory))
         if not new and self.only_new and event.reason is not None:
-            self.elsewhere.add(statement.key)
+            self.other_targets.add(statement.key)
             memory.ends = LOST
             return 0
         if event.target is None and (cases := elements(statement, memory)):
@@ -112,7 +106,7 @@ class Recorder:
             self.went.setdefault((statement.key, event.target), index)
         return len(events) - before - 1
 
-    def _each(self, statement: MotionStatement, cases: Sequence[tuple[Choice, Memory]], memory: Memory) -> int:
+    def _each(self, statement: MotionStatement, cases: Sequence[tuple[IndexValues, Memory]], memory: Memory) -> int:
         """Record an execution for each element that may be meant; returns the number of events beyond the first.
 
         If the motion before chose by the same numbers, each case goes on from the place of its own case.
@@ -122,14 +116,14 @@ class Recorder:
         """
         begin, before = memory.ends, len(self.events)
         last = {} if begin <= LOST else self.cases.get(self.events[self.last].statement.key, {})
-        ends: dict[Choice, int] = {}
+        ends: dict[IndexValues, int] = {}
         for choice, case in cases:
             own = {last[choice]} if choice in last and begin == {*last.values()} else begin
             case.ends, case.conditional = frozenset(own) if len(own) == 1 else LOST, memory.conditional + 1
             event = self.maker.event(statement, case, self._before(case.ends))
             if event.target is None:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
-                    self.elsewhere.add(statement.key)
+                    self.other_targets.add(statement.key)
                 continue
             place = reached(event)
             if place not in self.reached and not memory.returning:
@@ -139,6 +133,19 @@ class Recorder:
         self.cases[statement.key] = ends
         memory.ends = frozenset(ends.values()) or LOST
         return max(0, len(self.events) - before - 1)
+
+    def _is_known(self, statement: MotionStatement, memory: Memory) -> bool:
+        """Whether there is an event already for what a statement does now; notes the numbers that it names now."""
+        if memory.frame.supposed:
+            return True
+        before = self._earlier(statement, memory)
+        if before is None:
+            return False
+        known = self.events[before]
+        if known.numbers:
+            numbers = named_numbers(statement, known.target_origin, memory)
+            self.others.add((statement.key, known.target, numbers))
+        return True
 
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """Index of the first event in which the statement went to its present target; None if it has not gone there.

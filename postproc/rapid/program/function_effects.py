@@ -5,9 +5,11 @@ holds where the arm stands: what the controller reads there holds the correction
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
+from itertools import chain
 
 from postproc.diagnostics import Source, Span
+from postproc.grouping import closure, grouped
 from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.program.arguments import BY_REFERENCE
 from postproc.rapid.program.instructions import COUNTING
@@ -63,29 +65,23 @@ def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -
 
 
 def acting_functions(
-    routines: Mapping[str, Routine],
-    changed: Mapping[str, Set[str]],
-    calls: Mapping[str, Set[tuple[str, tuple[tuple[str, str], ...]]]],
+    routines: Mapping[str, Routine], changed: Mapping[str, Set[str]], callers: Mapping[str, Iterable[str]]
 ) -> re.Pattern[bytes] | None:
     """A pattern that matches calls of the program's functions that do more than calculate; None if there is none.
 
     They wait, set a signal, move the arm or write data, or call a routine that does.
 
     Args:
-        routines: by key; changed: keys of the data that each changes.
-        calls: by key of each routine, the routines that it calls, with data passed by reference.
+        routines: by key; changed: keys of the data that each changes; callers: keys of the routines that call each.
     """
     names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
-    acting = set()
+    direct = set()
     for key, routine in routines.items():
         referred = {"%" + p.name for p in routine.parameters if p.mode in BY_REFERENCE}
         lasting = any(k in referred or ("%" not in k and k.split(".")[1:2] in ([], [""])) for k in changed[key])
         if lasting or any(s.kind == "call" and s.word not in names for s in statements_of(routine)):
-            acting.add(key)
-    before = 0
-    while before != len(acting):
-        before = len(acting)
-        acting |= {key for key in routines if any(called in acting for called, _ in calls[key])}
+            direct.add(key)
+    acting = closure(direct, lambda key: callers.get(key, ()))
     return _calls_of({routines[k].name.lower().encode("latin-1") for k in acting if routines[k].kind == "FUNC"})
 
 
@@ -125,27 +121,24 @@ def measured_places(program: Program) -> frozenset[str]:
     reading = {r.name.lower() for r in routines if _READS_POSITION.search(r.source.data, *r.span)}
     if not reading and not any(["found" in motion.roles for motion in program.statements]):
         return frozenset()
-    words = {r.name.lower(): identifiers(r.source.data[slice(*r.span)]) for r in routines}
-    while more := {name for name, own in words.items() if own & reading} - reading:
-        reading |= more
+    naming = grouped((word, r.name.lower()) for r in routines for word in identifiers(r.source.data[slice(*r.span)]))
+    reading = closure(reading, lambda name: naming.get(name, ()))
     found: set[str] = set()
-    copies: list[tuple[set[str], set[str]]] = []
+    copied: dict[str, list[set[str]]] = {}  # by key of data, those of data that it may be copied to
     for routine in routines:
         for statement in statements_of(routine):
             written, value = _written(statement, routine, program)
             names = identifiers(value)
             if _READS_POSITION.search(value) or names & reading:
                 found |= _keys(written, routine, program)
-            else:
-                copies.append((_keys(written, routine, program), _keys(names, routine, program)))
+            elif written:
+                keys = _keys(written, routine, program)
+                for key in _keys(names, routine, program):
+                    copied.setdefault(key, []).append(keys)
             motion = program.motion(routine.source, statement) if statement.kind == "call" else None
             if motion is not None and (place := motion.argument("found")) is not None:
                 found |= _keys(identifiers(place.text.encode("latin-1")), routine, program)
-    before = -1
-    while before != len(found):
-        before = len(found)
-        found |= {key for keys, names in copies if names & found for key in keys}
-    return frozenset(found)
+    return frozenset(closure(found, lambda key: chain.from_iterable(copied.get(key, ()))))
 
 
 def _written(statement: Statement, routine: Routine, program: Program) -> tuple[set[str], bytes]:

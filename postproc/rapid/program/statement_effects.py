@@ -71,7 +71,7 @@ class EffectReader:
         """What a statement of a routine does itself: a motion, call or assignment, or text that cannot be read."""
         if statement.kind not in ("assign", "call", "opaque"):
             return NO_EFFECT
-        motion = self.program.motion(routine.source, statement)
+        motion = self.program.motions.get((routine.source.path, statement.span[0]))
         if motion is not None:
             return self._of_motion(motion, routine)
         data, reading = routine.source.data, _Reading(self, routine)

@@ -60,7 +60,7 @@ class WriteEffects:
         self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
         self.started = frozenset(self._reader.started)
-        self.acting = acting_functions(routines, self.of_routine, calls)
+        self.acting = acting_functions(routines, self.of_routine, callers)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
         self.shared = _shared_keys(program, program.elsewhere.shared)
         self.elsewhere = _shared_keys(program, program.elsewhere.written)
@@ -142,11 +142,12 @@ class WriteEffects:
         self._add_calls(changed, effect.calls, self.of_routine, routine)
         return frozenset(changed)
 
-    def _effects(self, statements: Iterable[Statement], routine: Routine) -> list[StatementEffect]:
+    def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
         """The effects of all statements, and of the functions in them, as far as there are any."""
-        reader, found = self._reader, list[StatementEffect]()
-        for statement in statements:
-            found += (reader.own(statement, routine), reader.functions(statement, routine))
+        reader = self._reader
+        found = [reader.own(statement, routine) for statement in statements]
+        if routine.source.path in self.calling:
+            found += [reader.functions(statement, routine) for statement in statements]
         return [effect for effect in found if effect is not NO_EFFECT]
 
     def _add_calls(

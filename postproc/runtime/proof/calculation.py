@@ -15,10 +15,8 @@ from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.evaluate import evaluate, pick
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import AT_START
-from postproc.rapid.execution.flow import Flow
-from postproc.rapid.execution.oracle import Oracle
+from postproc.rapid.execution.one_way import OneWay
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.statement_effects import StatementEffect
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.trees import Name
 from postproc.rapid.unknown import Kind, Unknown, without_causes
@@ -36,7 +34,7 @@ class RapidError(Exception):
     """A RAPID error that no ERROR handler has taken so far."""
 
 
-class Calculation(Flow):
+class Calculation(OneWay):
     """Runs the functions of RAPID modules again and again; module data keeps its values between calls.
 
     Args:
@@ -52,12 +50,11 @@ class Calculation(Flow):
         found = [d for d in program.diagnostics if d.severity == "error"]
         if found:
             raise PostprocError(found)
-        super().__init__(program, oracle=Oracle(decides=True))
+        super().__init__(program)
         self.data = self.values = _Values()
         routine = next(program.all_routines())
         self.outside = _Data(program, self.changes, self.constants, unbound_frame(routine), self.function)
         self.outside.changed = dict(AT_START)
-        self.taken = 0
 
     def declaration(self, name: str) -> Declaration | None:
         """The declaration of module data with that name, None if there is none."""
@@ -82,7 +79,7 @@ class Calculation(Flow):
         """
         routine = self.program.routine(name)
         assert routine is not None
-        self.taken = self.steps = 0
+        self.taken = 0
         self.call_routine(routine, (), self.outside)
         return self.taken
 
@@ -103,7 +100,7 @@ class Calculation(Flow):
         Raises:
             PostprocError: RUN003, it is no assignment, IF, FOR, RETURN or call.
         """
-        self.taken += 1
+        self.spend()
         self.values.place = statement.span
         if statement.kind not in ("assign", "if", "for", "return", "call"):
             raise _cannot(memory, statement.span, "this statement is not calculated here")
@@ -121,8 +118,21 @@ class Calculation(Flow):
             raise _cannot(memory, statement.span, f"`{statement.word}` is not calculated here")
         super().call(statement, memory)
 
-    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Do nothing, as calls are executed and need no estimate of the data that they may write."""
+    def asked(self, condition: Span, memory: Memory) -> bool:
+        """Refuse a condition that is no truth value.
+
+        Raises:
+            PostprocError: RUN003.
+        """
+        raise _cannot(memory, condition, "this condition is no truth value")
+
+    def indices(self, loop: Statement, memory: Memory) -> list[float]:
+        """Refuse bounds of a FOR loop that are no numbers.
+
+        Raises:
+            PostprocError: RUN003.
+        """
+        raise _cannot(memory, loop.span, "the bounds of this loop are no numbers")
 
 
 class _Values(Accessor):

@@ -1,0 +1,391 @@
+"""All ways through a program at once: where it is not known which is taken, what they leave different is not known.
+
+Branches are followed arm by arm, and meet again. Loops run turn by turn where the text tells how many turns there are,
+else once for all turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.data.values import Data, Value
+from postproc.rapid.evaluation.assign import forget, joined
+from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.evaluation.memory import Exit, Memory
+from postproc.rapid.execution.differences import differing, present
+from postproc.rapid.execution.findings import WalkFindings
+from postproc.rapid.execution.interpreter import AddedMotions, Interpreter
+from postproc.rapid.execution.jumps import UNTIL, jumps_in, structured
+from postproc.rapid.execution.path_splitting import Ends, Place, SplitBranches
+from postproc.rapid.flow.constants import MAX_TURNS, counted
+from postproc.rapid.motions.events_of import EventMaker
+from postproc.rapid.motions.recorder import Recorder
+from postproc.rapid.program.arguments import Piece
+from postproc.rapid.program.instructions import STATE
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.unknown import Kind, Unknown, without_causes
+
+MAX_STEPS = 100_000  # statements executed; from there on every loop runs once and calls are passed over
+MOST_STEPS_ABOVE = 2  # times MAX_STEPS: from there on what is in a loop is not followed at all
+MOTION_STEPS = 5  # that an execution of a motion counts as
+MAX_DEPTH = 80  # blocks and calls inside one another
+MAX_IDLE_TURNS = 300  # of one loop that moves nothing
+MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; after them all it changes is unknown
+
+
+class AllWays(Interpreter):
+    """Follows all ways through a program; the ``recorder`` keeps every motion as an event.
+
+    Args:
+        entered: keys of the routines that have been entered.
+        choices: branches of which one arm is taken, and what is known of others.
+        steps: that have been taken, beyond the ``spare`` ones that a long program has more; depth: of blocks and calls.
+    """
+
+    def __init__(
+        self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
+    ) -> None:
+        """Set up the walk of a program, with nothing executed yet.
+
+        Args:
+            changes: write effects of the program, worked out if None.
+            added: motions and routines written into the program.
+        """
+        super().__init__(program, changes, added)
+        self.findings = WalkFindings(program, self.data)
+        self.maker = EventMaker(program, self.findings.all, named=added is None)
+        self.recorder = Recorder(self.maker)
+        self.choices = SplitBranches()
+        self.entered: set[str] = set()
+        self.spare = 10 * (len(program.statements) - len(self.added.motions))
+        self.steps = -self.spare
+        self.depth = 0
+        self._jumps: dict[str, Mapping[str, int]] = {}  # by routine
+
+    def exhausted(self, source: Source) -> bool:
+        """Whether more than ``MAX_STEPS`` steps are taken, so that no more turns and calls are followed (warns once).
+
+        Args:
+            source: the file at which the warning is reported.
+        """
+        if self.steps <= MAX_STEPS:
+            return False
+        self.findings.too_long(source)
+        return True
+
+    def beyond(self, routine: Routine, depth: int) -> bool:
+        """Whether a call of a routine is not run, being inside ``depth`` others or after too many steps."""
+        counted = routine.key not in self.added.routines
+        return counted and (super().beyond(routine, depth) or self.exhausted(routine.source))
+
+    # -- routines and statements ---------------------------------------------------------------------------------------
+
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        """Run a routine's body on ``memory``, which then holds what is common to all ways out of the routine.
+
+        Returns:
+            Its value; Unknown if several RETURN statements may decide it, None if it returns nothing.
+        """
+        self.entered.add(routine.key)
+        steps = self.steps
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
+        reached = self.body(routine.body, memory)
+        if routine.key in self.added.routines:
+            self.steps = steps
+        exits = memory.frame.exits
+        if not exits:
+            return None
+        ways = [*([Exit(memory.changed, memory.ends)] if reached else ()), *exits]
+        memory.changed = joined([way.changed for way in ways if way.goes_on] or [memory.changed], self.program)
+        memory.ends = self.recorder.either(*(way.ends for way in ways))
+        values = [way.value for way in exits if way.value is not None]
+        return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
+
+    def body(self, statements: Sequence[Statement], memory: Memory) -> bool:
+        """Run statements on ``memory``; True if their end is reached, False if RETURN or EXIT leaves it."""
+        if self.depth > MAX_DEPTH:
+            forget(memory, self.changes.everything, Kind.CHANGED_TOO_DEEPLY)
+            self.steps += 100
+            return True
+        self.steps += 1  # an empty body costs time too
+        self.depth += 1
+        reached = True
+        for statement in structured(tuple(statements), self.jumps_of(memory.frame.routine)):
+            if not self.statement(statement, memory):
+                reached = False
+                break
+        self.depth -= 1
+        return reached
+
+    def statement(self, statement: Statement, memory: Memory) -> bool:
+        """Run one statement on ``memory`` and count it; False if it leaves the body in which it stands."""
+        self.steps += (memory.frame.routine.source.path, statement.span[0]) not in self.added.motions
+        if self.program.taught:
+            self.findings.taught_moves(statement, memory)
+        return super().statement(statement, memory)
+
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
+        """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
+        self.forget_unseen(functions, memory)
+        routine = memory.frame.routine
+        if statement.kind in ("assign", "return"):
+            return
+        if statement.kind == "call":
+            moves = self.program.motion(routine.source, statement) is not None
+            still = memory.trial or memory.returning
+            if not still if moves else self.program.routine(statement.word, routine.module) is not None:
+                return
+        forget(memory, self.changes.through(functions, routine), Kind.WRITTEN_BY_FUNCTION)
+
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
+        self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
+        more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
+        self.steps += more
+        if "found" in motion.roles:
+            self.search(motion, memory)
+
+    def set_state(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
+        """Carry out an instruction of ``STATE``; a name in it that is declared nowhere is reported."""
+        super().set_state(word, pieces, memory)
+        source = memory.frame.routine.source
+        self.findings.undeclared_state(memory.changed.get(STATE[word]), source, self.maker.missing)
+
+    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+        """Report a call of code in none of the files, taken not to move the arm; nothing may be added to the way."""
+        memory.doubt()
+        if arguments is None:
+            self.findings.late(statement, memory.frame.routine.source)
+        else:
+            self.findings.unseen(statement, arguments, memory.frame.routine.source)
+
+    def asked(self, condition: Span, memory: Memory) -> bool | None:
+        """None: both ways are followed."""
+        return None
+
+    def deciding(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
+
+        In added routines an assumed value counts as certain.
+        """
+        data = super().deciding(span, memory)
+        if memory.frame.routine.key in self.added.routines:
+            return without_causes(data)[0]  # a place is worked out of places that are assumed
+        return data
+
+    # -- jumps ---------------------------------------------------------------------------------------------------------
+
+    def jumps_of(self, routine: Routine) -> Mapping[str, int]:
+        """How many GOTO statements lead to each label of a routine, by lower-case label (only those with one)."""
+        if routine.key not in self._jumps:
+            self._jumps[routine.key] = jumps_in(routine)
+        return self._jumps[routine.key]
+
+    def jump(self, statement: Statement, memory: Memory) -> bool:
+        """Go on behind a GOTO, which may skip what follows it; at its label the ways meet again.
+
+        There all is unknown that the routine may write: it may have changed before the jump.
+        """
+        routine = memory.frame.routine
+        if statement.kind == "goto":
+            memory.conditional += 1
+        elif statement.word in self.jumps_of(routine):
+            forget(memory, self.changes.of_routine[routine.key], Kind.CHANGED_BEFORE_JUMP)
+            memory.doubt()
+        return True
+
+    # -- branches ------------------------------------------------------------------------------------------------------
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        """Run IF or TEST: the arm that is known to be taken, else each that may be; False if none reaches the end."""
+        place = (memory.frame.routine.source.path, statement.span[0])
+        if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
+            return self.forced(statement, place, memory)
+        self.findings.relied_on(statement, memory)
+        ways, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
+        out, uncertain = len(exits), False
+        for arm, branch in enumerate(statement.branches):
+            verdict = self.chosen(statement, branch.conditions, memory)
+            if verdict is False:
+                continue
+            if verdict is True and not uncertain:
+                return self.body(branch.body, memory)
+            uncertain = True
+            way, left = memory.branch(), len(exits)
+            if self.body(branch.body, way):
+                ways.append(way)
+                arms[arm] = way.changed
+            elif returned := [exit_ for exit_ in exits[left:] if exit_.goes_on]:
+                arms[arm] = returned[-1].changed
+            if verdict is True:
+                break
+        else:
+            if not uncertain:
+                return True
+            ways.append(memory)  # none of the conditions holds
+            arms[len(statement.branches)] = None
+        if not memory.trial and len(arms) > 1:
+            self.choose(statement, arms, any(way.goes_on for way in exits[out:]), memory)
+        if not ways:
+            return False
+        self.meet(ways, memory)
+        parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
+        forget(memory, parameters, Kind.UNDECIDED)
+        return True
+
+    def meet(self, ways: Sequence[Memory], memory: Memory) -> None:
+        """Set ``memory`` to what is common to the ends of several ways that began from it and meet here."""
+        conditional = [way.conditional - 1 for way in ways if way is not memory]
+        memory.changed, memory.ends, memory.conditional = (
+            joined([way.changed for way in ways], self.program),
+            self.recorder.either(*(way.ends for way in ways)),
+            max([memory.conditional, *conditional]),
+        )
+
+    def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
+        """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own
+        later.
+
+        Args:
+            arms: data at the end of each arm by its number, None for no arm; left: an arm ends the routine.
+        """
+        routine, changes = memory.frame.routine, self.changes
+        keys = changes.of_one(statement, routine)
+        if "@moves" not in keys:
+            written = [
+                frozenset[str]().union(*(changes.of_one(inner, routine) for inner in branch.body))
+                for branch in statement.branches
+            ]
+            self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
+
+    def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
+        """Whether nothing decides which arm of a branch is taken, and arm number ``arm`` may be the one."""
+        verdicts = [self.chosen(statement, branch.conditions, memory) for branch in statement.branches]
+        possible = arm == len(verdicts) or verdicts[arm] is not False
+        return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
+
+    def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
+        """Run only the arm of a branch that ``choices.forced`` names; False if it does not reach its end.
+
+        What not every arm sets, or not to one value, becomes unknown.
+        """
+        if not memory.trial and self.choices.again(place):
+            memory.doubt()  # the arm may have come here by another choice
+        arm, choice = self.choices.forced[place], self.choices.found[place]
+        reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
+        forget(memory, choice.keys - choice.certain, Kind.UNDECIDED)
+        return reached
+
+    # -- loops ---------------------------------------------------------------------------------------------------------
+
+    def turns(self, loop: Statement, memory: Memory) -> bool:
+        """Run a FOR loop turn by turn, as far as its turns are known and not too many; the others at once."""
+        bounds = [self.deciding(span, memory) for span in loop.parts]
+        indices = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
+        known = indices is not None
+        for index in indices or ():
+            if self.exhausted(memory.frame.routine.source):
+                known = False
+                break
+            memory.frame.bindings[loop.word] = Value(index, "num")
+            if not self.body(loop.branches[0].body, memory):
+                return False
+        if not known:
+            memory.frame.bindings[loop.word] = Unknown(Kind.LOOP_INDEX, loop.word)
+            self.unknown_turns(loop, memory)
+        return True
+
+    def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run a WHILE loop on ``memory``; True if its end is reached, False if its body is left or it never ends."""
+        condition = loop.parts[0] if loop.parts else (0, 0)
+        words = memory.frame.routine.source.data[condition[0] : condition[1]]
+        if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
+            self.unknown_turns(loop, memory, certain=True)
+            memory.leave(goes_on=False)
+            return False
+        keys = self.changes.of_one(loop, memory.frame.routine)
+        turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
+        if not self.can_end(condition, keys, memory):
+            turns = 1
+        for _ in range(turns):
+            verdict = self.truth(condition, memory)
+            if verdict is (loop.word == UNTIL):
+                return True
+            if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
+                break
+            before = present(memory, keys)
+            if not self.body(loop.branches[0].body, memory):
+                return False
+            if not differing(before, present(memory, keys)):
+                break  # nor will it in the next turn: what ends the loop is not known
+        self.unknown_turns(loop, memory)
+        return True
+
+    def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
+        """Whether the loop's body may change data that its condition names.
+
+        Args:
+            keys: of the data that the loop may change.
+        """
+        try:
+            names = names_in(self.data.tree(condition, memory))
+        except Unknown:
+            return False
+        found = (memory.find(name) for name in names)
+        return any("%" + name in keys for name in names) or any(d.key in keys for d in found if d is not None)
+
+    def unknown_turns(self, loop: Statement, memory: Memory, certain: bool = False) -> None:
+        """Follow the body of a loop of unknown turns once, with all data unknown that differs between turns.
+
+        If it moves the arm, its beginning is followed again from its end, up to the first motion, as in a second turn.
+
+        Args:
+            certain: the body is known to run at least once.
+        """
+        routine = memory.frame.routine
+        keys = self.changes.of_one(loop, routine)
+        if self.steps > MOST_STEPS_ABOVE * MAX_STEPS:
+            forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
+            memory.doubt()
+            return
+        body, moves = loop.branches[0].body, "@moves" in keys
+        functions = self.changes.through(self.changes.of_functions(loop, routine), routine)
+        keys = self.varying(body, memory, keys) | functions | (keys & {UNSEEN})
+        forget(memory, keys, Kind.CHANGED_IN_LOOP)
+        begin = memory.ends
+        memory.conditional += not certain
+        if not self.body(body, memory):
+            memory.ends = frozenset()
+        elif moves and not memory.trial and not memory.returning and not self.recorder.only_new:
+            next_turn = replace(memory.aside(), trial=False, returning=True)
+            forget(next_turn, keys, Kind.CHANGED_IN_LOOP)
+            self.body(body, next_turn)
+        memory.conditional -= not certain
+        forget(memory, keys, Kind.CHANGED_IN_LOOP)
+        memory.ends = self.recorder.either(memory.ends, begin)
+
+    def varying(self, body: Sequence[Statement], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
+        """Keys of data that may differ from one turn of a loop to the next; at worst all ``keys``.
+
+        They are found by trial turns, in which no motion is recorded and of which nothing is kept.
+        """
+        found: set[str] = {UNSEEN} & keys
+        if memory.trial or self.exhausted(memory.frame.routine.source):
+            return keys
+        for _ in range(MAX_TRIALS):
+            trial = memory.aside()
+            forget(trial, found, Kind.CHANGED_IN_LOOP)
+            before = present(trial, keys)
+            self.body(body, trial)
+            changed = differing(before, present(trial, keys))
+            if changed <= found:
+                return frozenset(found)
+            found |= changed
+        return keys

@@ -1,0 +1,110 @@
+"""One way through a program: every condition has an answer, every jump is made, every turn of a loop is run."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+from postproc.diagnostics import Span
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.data.values import Data, Value
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.execution.interpreter import Interpreter
+from postproc.rapid.flow.constants import counted
+from postproc.rapid.program.statement_effects import StatementEffect
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.unknown import Unknown, without_causes
+
+
+class OneWay(Interpreter):
+    """Takes one way through a program.
+
+    Args:
+        goal: the label, in lower case, to which the last GOTO leads; None once it is reached.
+        taken: statements and turns of WHILE loops that have been run.
+    """
+
+    goal: str | None = None
+    taken = 0
+
+    @abstractmethod
+    def asked(self, condition: Span, memory: Memory) -> bool:
+        """Whether a condition holds that no data decides."""
+
+    @abstractmethod
+    def indices(self, loop: Statement, memory: Memory) -> list[float]:
+        """Values of the index of a FOR loop whose bounds no data gives."""
+
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Do nothing."""
+
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
+        """Do nothing: functions of the program run where they are called."""
+
+    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+        """Do nothing: code in none of the files counts as writing what it is given."""
+
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        """Run a routine's body on ``memory`` and return its value, None if it returns nothing."""
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
+        self.body(routine.body, memory)
+        self.goal = None
+        return memory.frame.exits[-1].value if memory.frame.exits else None
+
+    def body(self, statements: Sequence[Statement], memory: Memory) -> bool:
+        """Run statements on ``memory`` and follow every GOTO to its label.
+
+        Returns:
+            Whether their end is reached; False with ``goal`` set if a GOTO leads to a label outside of them.
+        """
+        at, labels = 0, dict[str, int]()
+        while at < len(statements):
+            if self.statement(statements[at], memory):
+                at += 1
+                continue
+            if self.goal is not None and not labels:
+                labels = {s.word: i for i, s in reversed([*enumerate(statements)]) if s.kind == "label"}
+            if self.goal is None or self.goal not in labels:
+                return False
+            at, self.goal = labels[self.goal], None
+        return True
+
+    def jump(self, statement: Statement, memory: Memory) -> bool:
+        """Leave the body at a GOTO, to go on at its label; go on behind a label."""
+        if statement.kind == "goto":
+            self.goal = statement.word
+        return statement.kind == "label"
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        """Run the first arm of IF or TEST that is taken; False if its end is not reached."""
+        for branch in statement.branches:
+            if self.chosen(statement, branch.conditions, memory):
+                return self.body(branch.body, memory)
+        return True
+
+    def turns(self, loop: Statement, memory: Memory) -> bool:
+        """Run all turns of a FOR loop, none where there are too many; False if its body is left."""
+        bounds = [self.deciding(span, memory) for span in loop.parts]
+        known = all(isinstance(bound, float) for bound in bounds)
+        for index in (counted(*bounds) or []) if known else self.indices(loop, memory):
+            memory.frame.bindings[loop.word] = Value(index, "num")
+            if not self.body(loop.branches[0].body, memory):
+                return False
+        return True
+
+    def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        """Run a WHILE loop as long as its condition holds; False if its body is left."""
+        while not loop.parts or self.truth(loop.parts[0], memory):
+            self.spend()
+            if not self.body(loop.branches[0].body, memory):
+                return False
+        return True
+
+    def deciding(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span, by which a way is chosen: what is assumed counts as certain."""
+        return without_causes(super().deciding(span, memory))[0]
+
+    def spend(self) -> None:
+        """Count one statement, or one turn of a WHILE loop."""
+        self.taken += 1
