@@ -23,11 +23,9 @@ TELLING = 9.0
 """Square of the deviations by which two effects must differ to be told apart."""
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
-NEARLY = 16.0
-"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
-CERTAIN, UNSURE = 0.03, 0.15
-"""Share of what is left that a pattern must explain where repeats tell how much of it is noise, and where none do: what
-one function of the angles leaves looks like another one."""
+UNSURE = 0.15
+"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
+the angles leaves looks like another one."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
