@@ -13,6 +13,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
+    CLEARLY,
     convincing,
     judged,
     predicts_better,
@@ -21,7 +22,6 @@ from postproc.identification.acceptance import (
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
-from postproc.identification.gain import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
 from postproc.patterns.place import with_and_without_a_row

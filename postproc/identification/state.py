@@ -16,13 +16,16 @@ from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.gain import UNSURE
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.suspects import Suspect
+
+UNSURE = 0.15
+"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
+the angles leaves looks like another one."""
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,9 @@ from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
 """Patterns at one place that are kept, and of all places in the end."""
-SHARPER, SWITCHED = 1.65, 3.0
-"""As much more as a saw tooth may take off than its wave, and what acts in a third of the rows than the same in all."""
+SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
+"""As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
+third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 Kind = tuple[tuple[str, ...], str]
@@ -175,9 +176,9 @@ class PatternScreen:
         found, closest = list[Suspect](), dict[Kind, Suspect]()
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if self._could(one, SHARPER) < least:
+            if self._could(one, NARROWER) < least:
                 break
-            if _kind(one) not in closest:
+            if _kind(one) not in closest and (one.form.kind == "window" or self._could(one, SHARPER) >= least):
                 closest[_kind(one)] = self._closest(one, found)
                 plain = max(plain, closest[_kind(one)].evidence)
         best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
