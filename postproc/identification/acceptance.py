@@ -21,9 +21,15 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.gain import NEAR, laplace
+from postproc.identification.gain import laplace
 from postproc.measure.significance import CHANCE
 from postproc.model.arm import Model
+
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+CLEARLY = 2.0
+"""Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
+is left."""
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:

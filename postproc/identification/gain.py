@@ -1,4 +1,4 @@
-"""What effects and patterns are worth, as 2 log of odds, and the thresholds of the search in one table."""
+"""What effects are worth, as 2 log of odds: their forms by a score test, fitted parameters by Laplace's method."""
 
 from __future__ import annotations
 
@@ -16,18 +16,6 @@ from postproc.estimation.solving.determined import WIDE
 from postproc.identification.candidates.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
-CLEARLY = 2.0
-"""Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
-is left."""
-TELLING = 9.0
-"""Square of the deviations by which two effects must differ to be told apart."""
-NEAR = 0.9
-"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
-NEARLY = 16.0
-"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
-CERTAIN, UNSURE = 0.03, 0.15
-"""Share of what is left that a pattern must explain where repeats tell how much of it is noise, and where none do: what
-one function of the angles leaves looks like another one."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 

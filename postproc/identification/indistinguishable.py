@@ -12,12 +12,14 @@ from postproc.estimation.evidence import CLOSE, NOTHING, schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.gain import DIM, TELLING
+from postproc.identification.gain import DIM
 
 PARTS, SHARE = 20, 0.7
 """Random parts of the poses that are asked, and how many poses each has."""
 MOST = 8
 """Rivals that are asked, the best by evidence first."""
+TELLING = 9.0
+"""Square of the deviations by which two effects must differ to be told apart."""
 FREE = 1e-3
 """Share of its penalty that a free function keeps where it is asked what it could do."""
 

@@ -16,13 +16,16 @@ from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.gain import CERTAIN, UNSURE
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.suspects import Suspect
+
+UNSURE = 0.15
+"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
+the angles leaves looks like another one."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +90,10 @@ class SearchState:
         return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns with positive evidence that explain enough of the residual, strongest first.
+        """Return the patterns with positive evidence, strongest first.
 
-        That is `CERTAIN`, and `UNSURE` where the noise is not known, unless they follow the time from pose to pose,
-        which is not the arm's.
+        Where the noise is not known, they explain `UNSURE` of the residual, unless they follow the time from pose to
+        pose, which is not the arm's.
 
         Args:
             asked: log evidence below which patterns may be missing from the result.
@@ -103,7 +106,7 @@ class SearchState:
         def enough(suspect: Suspect) -> bool:
             """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return suspect.fall > (CERTAIN if known or slow else UNSURE) * self.fit.linear.square
+            return known or slow or suspect.fall > UNSURE * self.fit.linear.square
 
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 

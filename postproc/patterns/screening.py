@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.patterns.curves import sharper
+from postproc.patterns.curves import FINE, sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
@@ -20,9 +20,7 @@ from postproc.patterns.place import Place, above, taken_off, with_and_without_a_
 from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
-"""Patterns at one place that are kept, and that are told in the end."""
-FINE = 400
-"""Edges of a pattern that are told at most."""
+"""Patterns at one place that are kept, and of all places in the end."""
 SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
 third of the rows than the same in all."""

@@ -12,12 +12,12 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, loads_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.evidence import f_test
+from postproc.estimation.evidence import CLOSE, f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import pull
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.gain import NEARLY, laplace
+from postproc.identification.gain import laplace
 from postproc.model.derivatives.places import displacement_parts, load_parts
 
 POSES = 120
@@ -130,7 +130,7 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
     whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
     some = [_moved(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
-    near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
+    near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
 
 
