@@ -146,14 +146,6 @@ def test_a_routine_called_twice_is_edited_once() -> None:
     accurate(text, found)
 
 
-def test_an_inline_target_is_edited_where_it_stands() -> None:
-    text = module("", f"MoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;")
-    found = convert(text)
-    for x, y in zip(body_of(text), body_of(written(found)), strict=True):
-        assert x != y and NUMBERS.sub("#", x) == NUMBERS.sub("#", y)
-    accurate(text, found)
-
-
 def test_array_element_with_a_literal_index() -> None:
     """Only the elements that are used change."""
     text = module(
@@ -394,17 +386,6 @@ def test_work_object_targets_are_written_in_the_work_object() -> None:
     accurate(text, found)
 
 
-def test_a_parameter_with_one_value_is_followed_to_its_declaration() -> None:
-    text = module(
-        f"CONST robtarget p2:={B};",
-        f"MoveJ {A},v200,fine,tT;\ngo p2;",
-        "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n",
-    )
-    found = convert(text)
-    assert [o.status for o in found.outcomes] == ["compensated"] * 2
-    accurate(text, found)
-
-
 GO = "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n"
 THREE = f"CONST robtarget p1:={A};\nCONST robtarget p2:={B};"
 
@@ -503,18 +484,6 @@ def test_other_kinds_of_parameters(mode: str) -> None:
     found = convert(text)
     assert [o.edited for o in found.outcomes] == ["aggregate", "declaration"]
     assert body_of(written(found))[1:] == [f"go {lead}p1;", f"go {lead}p2;"]
-
-
-def test_elements_handed_over_in_a_loop() -> None:
-    text = module(
-        f"CONST robtarget row{{3}}:=[{A},{B},{C}];",
-        f"MoveJ {C},v200,fine,tT;\nFOR i FROM 1 TO 3 DO\ngo row{{i}};\nENDFOR",
-        GO,
-    )
-    found = convert(text)
-    assert outcome(found, 1).edited == "element"
-    assert body_of(written(found))[2] == "go row{i};"
-    accurate(text, found)
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,9 @@ import pytest
 
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
-from tests.independent import generate_programs
 from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, on_the_arc, soft_bodies, springs
-from tests.worlds.interpreter import Interpreter
 from tests.worlds.parser import parse
 from tests.worlds.values import matrix_pose, pose_matrix
-from tests.worlds.world import World
 
 FRAME = A.transform(A.rotation_vector(np.array([[0.1, -0.2, 1.1]]))[0], np.array([0.4, -0.3, 0.2]))
 LOW, HIGH = np.radians([-170, -60, -120, -300, -110, -300]), np.radians([170, 100, 60, 300, 110, 300])
@@ -128,31 +125,6 @@ def test_the_real_tcp_comes_to_the_target(made: Made) -> None:
     found, returned = misses(made.real, made.module.text, 40, "weld" if force.any() else "object", given)
     assert returned <= 8
     assert found.max() <= made.most
-
-
-@pytest.mark.parametrize("seed", [901, 902])
-def test_goals_of_seams(seed: int) -> None:
-    """Every goal of a generated weld program, with its own tools, through the function."""
-    text = generate_programs.generate(seed)
-    original = Interpreter(parse(text), World(0))
-    original.run()
-    task, arm, found = springs().controller(on_the_arc().text), A.irb4600(), []
-    for event in original.events:
-        if not event.motion or event.values["conf"] is None:
-            continue
-        tool = event.values["tool"]
-        target = [*matrix_pose(event.values["goal"]), event.values["conf"], event.values["extax"]]
-        task.set("tUsed", tool)
-        welding = event.name in ("arcl", "arclend", "arcc", "arccend")
-        answer = task.ask(target, "weld" if welding else "plain")
-        T_tool, given = metres(pose_matrix(tool[1])), FORCE if welding else np.zeros(3)
-        commanded = task.kinematics.solved(metres(pose_matrix(answer)) @ np.linalg.inv(T_tool), answer[2])
-        weight = A.Load(tool[2][0], 1e-3 * np.array(tool[2][1]), given)
-        real = A.equilibrium(arm, commanded, T_tool, weight, A.joint_springs(A.TABLE_2)).frames.tcp[0]
-        found.append(np.linalg.norm(1e3 * real[:3, 3] - event.values["goal"][:3, 3]))
-    assert len(found) > 5
-    assert task.get("ppReturnedCount") == 0
-    assert max(found) <= 0.005
 
 
 def test_the_force_of_the_arc_counts_where_the_call_says_so() -> None:
