@@ -210,20 +210,6 @@ def _motor_wave(g, arm):
     return Hidden("wave", "transmission_error", joint=lambda s, tau: column(2, 1e-4 * np.sin(41.3 * s.q[:, 2])))
 
 
-class Bolt(Effect, reads=("q",)):
-    """Joint j jumps beyond an angle."""
-
-    size_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
-    edge_rad: float = param(unit="rad", low=-3.0, high=3.0, typical=1.0, null=0.3, amplitude=False)
-
-    joint = 1
-
-    def displacement(self, state):
-        dq = np.zeros((len(state), 6))
-        dq[:, self.joint] = self.size_rad * (state.q[:, self.joint] > self.edge_rad)
-        return dq
-
-
 def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
     found = hidden_found(strange.angle_step, seed=401)
     assert found.verdict == "unknown"

@@ -26,7 +26,6 @@ HEAD = """MODULE Line
   VAR robtarget pSeen;
   VAR num nSeen;
 """
-SAYS = "\\WObj:=wPlate"
 
 
 def target(x: float, y: float, z: float = 50.0) -> str:
