@@ -340,25 +340,6 @@ def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -
     assert [e.target.robconf for e in events(written(found))] == [(0, 0, -1, 0)] * 2
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "IF TRUE MoveL far,v50,fine,tT;",
-        "MoveL far\\ID:=10,v50,fine,tT;",
-        "MoveL far,v50\\T:=12.5*1,fine,tT;",
-        "TriggL far,v50,tgOn,fine,tT;",
-    ],
-)
-def test_where_nothing_may_be_added(statement: str) -> None:
-    text = module(f"CONST robtarget far:={target(1350, -20)};", f"MoveJ {A},v200,fine,tT;\n{statement}")
-    found = convert(text)
-    assert found.report["added_targets"] == 0
-    assert body_of(written(found))[-1] == statement
-    assert outcome(found, 1).status == "compensated"
-    warning = next(d for d in found.diagnostics if d.code == "CMP006")
-    assert "no target was added" in warning.help
-
-
 def test_a_zone_of_the_users_own_is_not_taken_for_the_predefined_one() -> None:
     """Where the program declares another `z1`, added targets get a zone that is small for certain."""
     text = module(
