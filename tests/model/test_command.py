@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensation.correction.inverse import command
+from postproc.compensation.correction.inverse import DAMPING, _newton, command
 from postproc.effects.base import Effect
 from postproc.effects.library.frames.tool_frame import ToolFrame
 from postproc.effects.library.joints.backlash import Backlash
@@ -21,7 +21,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
 from postproc.robot.catalogue import load_robot
-from postproc.robot.kinematics import forward
+from postproc.robot.kinematics import forward, jacobian
 from tests.independent import arm as A
 
 RNG = np.random.default_rng(23)
@@ -136,6 +136,17 @@ def test_a_straight_wrist_and_an_arm_without_closed_form_are_solved() -> None:
     desired = forward(ur.robot, q)
     result = command(ur, ur.state(q), desired)
     assert np.abs(equilibrium(ur, ur.state(result.q)).T_base_tcp - desired).max() < 1e-9
+
+
+def test_steps_near_a_straight_wrist_are_damped() -> None:
+    """Every singular value s of the Jacobian is inverted as s / (s^2 + lambda^2), Wampler (1986)."""
+    model = default_model()
+    q = np.tile([0.3, 0.2, 0.1, 0.4, 0.0, 0.5], (4, 1))
+    q[:, 4] = [1.0, 3e-3, 1e-3, 0.0]
+    size = np.linalg.svd(jacobian(model.robot, q), compute_uv=False)
+    assert size.min() < DAMPING < size[1].min()
+    damped = np.linalg.svd(_newton(model, model.state(q), q), compute_uv=False)
+    np.testing.assert_allclose(damped, -np.sort(-size / (size**2 + DAMPING**2), axis=1), rtol=1e-6, atol=1e-9)
 
 
 def test_a_pose_out_of_reach_keeps_an_honest_residual() -> None:
