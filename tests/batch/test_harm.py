@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import IO, Any
 
 import pytest
 
-from postproc.batch.executors import open_pool
-from postproc.batch.run import run_batch
 from postproc.diagnostics import PostprocError
 from tests.cli.conftest import Call, call, call_as_written
 
-from .folders import convert, program, ready, statuses, tree, write
+from .folders import convert, statuses, tree, write
 
 __all__ = ["call", "call_as_written"]
 DATA = "MODULE {}\n  PERS num n:=1;\nENDMODULE\n"
@@ -260,37 +256,6 @@ def test_control_characters_of_names_and_programs_stay_off_the_terminal(call: Ca
         assert r"\x1b]52;c;aGk=\x07\x9b\u202e\n[9] ok.mod" in found.err
         for text in (found.out, found.err):
             assert not set(text) & set("\x1b\x07\x9b\u202e"), words
-
-
-def test_a_lost_scheduler_is_one_finding_and_blames_no_task(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    source = write(tmp_path / "in", {f"{i}.mod": program(f"M{i}", 1150 + i) for i in range(6)})
-    script = (
-        "import sys\n"
-        "from distributed import LocalCluster\n"
-        "if __name__ == '__main__':\n"
-        "    c = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None)\n"
-        "    print(c.scheduler_address, flush=True)\n"
-        "    sys.stdin.read()\n"
-    )
-    path = write(tmp_path, {"scheduler.py": script}) / "scheduler.py"
-    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
-    process = subprocess.Popen([sys.executable, path], stdin=pipe, stdout=pipe, stderr=nothing, text=True)
-    assert process.stdout is not None
-    try:
-        work, told = ready(source, tmp_path / "out"), []
-        with pytest.raises(PostprocError) as caught, open_pool(None, process.stdout.readline().strip()) as pool:
-
-            def tell(outcome: object) -> None:
-                told.append(outcome)
-                process.kill()
-
-            run_batch(work, pool, tell)
-    finally:
-        process.kill()
-        process.communicate()
-    assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
-    assert not [f for o in told for f in o.findings if f.code == "BAT008"]
-    assert "Traceback" not in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["all.jsonl", "edited", "deep/link", "edited/0"])

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from postproc.batch import executors
 from postproc.cli.app import build
 from postproc.cli.run import run
+from tests.batch.folders import HERE
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,10 @@ def call(call_as_written: Call) -> Call:
 
 
 @pytest.fixture
-def call_as_written(capsys: pytest.CaptureFixture[str]) -> Call:
+def call_as_written(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    """A batch works in this process: workers take seconds to start, and ``tests/batch`` starts them."""
+    monkeypatch.setattr(executors, "local_pool", lambda workers: HERE)
+
     def calling(*arguments: str | Path) -> Outcome:
         code = run(build(), [str(argument) for argument in arguments])
         captured = capsys.readouterr()

@@ -50,7 +50,12 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
     assert [bool(t["diagnostics"]) for t in document["tasks"]] == [True, False]  # data that moves nothing is no fault
     assert "bad.mod: error[RAP011]" in outcome.err
     (folder / "bad.mod").unlink()
-    assert call("batch", folder, "-o", tmp_path / "out", "--workers", "1").code == 0
+    (folder / "data.mod").rename(folder / "a[b].mod")
+    outcome = call("batch", folder, "-o", tmp_path / "out", "--workers", "1", "--tolerance", "0.1")
+    first, second, *rest = outcome.err.splitlines()
+    assert outcome.code == 0 and any(line.startswith("1 task in ") for line in rest)
+    assert first == "arm `irb4600_60_205` (from --robot); tolerance 0.1 mm, 0.2 mm in the air; scope all"
+    assert second.startswith("[1/1] a[b].mod: "), "where there is no terminal, a line for each program"
 
 
 @pytest.mark.parametrize(

@@ -257,8 +257,10 @@ def test_the_input_is_never_the_output(tmp_path: Path) -> None:
 def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> None:
     program = tmp_path / "p.mod"
     program.write_bytes((samples / "paper_case.mod").read_bytes())
-    outcome = call("compensate", program, "--in-place", "-o", tmp_path / "q.mod")
-    assert (outcome.code, "CLI007" in outcome.err) == (2, True)
+    for words in (("--in-place", "-o", tmp_path / "q.mod"), ("-o", program)):
+        outcome = call("compensate", program, *words)
+        assert (outcome.code, "CLI007" in outcome.err) == (2, True)
+        assert program.read_bytes() == (samples / "paper_case.mod").read_bytes()
     assert call("compensate", program, "--in-place").code == 0
     assert b"compensated for" in program.read_bytes()
 

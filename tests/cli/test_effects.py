@@ -36,12 +36,6 @@ def test_list_and_show(call: Call, tmp_path: Path) -> None:
     assert document["parameters"] == {"sag_rad": {"unit": "rad", "null": 0.0}}
 
 
-def test_unknown_effect(call: Call) -> None:
-    outcome = call("effects", "show", "backlsh")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "did you mean `backlash`" in outcome.err
-
-
 def test_check_passes_and_fails(call: Call, tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(GOOD)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from pathlib import Path
 
@@ -13,25 +12,6 @@ from tests.cli.conftest import ARM, Call
 
 MODEL = 'robot = "irb4600_60_205"\n'
 TABLE = "simulated_backlash.csv"
-
-
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        ('robot = "\\u0000"', "robot"),
-        ("tolerance_mm = nan", "tolerance_mm"),
-        ("tolerance_mm = true", "tolerance_mm"),
-        ('force = ["1", "2", "3"]', "force"),
-        ("force = [1e300, inf, 0]", "force"),
-        ('with = ["\\u0000"]', "with"),
-        (".".join(["a"] * 20_000) + " = 1", "parts"),
-    ],
-)
-def test_settings_that_nothing_can_be(call_as_written: Call, tmp_path: Path, settings: str, said: str) -> None:
-    write(tmp_path, {"a.mod": program("A"), "postproc.toml": settings})
-    found = call_as_written("compensate", tmp_path / "a.mod", *ARM, "-o", tmp_path / "b.mod")
-    assert found.code == 2 and said in found.err and "postproc.toml" in found.err
-    assert not (tmp_path / "b.mod").exists()
 
 
 @pytest.mark.parametrize(
@@ -69,13 +49,3 @@ def test_a_table_of_a_million_rows_is_refused_before_it_is_held(call: Call, samp
     table.write_bytes(lines[0] + lines[1] * 400_000)
     found = call("predict", samples / "models" / "irb4600_60_205.toml", table, "-o", tmp_path / "out.csv")
     assert found.code == 2 and "DAT001" in found.err and not (tmp_path / "out.csv").exists()
-
-
-def test_workers_that_cannot_start_are_said(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise BrokenPipeError(32, "Broken pipe")
-
-    monkeypatch.setattr(multiprocessing.get_context("spawn").Process, "start", fail)
-    write(tmp_path, {"in/a.mod": program("A"), "in/b.mod": program("B")})
-    found = call("batch", tmp_path / "in", "-o", tmp_path / "out", "--workers", "2")
-    assert found.code in (1, 2) and "BAT" in found.err

@@ -42,13 +42,6 @@ def test_show_gives_every_number_with_its_source(call: Call) -> None:
     assert "Table 2" in document["sources"]["joints.stiffness_Nm_per_rad"]
 
 
-def test_unknown_robot(call: Call) -> None:
-    outcome = call("robots", "show", "irb9999")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("error[KIN006]: there is no robot `irb9999`\n  = help: ")
-    assert "`postproc robots list` has all names" in outcome.err
-
-
 def test_what_a_file_does_not_state_is_no_knowledge(call: Call, tmp_path: Path) -> None:
     text = (ARMS / "irb4600_20_250.toml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.toml"

@@ -122,6 +122,13 @@ def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) 
         ("[batch]\nworkers = 0\n", "2:11", "`batch.workers`"),
         ("robot = \n", "1:9", "not TOML"),
         ("robot = '\xff'\n", "1:10", "not UTF-8"),
+        ('robot = "\\u0000"\n', "", "robot"),
+        ("tolerance_mm = nan\n", "", "tolerance_mm"),
+        ("tolerance_mm = true\n", "", "tolerance_mm"),
+        ('force = ["1", "2", "3"]\n', "", "force"),
+        ("force = [1e300, inf, 0]\n", "", "force"),
+        ('with = ["\\u0000"]\n', "", "with"),
+        (".".join(["a"] * 20_000) + " = 1\n", "", "parts"),
     ],
 )
 def test_mistakes_in_the_settings_stand_at_their_place(
@@ -132,7 +139,7 @@ def test_mistakes_in_the_settings_stand_at_their_place(
     for command in ("compensate", "inspect"):
         found = call_as_written(command, program)
         assert (found.code, found.out) == (2, "")
-        assert "error[CLI014]" in found.err and words in found.err and f"--> {path}:{place}\n" in found.err
+        assert "error[CLI014]" in found.err and words in found.err and f"--> {path}:{place}" in found.err
 
 
 def test_settings_that_cannot_be_read_are_no_missing_settings(call_as_written: Call, program: Path) -> None:

@@ -107,6 +107,6 @@ def codes(conversion: Conversion) -> list[str]:
     return [d.code for d in conversion.diagnostics]
 
 
-def independent(text: str, conversion: Conversion, force: Sequence[float] = FORCE) -> Report:
+def independent(text: str, conversion: Conversion, force: Sequence[float] = FORCE, **how: Any) -> Report:
     """What another reader and another arm find along the whole way of the written program."""
-    return check(text, written(conversion), ARMS["irb4600_60_205"](), np.array(force))
+    return check(text, written(conversion), ARMS["irb4600_60_205"](), np.array(force), **how)

@@ -146,14 +146,6 @@ def test_a_routine_called_twice_is_edited_once() -> None:
     accurate(text, found)
 
 
-def test_an_inline_target_is_edited_where_it_stands() -> None:
-    text = module("", f"MoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;")
-    found = convert(text)
-    for x, y in zip(body_of(text), body_of(written(found)), strict=True):
-        assert x != y and NUMBERS.sub("#", x) == NUMBERS.sub("#", y)
-    accurate(text, found)
-
-
 def test_array_element_with_a_literal_index() -> None:
     """Only the elements that are used change."""
     text = module(
@@ -348,25 +340,6 @@ def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -
     assert [e.target.robconf for e in events(written(found))] == [(0, 0, -1, 0)] * 2
 
 
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "IF TRUE MoveL far,v50,fine,tT;",
-        "MoveL far\\ID:=10,v50,fine,tT;",
-        "MoveL far,v50\\T:=12.5*1,fine,tT;",
-        "TriggL far,v50,tgOn,fine,tT;",
-    ],
-)
-def test_where_nothing_may_be_added(statement: str) -> None:
-    text = module(f"CONST robtarget far:={target(1350, -20)};", f"MoveJ {A},v200,fine,tT;\n{statement}")
-    found = convert(text)
-    assert found.report["added_targets"] == 0
-    assert body_of(written(found))[-1] == statement
-    assert outcome(found, 1).status == "compensated"
-    warning = next(d for d in found.diagnostics if d.code == "CMP006")
-    assert "no target was added" in warning.help
-
-
 def test_a_zone_of_the_users_own_is_not_taken_for_the_predefined_one() -> None:
     """Where the program declares another `z1`, added targets get a zone that is small for certain."""
     text = module(
@@ -391,17 +364,6 @@ def test_work_object_targets_are_written_in_the_work_object() -> None:
     found = convert(text)
     shift = np.subtract(places(written(found)), places(text))
     assert 0.5 < np.linalg.norm(shift, axis=1).max() < 5
-    accurate(text, found)
-
-
-def test_a_parameter_with_one_value_is_followed_to_its_declaration() -> None:
-    text = module(
-        f"CONST robtarget p2:={B};",
-        f"MoveJ {A},v200,fine,tT;\ngo p2;",
-        "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n",
-    )
-    found = convert(text)
-    assert [o.status for o in found.outcomes] == ["compensated"] * 2
     accurate(text, found)
 
 
@@ -503,18 +465,6 @@ def test_other_kinds_of_parameters(mode: str) -> None:
     found = convert(text)
     assert [o.edited for o in found.outcomes] == ["aggregate", "declaration"]
     assert body_of(written(found))[1:] == [f"go {lead}p1;", f"go {lead}p2;"]
-
-
-def test_elements_handed_over_in_a_loop() -> None:
-    text = module(
-        f"CONST robtarget row{{3}}:=[{A},{B},{C}];",
-        f"MoveJ {C},v200,fine,tT;\nFOR i FROM 1 TO 3 DO\ngo row{{i}};\nENDFOR",
-        GO,
-    )
-    found = convert(text)
-    assert outcome(found, 1).edited == "element"
-    assert body_of(written(found))[2] == "go row{i};"
-    accurate(text, found)
 
 
 @pytest.mark.parametrize(

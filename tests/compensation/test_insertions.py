@@ -290,7 +290,7 @@ def test_added_targets_leave_the_zones_of_their_neighbours_alone(zone: str) -> N
     )
     found = convert(text, tolerance_m=5e-6)
     assert added(text, found)
-    report = independent(text, found)
+    report = independent(text, found, blend=True)
     assert report.violations == []
     assert report.cut_after <= 0.05
     assert body_of(written(found))[-1].endswith("v50,fine,tT;")

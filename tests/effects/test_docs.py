@@ -30,13 +30,6 @@ def test_the_effects_shown_on_the_page_pass_the_kit(page, keys, tmp_path):
         assert cls.key == key
 
 
-def test_every_code_is_explained_and_every_explained_code_is_used():
-    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "postproc/effects").rglob("*.py"))
-    used = set(re.findall(r"EFF\d{3}", text))
-    explained = re.findall(r"^## (EFF\d{3}) \S", (ROOT / "docs/diagnostics/EFF.md").read_text(encoding="utf-8"), re.M)
-    assert sorted(used) == explained
-
-
 def test_toml_example_is_a_model():
     import tomllib
 

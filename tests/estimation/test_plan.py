@@ -65,7 +65,7 @@ def test_diagnose_and_plan_tell_apart_by_one_criterion():
 
 
 def test_a_map_is_called_a_smooth_correction():
-    data, _ = cell(kinds.joint_error_map, seed=967, poses=200)
+    data, _ = cell(kinds.joint_error_map, seed=967, poses=120)
     found = diagnose(base_fit(data).model, data)
     (smooth,) = (m for m in found.missing if m.key == "joint_error_map")
     numbers = len(found.final.model.effect("joint_error_map").vector())

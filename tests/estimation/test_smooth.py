@@ -69,14 +69,13 @@ def held_at(base, order: int, true) -> float:
     return true_error(fit_model(base.model, base.data, [Stated(joint=(1, 2, 3, 4, 5, 6), order=order)]), true)
 
 
-@pytest.mark.parametrize("poses", [150, 300])
-def test_broadband_errors_get_more_coefficients_than_rows_could_determine(poses):
-    data, true = cell(broadband, seed=951, poses=poses, noise=0.02)
+def test_broadband_errors_get_more_coefficients_than_rows_could_determine():
+    data, true = cell(broadband, seed=951, poses=150, noise=0.02)
     base = base_fit(data)
     fit = fit_model(base.model, data, [everywhere(8)])
     found = fit.model.effect("joint_error_map")
     assert found.order >= 25
-    assert 12 * found.order > poses
+    assert 12 * found.order > 150
     assert true_error(fit, true) < 0.8 * held_at(base, 8, true)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 FEW = """
 from tests.fuzz.files import KINDS, Case, cases, make
-few = [*cases(2 * len(KINDS), 7), *(Case(kind, kind.calls[0], 0, "fifo") for kind in KINDS[:5])]
+few = [*cases(len(KINDS), 7), *(Case(kind, kind.calls[0], 0, "fifo") for kind in KINDS[:5])]
 print(*filter(None, map(make, few)), sep="\\n")
 """
 

@@ -36,7 +36,7 @@ def bent(at: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def test_a_map_is_told_as_the_curve_that_it_is():
-    data, _ = cell(wavy_joint, seed=971, poses=200)
+    data, _ = cell(wavy_joint, seed=971, poses=120)
     found = diagnose(base_fit(data).model, data)
     entry = next(m for m in diagnosis_values(found)["missing"] if m["effect"] == "joint_error_map")
     law = {curve["joint"]: curve for curve in entry["law"]}[3]
@@ -62,14 +62,14 @@ def test_curves_are_told_of_what_follows_angles_alone():
 
 
 def test_a_map_among_causes_is_no_cause_either():
-    data, _ = cell(wavy_joint, library.backlash, seed=975, poses=200)
+    data, _ = cell(wavy_joint, library.backlash, seed=975, poses=120)
     found = diagnose(base_fit(data).model, data)
     assert {m.key for m in found.missing} == {"backlash", "joint_error_map"}
     assert "; a smooth correction, not a cause)" in headline(found)
 
 
 def test_a_parabola_in_time_is_no_wave():
-    data, _ = cell(unknown.quadratic_drift, seed=978)
+    data, _ = cell(unknown.quadratic_drift, seed=978, poses=80)
     found = diagnose(base_fit(data).model, data)
     assert found.suspects[0].channel == "time"
     assert found.suspects[0].pattern.startswith("growing to either side of ")
@@ -78,7 +78,7 @@ def test_a_parabola_in_time_is_no_wave():
 
 def test_the_map_of_a_module_moves_what_its_curve_says():
     """The curve is the effect's own displacement, whatever the basis."""
-    data, _ = cell(wavy_joint, seed=971, poses=200)
+    data, _ = cell(wavy_joint, seed=971, poses=120)
     fit = grown(base_fit(data), JointErrorMap)
     effect = fit.model.effect("joint_error_map")
     for curve in curves(fit, "joint_error_map"):

@@ -97,7 +97,7 @@ class Arm:
             # The small displacement acts at the distal point in the body's axes, before the link's own turn.
             place = t @ transform(np.eye(3), self.link[b][:3, 3])
             distal.append(place)
-            if xi is not None:
+            if xi is not None and xi[:, b].any():
                 place = place @ small(xi[:, b])
             t = place @ transform(self.link[b][:3, :3], np.zeros(3))
             if b < 6:
@@ -269,7 +269,7 @@ def equilibrium(
         new_dq, new_xi = displace(f, tau, wrench)
         change = max(float(np.abs(new_dq - dq).max()), float(np.abs(new_xi - xi).max()))
         dq, xi = new_dq, new_xi
-        if change < 1e-15:
+        if change < 1e-12:  # [rad], [m]: far below what any number here is written with
             break
     return Equilibrium(arm.forward(q, tool, dq, xi), dq, xi, tau, wrench, change)
 

@@ -103,14 +103,15 @@ def check(
     moment: np.ndarray | None = None,
     displace: A.Displace | None = None,
     step: float = 0.002,
-    blend: bool = True,
+    blend: bool = False,
     on_arc: bool = False,
 ) -> Report:
     """Compare where the arm should go with where it goes.
 
     Args:
         force, moment: dead wrench on the TCP [N, N m], base axes; ``on_arc``: only while the arc burns.
-        displace: springs of the real arm, Table 2 where none are given; step: longest distance between samples [m].
+        displace: springs of the real arm, Table 2 where none are given; step: longest distance between samples [m];
+            blend: whether corners are compared, too (``cut_after``).
     """
     moment = np.zeros(3) if moment is None else moment
     displace = displace or A.joint_springs(A.TABLE_2)

@@ -17,7 +17,6 @@ from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
-from postproc.files import resource
 from postproc.identification.add import add_effects
 from postproc.identification.compare import compare
 from postproc.model.file import default_model
@@ -93,13 +92,8 @@ def selected(page: Any) -> str:
 
 
 @pytest.fixture(scope="module")
-def corrected() -> str:
-    data = resource("samples", "hull_seam.mod").read_bytes()
-    return render_page(
-        conversion_document(
-            "hull_seam.mod", compensate_program(Source("hull_seam.mod", data), default_model(), Options())
-        )
-    )
+def corrected(seam: Conversion) -> str:
+    return render_page(conversion_document("hull_seam.mod", seam))
 
 
 @pytest.fixture(scope="module")
@@ -250,10 +244,8 @@ def test_watch_the_error_fall(opened: Open, improved: str) -> None:
     )
 
 
-def test_the_worst_pose_is_shown_with_the_arm(opened: Open) -> None:
-    page = opened(
-        render_page(comparison_document("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1])))
-    )
+def test_the_worst_pose_is_shown_with_the_arm(opened: Open, seam: Conversion) -> None:
+    page = opened(PAGES["compare"](seam))
     with changes(page, picture()):
         page.click('[data-steps="worst"] tbody tr >> nth=0')
     page.click("summary >> nth=0")
@@ -284,37 +276,26 @@ def page_of_folders() -> str:
     return render_page(folders_document("approved", "out", files, (0.001, 0.01)))
 
 
-def every_page(name: str, seam: Conversion) -> str:
-    if name == "batch":
-        return page_of_a_batch(12)
-    if name == "long batch":
-        return page_of_a_batch(250)
-    if name == "diff":
-        return page_of_folders()
-    if name == "compare":
-        return render_page(
-            comparison_document("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
-        )
-    if name == "arm certificate":
-        return render_certificate(
-            arm_certificate("cell.toml", compare(default_model(), sample("simulated_backlash.csv")[1]))
-        )
-    if name == "diagnose":
-        return render_page(diagnosis_document("cell.toml", diagnosed("simulated_backlash.csv")))
-    if name == "unknown":
-        return render_page(diagnosis_document("cell.toml", diagnosed("simulated_step.csv")))
-    return (
-        render_certificate(program_certificate("hull_seam.mod", seam))
-        if name == "certificate"
-        else render_page(conversion_document("hull_seam.mod", seam))
-    )
+def compared() -> Any:
+    return compare(default_model(), sample("simulated_backlash.csv")[1])
 
 
-@pytest.mark.parametrize("name", [
-    *("compensate", "certificate", "compare", "arm certificate", "diagnose", "unknown"), *("batch", "long batch", "diff")
-])  # fmt: skip
+PAGES: dict[str, Callable[[Conversion], str]] = {
+    "compensate": lambda seam: render_page(conversion_document("hull_seam.mod", seam)),
+    "certificate": lambda seam: render_certificate(program_certificate("hull_seam.mod", seam)),
+    "compare": lambda _: render_page(comparison_document("cell.toml", compared())),
+    "arm certificate": lambda _: render_certificate(arm_certificate("cell.toml", compared())),
+    "diagnose": lambda _: render_page(diagnosis_document("cell.toml", diagnosed("simulated_backlash.csv"))),
+    "unknown": lambda _: render_page(diagnosis_document("cell.toml", diagnosed("simulated_step.csv"))),
+    "batch": lambda _: page_of_a_batch(12),
+    "long batch": lambda _: page_of_a_batch(250),
+    "diff": lambda _: page_of_folders(),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
 def test_on_a_phone_nothing_is_cut_off_or_small(opened: Open, seam: Conversion, name: str) -> None:
-    page = opened(every_page(name, seam), PHONE, color_scheme="light", has_touch=True)
+    page = opened(PAGES[name](seam), PHONE, color_scheme="light", has_touch=True)
     page.wait_for_timeout(200)
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     small = page.evaluate(

@@ -111,7 +111,7 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
 
 
 def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> None:
-    found = hidden_found(square_of_warmth, seed=411)
+    found = hidden_found(square_of_warmth, seed=411, poses=60)
     [first] = (s for s in found.suspects if s.where == "tool")
     chart = suspect_chart(found.searched, first, found.floor)
     x, y = np.array(points(chart)).T

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -71,6 +72,12 @@ def springs() -> Real:
         return A.equilibrium(arm, q, TOOL, given, A.joint_springs(A.TABLE_2)).frames.tcp[0]
 
     return Real(arm, default_model(), place, 30.0)
+
+
+@cache
+def on_the_arc() -> RunTimeModule:
+    """The module of the joint springs under a force of the arc alone."""
+    return springs().written(force=FORCE, force_on="arc")
 
 
 def soft_bodies() -> Real:

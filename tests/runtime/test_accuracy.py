@@ -5,19 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
 
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
-from tests.independent import generate_programs
-from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, soft_bodies, springs
-from tests.worlds.interpreter import Interpreter
+from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, on_the_arc, soft_bodies, springs
 from tests.worlds.parser import parse
 from tests.worlds.values import matrix_pose, pose_matrix
-from tests.worlds.world import World
 
 FRAME = A.transform(A.rotation_vector(np.array([[0.1, -0.2, 1.1]]))[0], np.array([0.4, -0.3, 0.2]))
 LOW, HIGH = np.radians([-170, -60, -120, -300, -110, -300]), np.radians([170, 100, 60, 300, 110, 300])
@@ -77,18 +73,18 @@ class Made:
 
 
 MIDDLE = np.radians([20.0, 30, -20, 40, 60, 10])
-ARMS: dict[Callable[[], Real], tuple[dict[str, Any], np.ndarray, float]] = {
-    springs: ({"force": FORCE, "force_on": "arc"}, MIDDLE, 0.005),
-    soft_bodies: ({"force": FORCE, "bound_m": 0.02}, MIDDLE, 0.02),
-    mapped: ({}, np.array([0.3, -1.2, 1.0, 0.2, 1.0, 0.1]), 0.01),
+ARMS: dict[Callable[[], Real], tuple[Callable[[], RunTimeModule], np.ndarray, float]] = {
+    springs: (on_the_arc, MIDDLE, 0.005),
+    soft_bodies: (lambda: soft_bodies().written(force=FORCE, bound_m=0.02), MIDDLE, 0.02),
+    mapped: (lambda: mapped().written(), np.array([0.3, -1.2, 1.0, 0.2, 1.0, 0.1]), 0.01),
 }
 """How the module of each arm is written, and the rest of what is made of it."""
 
 
 @pytest.fixture(scope="module", params=ARMS, ids=lambda f: f.__name__)
 def made(request: pytest.FixtureRequest) -> Made:
-    real, (how, middle, most) = request.param(), ARMS[request.param]
-    return Made(real, real.written(**how), middle, most)
+    write, middle, most = ARMS[request.param]
+    return Made(request.param(), write(), middle, most)
 
 
 def test_the_cost_is_what_the_interpreter_counts(made: Made) -> None:
@@ -131,45 +127,15 @@ def test_the_real_tcp_comes_to_the_target(made: Made) -> None:
     assert found.max() <= made.most
 
 
-@pytest.mark.parametrize("seed", [901, 902])
-def test_goals_of_seams(of_springs: bytes, seed: int) -> None:
-    """Every goal of a generated weld program, with its own tools, through the function."""
-    text = generate_programs.generate(seed)
-    original = Interpreter(parse(text), World(0))
-    original.run()
-    task, arm, found = springs().controller(of_springs), A.irb4600(), []
-    for event in original.events:
-        if not event.motion or event.values["conf"] is None:
-            continue
-        tool = event.values["tool"]
-        target = [*matrix_pose(event.values["goal"]), event.values["conf"], event.values["extax"]]
-        task.set("tUsed", tool)
-        welding = event.name in ("arcl", "arclend", "arcc", "arccend")
-        answer = task.ask(target, "weld" if welding else "plain")
-        T_tool, given = metres(pose_matrix(tool[1])), FORCE if welding else np.zeros(3)
-        commanded = task.kinematics.solved(metres(pose_matrix(answer)) @ np.linalg.inv(T_tool), answer[2])
-        weight = A.Load(tool[2][0], 1e-3 * np.array(tool[2][1]), given)
-        real = A.equilibrium(arm, commanded, T_tool, weight, A.joint_springs(A.TABLE_2)).frames.tcp[0]
-        found.append(np.linalg.norm(1e3 * real[:3, 3] - event.values["goal"][:3, 3]))
-    assert len(found) > 5
-    assert task.get("ppReturnedCount") == 0
-    assert max(found) <= 0.005
-
-
-@pytest.fixture(scope="module")
-def of_springs() -> bytes:
-    return springs().written(force=FORCE, force_on="arc").text
-
-
-def test_the_force_of_the_arc_counts_where_the_call_says_so(of_springs: bytes) -> None:
-    found, returned = misses(springs(), of_springs, 40, "object", A.Load(30.0, CENTER))
+def test_the_force_of_the_arc_counts_where_the_call_says_so() -> None:
+    found, returned = misses(springs(), on_the_arc().text, 40, "object", A.Load(30.0, CENTER))
     assert returned <= 4
     assert found.max() <= 0.005
 
 
-def test_another_tool_load_is_read_from_the_call(of_springs: bytes) -> None:
+def test_another_tool_load_is_read_from_the_call() -> None:
     real = springs()
-    task = real.controller(of_springs)
+    task = real.controller(on_the_arc().text)
     heavy = A.Load(55.0, np.array([-0.05, 0.1, 0.2]))
     task.set("lUsed", load(heavy.mass, heavy.center))
     q = MIDDLE
@@ -180,18 +146,18 @@ def test_another_tool_load_is_read_from_the_call(of_springs: bytes) -> None:
     assert np.linalg.norm(light[:3, 3] - 1e-3 * np.array(target[0])) > 1e-4
 
 
-def test_load0_in_the_call_is_the_load_of_the_tool(of_springs: bytes) -> None:
+def test_load0_in_the_call_is_the_load_of_the_tool() -> None:
     """As the manual has it, and as the correction by numbers takes it: what is gripped counts, too."""
-    task = springs().controller(of_springs)
+    task = springs().controller(on_the_arc().text)
     task.set("lUsed", load(0.001, np.array([0.0, 0.0, 0.001])))
     task.set("ppPayload", load(12.0, np.zeros(3)))
     target = task.target(MIDDLE, TOOL)
     assert task.ask(target, "loaded") == task.ask(target) != target
 
 
-def test_a_gripped_part_weighs_where_the_tool_holds_it(of_springs: bytes) -> None:
+def test_a_gripped_part_weighs_where_the_tool_holds_it() -> None:
     real = springs()
-    task = real.controller(of_springs)
+    task = real.controller(on_the_arc().text)
     part, held = 12.0, np.array([0.01, 0.03, 0.05])
     task.set("ppPayload", load(part, held))
     inside = TOOL[:3, :3] @ held + TOOL[:3, 3]
@@ -208,9 +174,9 @@ def metres(mm: np.ndarray) -> np.ndarray:
     return result
 
 
-def test_the_circle_point_takes_external_axes_from_the_end(of_springs: bytes) -> None:
+def test_the_circle_point_takes_external_axes_from_the_end() -> None:
     real = springs()
-    task = real.controller(of_springs)
+    task = real.controller(on_the_arc().text)
     q = MIDDLE
     end = task.target(q, TOOL)
     middle = task.target(q + np.radians(2.0), TOOL)

@@ -27,7 +27,6 @@ HEAD = """MODULE Line
   VAR robtarget pSeen;
   VAR num nSeen;
 """
-SAYS = "\\WObj:=wPlate"
 
 
 def target(x: float, y: float, z: float = 50.0) -> str:
@@ -117,47 +116,46 @@ def test_all_sends_known_targets_through_the_function_too_and_proves_them() -> N
 
 
 FROM_THE_ARM = {
-    "a variable": ("    pSeen:=CRobT(\\Tool:=tTorch\\WObj:=wPlate);\n" + move("pSeen"), "", ""),
-    "another name": ("    pOld:=CRobT();\n    pSeen:=Offs(pOld,0,0,9);\n" + move("pSeen"), "  VAR robtarget pOld;\n", ""),
-    "a number of it": ("    pOld:=CRobT();\n    nSeen:=pOld.trans.z;\n" + move("Offs(p1,0,0,nSeen)"), "  VAR robtarget pOld;\n", ""),
-    "a function": (move("Here()"), "", "  FUNC robtarget Here()\n    RETURN Offs(CRobT(),0,0,5);\n  ENDFUNC\n"),
-    "a parameter": (
-        "    pSeen:=CRobT();\n    go pSeen;\n", "", "  PROC go(robtarget p)\n" + move("p") + "  ENDPROC\n",
-    ),
+    "a variable": ("    pSeen@:=CRobT(\\Tool:=tTorch\\WObj:=wPlate);\n" + move("pSeen@"), ""),
+    "another name": ("    pOld@:=CRobT();\n    pSeen@:=Offs(pOld@,0,0,9);\n" + move("pSeen@"), ""),
+    "a number of it": ("    pOld@:=CRobT();\n    nSeen@:=pOld@.trans.z;\n" + move("Offs(p1,0,0,nSeen@)"), ""),
+    "a function": (move("Here()"), "  FUNC robtarget Here()\n    RETURN Offs(CRobT(),0,0,5);\n  ENDFUNC\n"),
+    "a parameter": ("    pSeen@:=CRobT();\n    go pSeen@;\n", "  PROC go(robtarget p)\n" + move("p") + "  ENDPROC\n"),
     "an argument by reference": (
-        "    look pSeen;\n" + move("pSeen"), "", "  PROC look(INOUT robtarget p)\n    p:=CRobT();\n  ENDPROC\n",
+        "    look pSeen@;\n" + move("pSeen@"), "  PROC look(INOUT robtarget p)\n    p:=CRobT();\n  ENDPROC\n",
     ),
     "a search": (
-        move("p1") + "    SearchL\\Stop,diTouch,pSeen,p2,v10,tTorch\\WObj:=wPlate;\n" + move("Offs(pSeen,0,0,9)"), "", "",
+        move("p1") + "    SearchL\\Stop,diTouch,pSeen@,p2,v10,tTorch\\WObj:=wPlate;\n" + move("Offs(pSeen@,0,0,9)"), "",
     ),
-    "data by name": ("    pOld:=CRobT();\n    SetDataVal \"pSe\"+\"en\",pOld;\n" + move("pSeen"), "  VAR robtarget pOld;\n", ""),
-    "what was corrected": ("    pSeen:=CalcRobT(jSeen,tTorch);\n" + move("pSeen"), "  VAR jointtarget jSeen;\n", ""),
+    "data by name": ("    pOld@:=CRobT();\n    SetDataVal \"pSe\"+\"en@\",pOld@;\n" + move("pSeen@"), ""),
+    "what was corrected": ("    pSeen@:=CalcRobT(jSeen,tTorch);\n" + move("pSeen@"), ""),
     "the work object": (
-        "    wSeen.oframe.trans:=CPos();\n    MoveL pSeen,v200,fine,tTorch\\WObj:=wSeen;\n",
-        "  PERS wobjdata wSeen:=[FALSE,TRUE,\"\",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n", "",
+        "    wSeen.oframe.trans:=CPos();\n    MoveL pSeen@,v200,fine,tTorch\\WObj:=wSeen;\n", "",
     ),
-    "the displacement": ("    PDispOn p1,tTorch\\WObj:=wPlate;\n" + move("Offs(p2,0,0,nSeen)") + "    PDispOff;\n", "", ""),
+    "the displacement": ("    PDispOn p1,tTorch\\WObj:=wPlate;\n" + move("Offs(p2,0,0,nSeen@)") + "    PDispOff;\n", ""),
 }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("name", "mode"),
-    [
-        *((name, "where-needed") for name in FROM_THE_ARM),
-        *((n, "all") for n in ("another name", "a parameter", "a search")),
-    ],
+TAUGHT = (
+    "  VAR jointtarget jSeen;\n" + '  PERS wobjdata wSeen:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n'
 )
-def test_where_the_arm_stood_is_never_corrected(name: str, mode: str) -> None:
+
+
+@pytest.mark.parametrize("mode", ["where-needed", "all"])
+def test_where_the_arm_stood_is_never_corrected(mode: str) -> None:
     """However the position is handed on: it holds the error of the arm, and once more corrected would double it."""
-    body, data, more = FROM_THE_ARM[name]
-    found = converted(program(move("p1", "MoveJ") + body, data, more), mode)
-    last = max(found.outcomes, key=lambda o: o.statement.span[0])
-    assert last.status == "skipped"
-    assert "ppCorrected" not in last.statement.source.data.decode("latin-1")
-    goal = last.statement.argument("to")
-    assert goal is not None
-    assert goal.text in written(found)
-    assert f"ppCorrected({goal.text}," not in written(found)
+    data, more = TAUGHT, "".join(routines for _, routines in FROM_THE_ARM.values())
+    for k, (body, _) in enumerate([*FROM_THE_ARM.values(), (move("Offs(pSeen@,0,0,9)"), "")]):
+        data += f"  VAR robtarget pSeen{k};\n  VAR robtarget pOld{k};\n  VAR num nSeen{k};\n"
+        more += f"  PROC r{k}()\n{body.replace('@', str(k))}  ENDPROC\n"
+    calls = "".join(f"    r{k};\n" for k in range(len(FROM_THE_ARM) + 1))
+    found = converted(program(move("p1", "MoveJ") + calls, data, more), mode)
+    last = {o.statement.routine: o for o in found.outcomes}
+    last[f"r{[*FROM_THE_ARM].index('a parameter')}"] = last.pop("go")
+    told = [(name, last[f"r{k}"].status) for k, name in enumerate(FROM_THE_ARM)]
+    assert told == [(name, "skipped") for name in FROM_THE_ARM]
+    assert last[f"r{len(FROM_THE_ARM)}"].status == "run_time", "what a sensor tells goes through the function"
+    for k in range(len(FROM_THE_ARM)):
+        goal = last[f"r{k}"].statement.argument("to")
+        assert goal is not None and f"ppCorrected({goal.text}," not in written(found)
 
 
 def test_a_name_that_is_used_again_for_another_place_is_left_with_the_reason() -> None:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import edited
 from postproc.runtime.programs.statements import LeftAlone, run_time_edits
-from postproc.runtime.written import write_module
-from tests.independent import arm as A
-from tests.runtime.arms import CENTER, TOOL, springs
 from tests.worlds.parser import parse
 
 FRAME = "[[0,0,0],[1,0,0,0]]"
@@ -90,55 +86,3 @@ def test_what_must_not_be_corrected_stays(statement: str, reason: str) -> None:
     (motion,) = read(statement).statements
     with pytest.raises(LeftAlone, match=reason):
         run_time_edits(motion)
-
-
-SEAMS = """MODULE Welding
-    RECORD torch
-        robtarget position;
-        num speed;
-    ENDRECORD
-    PERS torch Welds1{3};
-    VAR robtarget pPallet;
-    CONST num nPitch:=40;
-    PROC weldAll()
-        VAR num i;
-        ArcLStart Welds1{1}.position,v100,seam1,wd1,fine,tUsed\\WObj:=wUsed;
-        ArcL Welds1{2}.position,v100,seam1,wd1,z1,tUsed\\WObj:=wUsed;
-        ArcLEnd Welds1{3}.position,v100,seam1,wd1,fine,tUsed\\WObj:=wUsed;
-        FOR i FROM 0 TO 2 DO
-            MoveL Offs(pPallet,i*nPitch,0,0),v100,fine,tUsed\\WObj:=wUsed;
-        ENDFOR
-    ENDPROC
-ENDMODULE
-"""
-
-
-def test_a_program_whose_targets_another_task_writes_runs_with_the_module() -> None:
-    """The real TCP comes to each goal of the original; the motions are the same ones, in the same order."""
-    program = read_program(Source("w.mod", SEAMS.encode()))
-    edits = [edit for motion in program.statements for edit in run_time_edits(motion)]
-    text = b"".join(edited(SEAMS.encode(), edits)).decode()
-    assert text.count("ppCorrected(") == 4
-    assert text.replace("\\WObj:=wUsed\\Weld)", ")").count("tUsed") == SEAMS.count("tUsed") + 4
-    real = springs()
-    module = write_module(real.model, real.conditions()).text.decode()
-    poses = [[20.0, 30, -20, 40, 60, 10], [22.0, 31, -20, 40, 60, 10], [24.0, 32, -20, 40, 60, 10]]
-    went = []
-    for source in (SEAMS, text):
-        task = real.controller((module + source).encode())
-        for i, q in enumerate(np.radians(poses)):
-            target = task.target(q, TOOL)
-            task.get("Welds1")[i][0][:] = target
-            task.set("pPallet", target)
-        task.run("weldAll")
-        went.append([e for e in task.task.events if e.motion])
-    before, after = went
-    assert [e.name for e in before] == [e.name for e in after]
-    assert len(before) == 6
-    load = A.Load(real.mass, CENTER)
-    for a, b in zip(before, after, strict=True):
-        flange = b.values["goal"].copy()
-        flange[:3, 3] *= 1e-3
-        commanded = task.kinematics.solved(flange @ np.linalg.inv(TOOL), b.values["conf"])
-        assert np.linalg.norm(1e3 * real.place(commanded, load)[:3, 3] - a.values["goal"][:3, 3]) < 0.005
-        assert np.linalg.norm(b.values["goal"][:3, 3] - a.values["goal"][:3, 3]) > 0.05

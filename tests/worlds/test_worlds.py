@@ -6,11 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.worlds.checking import check, seed_of, tasks
-from tests.worlds.interpreter import Interpreter, load
+from tests.worlds.checking import check, tasks
 from tests.worlds.product import RunTime, convert
-from tests.worlds.syntax import annotations
-from tests.worlds.world import five
 
 TASKS = tasks()
 
@@ -20,6 +17,8 @@ def test_a_corrected_program_does_the_same_in_every_world(paths: list[Path]) -> 
     """Same motions in the same order, goals and added targets within their corrections, all other effects the same."""
     found = check(paths)
     assert found.faults == []
+    # A program that stops early or moves little would judge nothing.
+    assert [o.stopped for o in found.outcomes if o.stopped not in ("", "EXIT") or o.motions < 2] == []
     assert not any(code in found.refused for code in ("CMP004", "CMP013", "CMP019")), found.refused
 
 
@@ -52,15 +51,5 @@ def test_what_is_refused_without_the_function_is_refused_still() -> None:
             assert f"RUN007 {count} motion statements could be corrected on the controller" in said.told
 
 
-def test_the_programs_are_many_and_move_in_every_world() -> None:
-    """A program that stops early or moves little would judge nothing."""
+def test_the_programs_are_many() -> None:
     assert len(TASKS) >= 60
-    for paths in TASKS:
-        texts = [p.read_text("latin-1") for p in paths]
-        says = {k: v for t in texts for k, v in annotations(t).items()}
-        moved = []
-        for world in five(seed_of(paths[0].stem), says):
-            task = Interpreter(load(texts), world)
-            moved.append(sum(e.motion for e in task.run()))
-            assert task.stopped in ("", "EXIT"), (paths[0].stem, world.name, task.stopped)
-        assert min(moved) >= 2, paths[0].stem

@@ -27,8 +27,6 @@ from tests.independent.cells import DEG, Hidden, States, column, draw_cell, draw
 from tests.independent.hidden_effects import LIBRARY, OTHER_ARM, OUTSIDE, PAIRS, Kind, write_table
 from tests.independent.two_joints import TWO_JOINTS
 
-SIZES = (0.5, 1.0, 2.0)
-"""Factors on the ordinary random size of a hidden effect."""
 NOISES = (0.01, 0.02, 0.03, 0.03, 0.045, 0.06)
 """Standard deviations of the instrument per axis [mm]."""
 TURN, ENCODER = 5e-5, 5e-6
