@@ -36,10 +36,10 @@ UNITS: Mapping[str, tuple[str, float]] = {
 
 
 def channels(state: State, position: Array) -> dict[str, Array]:
-    """Return the channels that vary, (n,) each, by name: ``q1``, ``load6`` with a joint number, and all others.
+    """Return the channels that vary over the rows, (n,) values by name: ``q1``, ``load6`` (by joint), ``time`` ..
 
     Args:
-        state: with loads filled in; position: (n, 3) TCP in the base frame [m].
+        state: with the joint loads filled in, if they are to be channels; position: (n, 3) TCP in the base frame [m].
     """
     found: dict[str, Array] = {}
     for name, values in (
@@ -72,24 +72,27 @@ def fit_channels(fit: Solution) -> dict[str, Array]:
 
 
 def varies(values: Array) -> bool:
-    """Return whether values are finite and change by more than rounding."""
+    """Return whether all values are finite and their range is more than rounding."""
     return bool(np.isfinite(values).all() and np.ptp(values) > 1e-9 * (1 + np.abs(values).max()))
 
 
 def unit_of(channel: str) -> tuple[str, float]:
-    """Return the unit that people read a channel in, and the factor from SI to it."""
+    """Return the unit in which people read a channel such as ``q2`` ("" if unknown), and the factor from SI to it."""
     return UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
 
 
 def shown(channel: str, value: float) -> str:
-    """Return a value in SI as text in the channel's unit, ``22 deg``; a sum of angles (``q1 + q2``) is an angle."""
+    """Return a channel's value in SI as text in the unit for people, ``22 deg``; ``q1 + q2`` is an angle, too."""
     unit, factor = unit_of(channel.split(" ")[0])
     value *= factor
     return f"{value:.0f} {unit}".rstrip() if abs(value) >= 1000 else f"{value:.3g} {unit}".rstrip()
 
 
 def within(channel: str, low: float, high: float) -> str:
-    """Return the range from low to high (SI) as text, ``22.41 ± 0.63 deg``; a range around zero is shown as 0 ± ..."""
+    """Return a range of a channel (SI) as text in the unit for people, ``22.41 ± 0.63 deg``.
+
+    A range that contains zero is shown as 0 ± its larger limit, a range that is narrow as one value.
+    """
     unit, factor = unit_of(channel.split(" ")[0])
     middle, half = 0.5 * (low + high) * factor, 0.5 * (high - low) * factor
     if low <= 0 <= high:

@@ -17,13 +17,19 @@ NOTHING = 1e-12
 def log_evidence(before: float, after: Array | float, freedom: float, information: Array) -> Array:
     """Return 2 log of the odds for parameters against none: nu log(S / S') - log det(I + F), the noise being unknown.
 
-    Laplace's approximation of the marginal likelihood, -inf where there are as many parameters as numbers. F is the
-    information of the data on the parameters relative to their prior, W C^T M C W / s^2, for columns C and parameters
-    that scatter by W a priori. Sources: MacKay (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
+    This is Laplace's approximation of the marginal likelihood; it is -inf where there are as many parameters as
+    measured numbers. F is the information of the data on the parameters relative to their prior, W C^T M C W / s^2, for
+    columns C, M the projection on what other parameters leave, and W the prior standard deviations. Sources: MacKay
+    (2003), Ch. 27; O'Hagan and Forster (2004), Ch. 11.
 
     Args:
-        before: S, the sum of squares without them; after: (..,) S' with them, and with what they are off from their
-            prior. freedom: nu, independent numbers without them. information: (.., m) eigenvalues of F.
+        before: S, the sum of squares without the parameters.
+        after: (..,) S', the sum of squares with them plus the squares of their deviations from the prior.
+        freedom: nu, the number of independent measured numbers less the other fitted parameters.
+        information: (.., m) eigenvalues of F, one for each of the m parameters.
+
+    Returns:
+        (..,) log evidence, one for each value of ``after``.
     """
     if information.shape[-1] > freedom - 1:
         return np.full(np.shape(after), -np.inf)
@@ -34,10 +40,13 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
 def schwarz(before: float, after: Array | float, count: int, freedom: float) -> Array:
     """Return the log evidence of ``count`` parameters of unknown size: nu log(S / S') - m log(nu), Schwarz's criterion.
 
-    Their prior says as much as one number of the data: unit information (Kass and Wasserman 1995).
+    Their prior says as much as one number of the data (unit information, Kass and Wasserman 1995).
 
     Args:
-        before, after, freedom: as in `log_evidence`.
+        before, after, freedom: as in `log_evidence`; count: m, the number of parameters.
+
+    Returns:
+        (..,) log evidence, one for each value of ``after``.
     """
     return log_evidence(before, after, freedom, np.full(count, freedom - 1.0))
 
@@ -46,8 +55,10 @@ def f_test(before: float, after: float, added: int, freedom: float, price: float
     """Return the p value of the fall of a sum of squares by ``added`` parameters; 1 where it did not fall.
 
     Args:
-        before, after: the sums of squares; freedom: degrees of freedom left after.
-        price: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
+        before, after: the sums of squares without and with the parameters.
+        freedom: degrees of freedom that are left with them.
+        price: 2 log of the prior odds against these parameters among all that were tried; the p value is multiplied by
+            exp(price / 2).
     """
     from scipy.special import betainc
 

@@ -28,7 +28,10 @@ SHOWN = 9
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model."""
+    """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model ..
+
+    They are DAT013, DAT025, DAT027, DAT032 and DAT037.
+    """
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
     own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL:
@@ -56,7 +59,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
 
 
 def some_of_many(data: Measurements) -> list[Diagnostic]:
-    """Return DAT037 where the fit uses only some rows of a large table."""
+    """Return DAT037 where only some rows of a large table are used for the fit; an empty list otherwise."""
     if not data.whole:
         return []
     message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
@@ -64,7 +67,7 @@ def some_of_many(data: Measurements) -> list[Diagnostic]:
 
 
 def too_loud(fit: Fit) -> list[Diagnostic]:
-    """Return DAT027 where the stated noise is over five times the residual rms, which no noise can be."""
+    """Return DAT027 where the stated noise is over five times the residual rms, thus impossible; else an empty list."""
     stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
     if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
         return []
@@ -77,7 +80,10 @@ def too_loud(fit: Fit) -> list[Diagnostic]:
 
 
 def one_path(fit: Fit) -> list[Diagnostic]:
-    """Return DAT032 where rows of a moving arm are predicted over 3 times better than poses between their angles."""
+    """Return DAT032 where the fit of a moving arm's record predicts poses off its path over 3 times worse than on it.
+
+    Off the path are random poses inside the range of the measured joint angles. The list is empty otherwise.
+    """
     state = fit.data.state
     if not is_record(state) or fit.observed.name != "position":
         return []
@@ -100,12 +106,15 @@ def larger_noise(fit: Fit) -> Noise:
 
 
 def _ratio(own: Noise, stated: Noise) -> float:
-    """Return the ratio of the two variances."""
+    """Return the ratio of the variance of a noise to that of the stated one."""
     return ((own.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:
-    """Return indices of used rows that lie farther off than noise explains (chi-square, corrected for their number)."""
+    """Return the indices of used rows that lie farther off than noise explains.
+
+    This is a chi-square test of each row, corrected for their number.
+    """
     from scipy.special import chdtrc
 
     used = fit.problem.weights.used
@@ -120,7 +129,7 @@ def cautions(fit: Fit) -> list[Diagnostic]:
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:
-    """Return DAT021 for every effect that reads a channel that was not measured: its parameters cannot be fitted."""
+    """Return DAT021 for every effect that cannot be fitted, since it reads a channel that was not measured."""
     found = []
     for effect in fit.model.effects:
         missing = effect.missing(fit.problem.sensitivity.state)

@@ -32,15 +32,15 @@ class NoiseParts:
 
     @property
     def unfollowed(self) -> float:
-        """Standard deviation [m], [rad] of angles, of the part of the residual that no channel explains."""
+        """Standard deviation [m], [rad] of angles, of the part of the residual that depends on no channel."""
         return float(np.sqrt(self.silent() * self.square))
 
     @property
     def repeatability(self) -> float | None:
         """Standard deviation per axis [m] with which the arm returns to a pose; None where `sigma_mm` is not stated.
 
-        It is the scatter of repeats less the instrument's; without repeats, the part of the residual that no channel
-        explains less the instrument's.
+        Its square is the variance of repeats, or without them of the residual's part that depends on no channel, less
+        that of the instrument.
         """
         if self.noise.instrument is None or self.noise.sigma is not None:
             return self.noise.repeatability
@@ -72,10 +72,10 @@ class Fit(Solution):
 
     @property
     def smooth_bound(self) -> float:
-        """Held-out error [m], [rad] of angles, that a smooth function of the channels without physics would reach.
+        """Held-out error [m], [rad] of angles, that smooth functions of the channels, without any physics, would reach.
 
-        `compare`, `diagnose` and `add` report that of the model as it came, fitted on all rows: one bound for one
-        table.
+        `compare`, `diagnose` and `add` all report the bound of the unchanged model fitted to all rows, so that a table
+        has one.
         """
         return self.leftover.held_out
 
@@ -100,9 +100,10 @@ class Fit(Solution):
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] by which predictions may be off where a drafted formula is not settled.
+        """Standard deviation per axis [m] that an uncertain formula of a drafted effect adds to predictions.
 
-        It is the difference to a formula that is worse by odds of 50 to 1; 0 where the model has no drafted effect.
+        It is the difference to a formula that is worse by odds of 50 to 1. It is 0 where the model has no drafted
+        effect, which is an effect whose formula was proposed from the data.
         """
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
@@ -111,16 +112,16 @@ class Fit(Solution):
 
     @cached_property
     def covariance(self) -> Array:
-        """(p, p) covariance of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
+        """(p, p) covariance of the fitted parameters: s^2 (A^T A + penalty^2)^-1 over the share of independent rows.
 
-        The variance is that on unseen poses where it is larger. Model errors are common to repeats of a pose: with
-        their share s of the variance, m repeats count as m / (1 + (m - 1) s) rows.
+        s^2 is the residual variance, or that on unseen poses where it is larger. Errors of the model are common to
+        repeats of a pose: with their share f of the variance, m repeats count as m / (1 + (m - 1) f) rows.
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 
     @cached_property
     def scatter_of_parameters(self) -> float:
-        """Factor from (A^T A + penalty)^-1 to the covariance of the parameters."""
+        """Factor between (A^T A + penalty^2)^-1 (`inverse`) and the covariance of the fitted parameters."""
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)

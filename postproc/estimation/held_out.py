@@ -12,13 +12,14 @@ FEWEST = 10
 
 
 def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
-    """Return (N,) whitened held-out residuals: every block is predicted by a fit to the others.
+    """Return (N,) whitened held-out residuals: every block is predicted by a fit to the other blocks.
 
-    With the hat matrix H = U U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no refits.
+    With the hat matrix H = U U^T and e = y - H y, leaving block B out gives (I - H_BB)^-1 e_B, so that nothing is
+    fitted again.
 
     Args:
-        y: (N,) whitened residual; U: (N, p) basis of the fitted columns; blocks: (N,) number of the block of each
-            entry.
+        y: (N,) whitened residual; U: (N, p) basis of the columns of the fitted parameters.
+        blocks: (N,) number of the block that each entry belongs to.
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
@@ -31,9 +32,9 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
 
 
 def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
-    """Return (N,) held-out residuals over their standard deviations in units of the noise; arguments as `hold_out`.
+    """Return (N,) held-out residuals over their standard deviations in units of the noise; arguments as in `hold_out`.
 
-    Those are the square roots of the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
+    The covariance of the held-out residuals of block B is (I - H_BB)^-1, in units of the noise.
     """
     out = y - U @ (U.T @ y)
     for at in _members(blocks):
@@ -49,10 +50,10 @@ def _members(blocks: NDArray[np.int_]) -> list[NDArray[np.intp]]:
 
 
 def _left_out(square: Array, e: Array) -> Array:
-    """Return (I - H)^-1 e for the block H of the hat matrix; the shortest solution where I - H is singular.
+    """Return (I - H)^-1 e; the shortest least-squares solution where I - H is singular.
 
     Args:
-        square: (m, m) H; e: (m,) or (m, k).
+        square: (m, m) H, the hat matrix or its inner product U^T U for one block; e: (m,) or (m, k) right-hand side.
     """
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
@@ -67,7 +68,9 @@ def _left_out(square: Array, e: Array) -> Array:
 
 
 def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
-    """Return (n,) block of each row: contiguous rows in file order, repeats of a pose together; ten, or 25 poses each.
+    """Return (n,) number of the block of each row: contiguous poses in file order, all repeats of a pose in one block.
+
+    There are ten blocks, or one for every 25 poses where that is more, but no more than poses.
 
     Args:
         groups: (n,) number of the pose of each row.
@@ -79,12 +82,13 @@ def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
 
 
 def neighbouring_blocks(groups: NDArray[np.int_], q: Array) -> NDArray[np.int_]:
-    """Return (n,) block of each row: ten parts of the joint space with about as many poses, repeats of a pose together.
+    """Return (n,) number of the block of each row: ten regions of the joint space with about as many poses each.
 
-    The largest part is cut in two across the joint that moves most in it, at the median, until there are ten.
+    All repeats of a pose are in one block. The largest region is cut in two at the median of the joint that moves most
+    in it, until there are ten, or as many as poses.
 
     Args:
-        groups: (n,) number of the pose of each row; q: (n, 6) [rad].
+        groups: (n,) number of the pose of each row; q: (n, 6) joint angles [rad].
     """
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     poses = q[first]

@@ -15,13 +15,15 @@ from postproc.measure.trajectory import is_record
 
 
 def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> float:
-    """Return the share of the rows of a problem that count as independent; 1 where they are no record of a moving arm.
+    """Return the share in (0, 1] of a problem's rows that count as independent; 1 unless they record a moving arm.
 
-    Neighbours in a record resemble each other. What a missing delay or lost motion leaves is no noise, however smooth
-    it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without them.
+    Neighbouring rows of a record have similar errors. What a missing delay or lost motion leaves is not noise, however
+    smooth it is: where both together earn their parameters (Schwarz 1978), the autocorrelation is computed without
+    them.
 
     Args:
-        plain: the fit as if all rows were independent; stopped: (N, k) whitened columns of what stopped at a bound.
+        plain: the fit as a linear problem in which all rows are independent.
+        stopped: (N, k) whitened columns of parameters that stopped at a bound, one array for each effect.
     """
     state = problem.data.state
     if state.v is None or state.time is None or not is_record(state):
@@ -46,10 +48,11 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
 
 
 def serial_share(errors: Array) -> float:
-    """Return the share of the rows of a record that count as independent, 1 / (1 + 2 sum of rho_k).
+    """Return the share of a record's rows that count as independent, 1 / (1 + 2 sum of rho_k); 1 for a short record.
 
-    rho_k is the autocorrelation at lag k, summed until it is lost in its own noise (Bartlett 1946; initial sequence of
-    Geyer 1992). A tracker that reads fifty times a second repeats its own error.
+    rho_k is the autocorrelation of the errors at lag k, summed until it is below its own noise (Bartlett 1946; initial
+    sequence of Geyer 1992). A tracker that reads fifty times a second repeats its own error. Short is a record of fewer
+    than 20 rows.
 
     Args:
         errors: (n, r) whitened errors in the order of time, NaN where not measured.
@@ -68,15 +71,16 @@ def serial_share(errors: Array) -> float:
 
 
 def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:
-    """Return the share of the entries of a residual that count as independent, in (0, 1].
+    """Return the share in (0, 1] of a residual's entries that count as independent, given that joint errors are shared.
 
-    Where one joint's angle is off by a number of its own in every pose, the r numbers of a pose are one number. With f
-    the largest share of the sum of squares that a free turn of one joint in every pose explains, and the rest spread
-    evenly over the r - 1 other directions, they count as 1 / (f^2 + (1 - f)^2 / (r - 1)): r for noise, 1 for f = 1 (the
-    participation ratio of a spectrum).
+    Where one joint's angle is off by a number of its own in every pose, the r measured numbers of a pose are one
+    number. Let f be the largest share of the sum of squares that a free turn of one joint in every pose explains, and
+    let the rest be spread evenly over the r - 1 other directions. Then a pose counts as 1 / (f^2 + (1 - f)^2 / (r - 1))
+    numbers: r for noise, 1 for f = 1 (the participation ratio of a spectrum).
 
     Args:
-        residual: (N,) whitened; turns: (N, 6) whitened derivative by a turn of each joint; row: (N,) row of each entry.
+        residual: (N,) whitened residual; turns: (N, 6) whitened derivative by a turn of each joint.
+        row: (N,) index of the measured row of each entry.
     """
     per_row = np.bincount(row)
     size = len(row) / max(int((per_row > 0).sum()), 1)
@@ -92,12 +96,13 @@ def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> f
 
 
 def repeated_share(turn: Array, repeats: NDArray[np.int_]) -> float:
-    """Return the share of the measured numbers that are new information, since repeats share their rounded angles.
+    """Return the share in (0, 1] of the measured numbers that are new information where repeats share rounded angles.
 
-    Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
+    For m repeats of a pose with the whitening covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) /
+    m.
 
     Args:
-        turn: (n, d, d) C^(-1/2) of each row; repeats: (n,) group of each row.
+        turn: (n, d, d) C^(-1/2) of each row (`Weights.turn`); repeats: (n,) number of the pose of each row.
     """
     each = np.bincount(repeats)[repeats]
     return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / turn.shape[1]) / each))

@@ -50,15 +50,16 @@ def fit_model(
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
-        noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        noise: standard deviation per axis [m] stated by the user; by default that of repeats or ``sigma_mm``.
         watch: is called with what is being done and the share of the work that is done.
-        terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
+        terms: which parameters are free, the smoothness of free functions and when to stop; chosen by the data by
+            default.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
     watch("all parameters", 0.1)
-    fit = _fitted(model, _enough(data.rows(data.usable)), effects, noise, terms)
+    fit = _fitted(model, _thinned(data.rows(data.usable)), effects, noise, terms)
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
     watch("whether angles were rounded", 0.6)
@@ -68,8 +69,11 @@ def fit_model(
     return replace(fit, problem=replace(fit.problem, data=told))
 
 
-def _enough(data: Measurements) -> Measurements:
-    """Return the data, thinned to about `ROWS` rows where it has more; whole poses with repeats where these suffice."""
+def _thinned(data: Measurements) -> Measurements:
+    """Return the data, thinned evenly to about `ROWS` rows where it has more.
+
+    Whole poses with all their repeats are left out where enough poses remain, single rows otherwise.
+    """
     if len(data) <= ROWS:
         return data
     step = -(-len(data) // ROWS)
@@ -79,27 +83,30 @@ def _enough(data: Measurements) -> Measurements:
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
-    """Fit the model with further effects on all given rows.
+    """Fit the model with further effects on all given rows, and return the fit.
 
     Where the model explains part of the scatter of repeats, it is fitted once more with weights of the smaller noise.
+
+    Args:
+        effects, noise, terms: as in `fit_model`.
     """
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
-    every.sort(key=_place)
+    every.sort(key=_sorting_key)
     figures = estimate_noise(data, noise)
     problem = Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside)
     fit = _solved(problem, figures, frozenset(e.key for e in effects), terms)
-    quieter = _quieter(fit)
+    quieter = _noise_within_repeats(fit)
     if quieter is None:
         return fit
     problem = fit.problem.weighted(make_weights(fit.data, quieter))
     return solve(problem, quieter, replace(terms, free=fit.free, strength=fit.strength))
 
 
-def _quieter(fit: Fit) -> Noise | None:
-    """Return the noise by what the model leaves within repeats, where that is significantly below their raw scatter.
+def _noise_within_repeats(fit: Fit) -> Noise | None:
+    """Return the noise by what the model leaves within repeats; None unless that is clearly below their raw scatter.
 
-    Repeats at another time, temperature or force differ by what the model explains. None where it is no smaller.
+    Repeats at another time, temperature or force differ by what the model explains.
     """
     left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
@@ -107,13 +114,14 @@ def _quieter(fit: Fit) -> Noise | None:
 
 
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:
-    """Fit a problem from its starting frames on, with the likeliest smoothness of each free function.
+    """Return the fit of a problem from its starting frames on, with the likeliest smoothness of each free function.
 
-    Where a smoothness is not stated, a rough fit comes first, then the choice, then the fit.
+    Where a smoothness is not stated, a rough fit comes first, then the choice of smoothness, then the fit.
 
     Args:
-        figures: the noise; fresh: keys of effects that no fit has seen, which start at null where the rows do not
-            determine them. terms: which parameters are free, stated smoothness, and when to stop.
+        figures: the noise.
+        fresh: keys of effects that no fit has seen, which start at null where the rows do not determine them.
+        terms: which parameters are free, stated smoothness, and when to stop.
     """
     problem, figures = blurred(start_frames(problem), figures)
     every = problem.model.effects  # with the frames of sessions that saw the arm from elsewhere
@@ -135,10 +143,10 @@ def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Term
     return solve(problem.at(finer), figures, replace(terms, free=masks, strength=strength))
 
 
-def _place(effect: Effect) -> int:
+def _sorting_key(effect: Effect) -> int:
     """Return the sorting key of an effect: frames first, geometry and free functions last.
 
-    Of two effects that do the same, the later one is held.
+    Of two effects with the same influence on the measurements, the later one is not fitted.
     """
     if effect.roughness() is not None:
         return 100
@@ -146,23 +154,28 @@ def _place(effect: Effect) -> int:
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
-    """Return a model beside measurements with nothing fitted but frames that the model lacks.
+    """Return a model beside measurements, with nothing fitted but frames that the model lacks.
 
-    An instrument frame or a tool of the model's own stays as it is, but for an instrument that was set up elsewhere.
+    An instrument frame or tool frame of the model stays as it is, except where the instrument was clearly set up
+    elsewhere: then its frame is fitted.
 
     Args:
-        noise: standard deviation per axis [m] stated by the user; from the data otherwise.
+        noise: standard deviation per axis [m] stated by the user; that of repeats or ``sigma_mm`` by default.
 
     Raises:
-        PostprocError: DAT034 where an effect of the rows or the time of another session would count here.
+        PostprocError: DAT034 where the model has an effect of the row or time of another measuring session.
     """
     session_laws(model, data)
-    fit = _evaluated(model, _enough(data.rows(data.usable)), noise)
+    fit = _evaluated(model, _thinned(data.rows(data.usable)), noise)
     return fit if fit.data.whole or not data.wrong else _with_wrong_rows(fit, data.rows(data.filled))
 
 
 def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
-    """Return the evaluation with the rows that cannot be right added and set aside, to report their errors."""
+    """Return an evaluation with the rows of the data that cannot be right added and set aside, to report their errors.
+
+    Args:
+        fit: the evaluation on the usable rows; data: usable and wrong rows.
+    """
     used = data.usable
     values = np.zeros((len(data), fit.problem.weights.values.shape[1]))
     values[used] = fit.problem.weights.values
@@ -178,7 +191,11 @@ def _with_wrong_rows(fit: Fit, data: Measurements) -> Fit:
 def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
     """Return the model beside usable rows with nothing fitted but frames.
 
-    These are the frames that the model lacks, and the instrument's where it was set up elsewhere.
+    These are the frames that the model lacks, and the instrument's where it was set up elsewhere. Rows far off are set
+    aside.
+
+    Args:
+        noise: standard deviation per axis [m] stated by the user; None for that of the data.
     """
     figures = estimate_noise(data, noise)
     frames = FRAMES[:1] if data.tool_known else FRAMES
@@ -205,10 +222,13 @@ def _evaluated(model: Model, data: Measurements, noise: float | None) -> Fit:
 
 
 def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
-    """Return a fit of frames to the positions alone where these determine them, the tool then turned by orientations.
+    """Return a fit of frames to the positions alone where these suffice, the tool then turned by the orientations.
 
-    An error that all orientations share, such as a probe mounted anew, would else turn the instrument and move the
-    points.
+    An error that all orientations share, such as a probe mounted anew, would otherwise turn the instrument and move the
+    points. Without positions, or with too few, the frames are fitted to all measured numbers.
+
+    Args:
+        figures: the noise; masks: which parameters are free, by effect (those of the frames).
     """
     data, terms = problem.data, Terms(masks, robust=True)
     if len(data.observations) == 1 or data.observed.name != "position":
@@ -231,7 +251,7 @@ def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
-    """Return (p,) the entries of an effect that a fit moves by default: all that any variant of its form frees."""
+    """Return (q,) mask of the entries of an effect that a fit moves by default: all that any of its variants frees."""
     if type(effect).structures():
         return np.ones(len(effect.vector()), dtype=bool)
     chosen = np.zeros(len(effect.vector()), dtype=bool)

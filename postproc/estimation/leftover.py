@@ -42,12 +42,12 @@ class Leftover:
 def split_residual(fit: Solution) -> Leftover:
     """Split the variance of a fit's residual into what follows the channels and noise, without naming any physics.
 
-    The residual is noise and a Gaussian process: joints and the instrument move by free functions of channels, with
+    The residual is noise plus a Gaussian process: joints and the instrument move by free functions of channels, with
     covariance J(x) k(x, x') J(x')^T. The process is one of several (each joint by a channel of its own, every joint by
-    any channel, by all angles at once, by the slow channels), or none at even odds; every one, and every ratio of
-    variances, counts by its restricted likelihood, so that what the fitted parameters took on is allowed for. Blocks
-    are left out in closed form, fitted parameters and all, e_B = (P_BB)^-1 (P y)_B. Sources: Patterson and Thompson
-    (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
+    all channels, by all angles at once, by the slow channels), or none at even odds. Every process and every ratio of
+    variances is weighted by its restricted likelihood, which allows for what the fitted parameters took up. Held-out
+    errors of a block B follow in closed form, e_B = (P_BB)^-1 (P y)_B, the parameters being fitted without the block,
+    too. Sources: Patterson and Thompson (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
     """
     columns = fit.observed.columns
     some = fit.problem.weights.used[:, columns].any(axis=1)
@@ -81,9 +81,11 @@ def split_residual(fit: Solution) -> Leftover:
 
 @dataclass(frozen=True)
 class _Field:
-    """Whitened errors y (N,), columns U (N, p) of the fitted parameters, and the covariance (N, N) beside any process.
+    """Whitened errors of some rows of a fit, the columns of its parameters, and the covariance without any process.
 
-    That is the noise, 1, and what the penalties of the model's own free functions allow.
+    Args:
+        y: (N,) whitened errors. U: (N, p) orthonormal basis of the fitted parameters' columns without a penalty.
+        own: (N, N) covariance of the noise, 1 each, plus what the penalised free functions of the model allow.
     """
 
     y: Array
@@ -95,7 +97,8 @@ class _Field:
         """Return the field of some rows of a fit.
 
         Args:
-            rows: their indices; used: (N,) which of their observed numbers are in use.
+            rows: indices of the m rows; used: (m k,) mask of those of their k observed numbers that are in use, N of
+                them True.
         """
         size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
@@ -111,7 +114,10 @@ class _Field:
         return int(self.U.shape[0] - self.U.shape[1])
 
     def restricted(self, covariance: Array) -> tuple[float, float]:
-        """Return the log restricted likelihood of a covariance (N, N), and the noise variance that maximizes it."""
+        """Return the log restricted likelihood of a covariance (N, N), and the factor on it that is likeliest.
+
+        The factor is the variance of the noise in units of the assumed one.
+        """
         from scipy.linalg import cholesky, solve_triangular
 
         lower = cholesky(covariance, lower=True, check_finite=False)
@@ -123,10 +129,11 @@ class _Field:
         return -0.5 * self.freedom * float(np.log(max(variance, 1e-300))) - scale, variance
 
     def held_out(self, covariance: Array, blocks: NDArray[np.int_]) -> Array:
-        """Return (N,) errors of every block predicted from the others, the parameters fitted without it.
+        """Return (N,) whitened errors of every block, predicted (with fitted parameters) from the other blocks.
 
         Args:
-            covariance: (N, N) of the free function and the noise; blocks: (N,) number of the block of each entry.
+            covariance: (N, N) of the free function and the noise.
+            blocks: (N,) number of the block that each entry belongs to.
         """
         from scipy.linalg import cho_factor, cho_solve
 
@@ -143,13 +150,14 @@ class _Field:
 
 
 def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
-    """Yield covariances (N, N) of free functions of the channels, each with a mean variance of 1.
+    """Yield (N, N) covariances of free functions of the channels, each scaled to a mean variance of 1.
 
-    They let each joint follow a channel of its own, or joints and instrument follow all channels, all angles or slow
-    ones.
+    In these, each joint follows a channel of its own, or joints and instrument follow all channels, all angles, or the
+    slow channels.
 
     Args:
-        rows: indices of the rows; used: (N,) which of their observed numbers are in use.
+        rows: indices of the m rows; used: (m k,) mask of those of their k observed numbers that are in use, N of them
+            True.
     """
     problem = fit.problem
     named = fit_channels(fit)
@@ -157,34 +165,42 @@ def _processes(fit: Solution, rows: NDArray[np.int_], used: NDArray[np.bool_]) -
     J = problem.whitened.matrix[rows][:, fit.observed.columns]
     moves = (J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3])
     turn = moves[0]
-    anywhere = np.sum([_moved(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
+    anywhere = np.sum([_products(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
     for kind, widths in OWN.items():
         own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
         for width in widths if own else ():
-            yield _unit(
-                np.sum([_moved(turn[:, :, j : j + 1]) * _alike(square, width) for j, square in own], axis=0), used
+            yield _scaled(
+                np.sum([_products(turn[:, :, j : j + 1]) * _kernel(square, width) for j, square in own], axis=0), used
             )
     angles = [near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near]
     slow = [near[name] for name in SLOW if name in near]
     for width in WIDTHS[2:] if angles else ():
-        yield _unit(anywhere * np.mean([_alike(square, width) for square in near.values()], axis=0), used)
-        yield _unit(anywhere * _alike(np.sum(angles, axis=0), width), used)
+        yield _scaled(anywhere * np.mean([_kernel(square, width) for square in near.values()], axis=0), used)
+        yield _scaled(anywhere * _kernel(np.sum(angles, axis=0), width), used)
     if slow:
-        yield _unit(anywhere * np.mean([_alike(square, WIDTHS[2]) for square in slow], axis=0), used)
+        yield _scaled(anywhere * np.mean([_kernel(square, WIDTHS[2]) for square in slow], axis=0), used)
 
 
-def _moved(J: Array) -> Array:
-    """Return (n, k, n, k) products J J^T of every pair of rows of J (n, k, m)."""
+def _products(J: Array) -> Array:
+    """Return (n, k, n, k) products J_i J_j^T of the matrices of every two poses, of J (n, k, m)."""
     return np.asarray(np.einsum("nij,mkj->nimk", J, J, optimize=True))
 
 
-def _alike(square: Array, width: float) -> Array:
-    """Return (n, 1, n, 1) covariances exp(-d^2 / 2 w^2) of a free function for squared distances (n, n) and width w."""
+def _kernel(square: Array, width: float) -> Array:
+    """Return (n, 1, n, 1) covariances exp(-d^2 / 2 w^2) of a free function at n poses.
+
+    Args:
+        square: (n, n) squared distances d^2 between the poses, in shares of the channel's range; width: w.
+    """
     return np.asarray(np.exp(-0.5 * square / width**2)[:, None, :, None])
 
 
-def _unit(covariance: Array, used: NDArray[np.bool_]) -> Array:
-    """Return a covariance as a matrix (N, N) of the numbers in use, scaled to a mean variance of 1."""
+def _scaled(covariance: Array, used: NDArray[np.bool_]) -> Array:
+    """Return a covariance (n, k, n, k) as a matrix (N, N) of the numbers in use, scaled to a mean variance of 1.
+
+    Args:
+        used: (n k,) mask of the numbers in use, N of them True.
+    """
     flat = covariance.reshape(len(used), len(used))
     flat = flat if used.all() else flat[np.ix_(used, used)]
     return np.asarray(flat / max(float(np.trace(flat)) / len(flat), 1e-300))

@@ -72,10 +72,11 @@ class Linear:
         return float(self.residual @ self.rest)
 
     def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
-        """Return the fit with more columns (N, m), without directions that keep less than ``rank`` of their length.
+        """Return the fit with more columns C (N, m), beside those of the fitted parameters.
 
-        With M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also
-        where a penalty makes M no projection.
+        Directions of the columns are left out that keep less than ``rank`` of their length beside the fitted ones. With
+        M = I - U U^T of the fit so far, the new part of the basis is M C (C^T M C)^(-1/2), which is exact also where a
+        penalty makes M no projection.
         """
         length = np.linalg.norm(columns, axis=0)
         scaled = columns / np.where(length > 0, length, 1.0)
@@ -99,9 +100,13 @@ def basis_of(columns: Array, penalty: Array) -> Array:
 
 
 def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
-    """Return Q and R of [A; w] = [Q; ..] R; Q is None where there are over `MANY` columns, to be computed as A R^-1.
+    """Return Q (N, p) and R (p, p) of [A; diag(w)] = [Q; ..] R, R upper triangular.
 
-    Those go through the normal equations, five times as fast as QR and well conditioned by the penalty.
+    Over `MANY` columns go through the normal equations, which is five times as fast as QR and well conditioned by the
+    penalty: then Q is None, and is A R^-1.
+
+    Args:
+        columns: (N, p) A; penalty: (p,) w.
     """
     from scipy.linalg import LinAlgError, cholesky
 
@@ -123,5 +128,5 @@ def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
 
 
 def _positive(length: Array) -> Array:
-    """Return lengths with 1 in place of 0, to divide by."""
+    """Return lengths with 1 in place of 0, so that one can divide by them."""
     return np.where(length > 0, length, 1.0)

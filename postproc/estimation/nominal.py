@@ -18,9 +18,9 @@ FARTHER, LEAST_M = 1.2, 5e-5
 def no_farther_than_nominal(fit: Fit) -> None:
     """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does.
 
-    The medians over the rows that agree on where the arm stands are compared: a fit led astray by wrong rows is far
-    from most of the others. Nothing is compared for fits without positions, or for a model without frames (DAT030
-    reports that).
+    The medians of the position errors over the rows that agree on where the arm stands are compared: a fit led astray
+    by wrong rows is far from most of the others. Nothing is compared for fits without positions, or for a model without
+    frames (DAT030 reports that).
 
     Raises:
         PostprocError: DAT039.

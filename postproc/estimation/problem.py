@@ -23,14 +23,15 @@ from postproc.robot.pose import rotation_vectors
 
 @dataclass(frozen=True)
 class Weights:
-    """One over the standard deviation of every measured number, 0 where it was not measured or is set aside, (n, r).
+    """One over the standard deviation of every measured number, 0 where it was not measured or is set aside.
 
-    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then
-    the joint angles (6) where they were measured on the output side.
+    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then the
+    joint angles (6) where they were measured on the output side.
 
     Args:
-        turn: (n, m, m) whitens what the first m numbers of a row, already divided, still have in common (m is 3, or 6
-            with the orientation); None for nothing.
+        values: (n, r) [1/m], [1/rad].
+        turn: (n, m, m) matrices that whiten the first m numbers of a row, already multiplied by their values, where
+            these have a common error; m is 3, or 6 with the orientation. None where errors are independent.
     """
 
     values: Array
@@ -38,11 +39,11 @@ class Weights:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """(n, r) bool: numbers that were measured and are not set aside."""
+        """(n, r) mask of the numbers that were measured and are not set aside."""
         return self.values > 0
 
     def whiten(self, numbers: Array) -> Array:
-        """Return numbers (n, r, k) in measured units as independent ones of variance 1, 0 where they are not used."""
+        """Return (n, r, k) numbers in measured units as independent ones of variance 1, 0 where not used."""
         scaled: Array = numbers * self.values[:, :, None]
         if self.turn is None:
             return scaled
@@ -50,7 +51,7 @@ class Weights:
         return np.concatenate([self.turn @ scaled[:, :m], scaled[:, m:]], axis=1)
 
     def measured(self, whitened: Array) -> Array:
-        """Return (n, r) in measured units of the N used numbers of variance 1, NaN where they are not used."""
+        """Return whitened numbers (N,), those in use row by row, in measured units: (n, r), NaN where not used."""
         numbers = np.zeros(self.values.shape)
         numbers[self.used] = whitened
         if self.turn is not None:
@@ -59,7 +60,7 @@ class Weights:
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
     def nearly(self, other: Weights) -> bool:
-        """Return whether other weights use the same numbers, and differ by less than 1 %."""
+        """Return whether other weights use the same numbers and differ by less than 1 %."""
         same = np.array_equal(self.used, other.used) and np.allclose(self.values, other.values, rtol=0.01)
         if self.turn is None or other.turn is None:
             return same and self.turn is other.turn
@@ -73,9 +74,9 @@ class Weights:
 def make_weights(data: Measurements, noise: Noise) -> Weights:
     """Return the weights of positions [1/m], rotations and joint angles [1/rad] that follow from the noise.
 
-    The variance of a row's position is that of the instrument there, `sigma_mm`, and that of the arm, which is the same
-    in all rows: s_i^2 + r^2. Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand
-    in; figures that depend on it are scaled by the residual in the end.
+    The variance of a row's position is that of the instrument there, `sigma_mm`, plus that of the arm, which is the
+    same in all rows: s_i^2 + r^2. Where the noise is not known, 30 micrometres and 30 microradians are assumed; figures
+    that depend on the assumption are scaled by the residual in the end.
     """
     sigma = weighed_by(noise)
     own = np.ones(len(data))
@@ -93,7 +94,7 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
 
 
 def weighed_by(noise: Noise) -> float:
-    """Return the standard deviation [m], [rad] assumed for a number in the weights; 30 micrometres if none is known."""
+    """Return the standard deviation [m], [rad] assumed for a measured number in the weights; 3e-5 if none is known."""
     return noise.sigma or noise.instrument or 3e-5
 
 
@@ -102,8 +103,8 @@ class Problem:
     """A model beside measurements, at the model's present parameters.
 
     Args:
-        beside: (n, r, k) moves of what is measured that stand beside the model, each as large as suits the data best:
-            patterns without a name.
+        beside: (n, r, k) displacements of the measured numbers by patterns that are not part of the model; each is
+            predicted with the size that fits the data best.
     """
 
     model: Model
@@ -126,9 +127,9 @@ class Problem:
 
     @cached_property
     def error(self) -> Array:
-        """(n, r) measured minus predicted [m, rad, rad] in instrument axes; NaN where not measured.
+        """(n, r) measured minus predicted [m], [rad], positions in instrument axes; NaN where not measured.
 
-        The patterns beside the model are predicted, too, at their best fitting sizes.
+        The prediction includes the patterns in ``beside``, at their best fitting sizes.
         """
         if self.beside is None:
             return self.alone
@@ -138,12 +139,12 @@ class Problem:
 
     @property
     def taken(self) -> Array:
-        """(N, j) orthonormal basis of the whitened patterns beside the model."""
+        """(N, j) orthonormal basis of the whitened patterns in ``beside``."""
         return self._basis[0]
 
     @cached_property
     def _basis(self) -> tuple[Array, Array]:
-        """(N, j) orthonormal basis of the whitened patterns beside the model, and (k, j) the sizes that make it."""
+        """(N, j) orthonormal basis of the whitened patterns in ``beside``, and (k, j) sizes that make it."""
         if self.beside is None:
             return np.zeros((len(self.row), 0)), np.zeros((0, 0))
         columns = self.whiten(self.beside)
@@ -155,7 +156,7 @@ class Problem:
 
     @cached_property
     def alone(self) -> Array:
-        """(n, r) measured minus predicted [m, rad, rad] by the model alone, without the patterns beside it."""
+        """(n, r) measured minus predicted [m], [rad] without the patterns in ``beside``, NaN as in `error`."""
         T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
         if self.data.rotation is not None:
@@ -165,7 +166,7 @@ class Problem:
         return np.hstack(parts)
 
     def weighted(self, weights: Weights) -> Problem:
-        """Return the problem with other weights; results of the model are kept and not computed again."""
+        """Return the problem with other weights; what the model predicts is taken over and not computed again."""
         other = replace(self, weights=weights)
         same = ("rest", "alone", "sensitivity", *(["error"] if self.beside is None else []))
         other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
@@ -186,14 +187,16 @@ class Problem:
 
     @property
     def lever(self) -> Array:
-        """(n, 6, 60) derivative of the pose [m], [rad], whatever was measured, by a turn of each of the 6 joints and by
-        a shift and turn (6 each) of each of the 7 bodies, of the tool and of the instrument.
+        """(n, 6, 60) derivative of the TCP pose [m], [rad], whatever was measured, by 60 unit moves.
+
+        The moves are a turn of each of the 6 joints, and a shift and turn (6 each) of each of the 7 bodies, of the tool
+        and of the instrument.
         """
         return sensitivity(self.model, self.rest).matrix[:, :6]
 
     @cached_property
     def sensitivity(self) -> Sensitivity:
-        """Derivative (n, r, 60) of the measured numbers by a move of every place [m], [rad]."""
+        """Derivative (n, r, 60) of the measured numbers [m], [rad] by the 60 unit moves of `lever`."""
         found = sensitivity(self.model, self.rest)
         n, r = self.weights.values.shape
         if r == 6 and self.data.rotation is not None:
@@ -207,14 +210,14 @@ class Problem:
 
     @cached_property
     def whitened(self) -> Sensitivity:
-        """The sensitivity with every number divided by its noise, 0 where it is not used."""
+        """The sensitivity with every measured number whitened, 0 where it is not used."""
         found = self.sensitivity
         return replace(found, matrix=self.weights.whiten(found.matrix))
 
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """Return (N, p) whitened derivatives of the prediction by the free parameters of an effect.
+        """Return (N, p) whitened derivatives of the prediction by the free parameters of an effect of the model.
 
-        Patterns beside the model are projected out of them.
+        The patterns in ``beside`` are projected out of them.
 
         Args:
             free: (q,) mask over the effect's vector, p of it True.
@@ -223,16 +226,19 @@ class Problem:
         return columns if self.beside is None else columns - inside @ (inside.T @ columns)
 
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """Return (N, p) whitened derivatives by parameters of an effect that the model may lack.
+        """Return (N, p) whitened derivatives of the prediction by parameters of an effect that the model may lack.
 
-        Its load acts on springs no stiffer than is ordinary: a compliance that the missing load has pushed towards zero
-        would hide it.
+        The effect's load acts on joint springs no stiffer than is ordinary: a compliance that the missing load has
+        pushed towards zero would hide it.
+
+        Args:
+            free: (q,) mask over the effect's vector, p of it True.
         """
         return self._rows(self.softer.by_parameter(effect, free))
 
     @cached_property
     def softer(self) -> Sensitivity:
-        """The whitened sensitivity, with springs no stiffer than is ordinary (`at_least_ordinary`)."""
+        """The whitened sensitivity with joint springs no stiffer than is ordinary (`at_least_ordinary`)."""
         springs = tuple(at_least_ordinary(self.model, e) for e in self.whitened.springs)
         return replace(self.whitened, springs=springs)
 
@@ -242,11 +248,11 @@ class Problem:
         return self._rows(self.whitened.matrix[:, :, :6])
 
     def whiten(self, columns: Array) -> Array:
-        """Return (N, p) whitened used numbers of columns (n, r, p) in measured units."""
+        """Return columns (n, r, p) in measured units as (N, p) whitened numbers, those in use row by row."""
         return self._rows(self.weights.whiten(columns))
 
     def _rows(self, whitened: Array) -> Array:
-        """Return the used numbers (N, p) of whitened columns (n, r, p)."""
+        """Return whitened columns (n, r, p) as (N, p): the numbers in use, row by row."""
         used = self.weights.used
         return whitened.reshape(used.size, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
 
@@ -260,7 +266,10 @@ class Problem:
         return Problem(self.model, self.data.rows(rows), self.weights.rows(rows), beside)
 
     def squares(self) -> Array:
-        """Return (n, r) squared whitened errors; numbers that are set aside get the largest weight of their column."""
+        """Return (n, r) squared whitened errors, also of numbers that are set aside.
+
+        Those get the largest weight of their column.
+        """
         typical = np.where(self.weights.used, self.weights.values, 0.0)
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
@@ -268,10 +277,10 @@ class Problem:
 
 
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:
-    """Return a joint compliance raised to a least value; other effects come back unchanged.
+    """Return the joint compliance with its values raised to a least one; other effects come back unchanged.
 
-    The least is half the measured compliance of the arm, or else a fifth of the median fitted one: a compliance that a
-    missing load has pushed towards zero would hide that load.
+    The least value is half the arm's measured compliance, or a fifth of the median positive one of the effect where
+    none was measured: a compliance that a missing load has pushed towards zero would hide that load.
     """
     if spring.role is not Role.JOINT_SPRINGS:
         return spring

@@ -48,8 +48,8 @@ def recorded_model(fit: Fit) -> Model:
 def left_of_pose(fit: Fit) -> float:
     """Return the standard deviation per axis [m] of the model's error of the true position.
 
-    It holds what shows in the residual and what drafted formulas may hide. Errors of joint angles and orientations
-    count as displacements by their lever in the measured poses.
+    It contains what the residual shows and what uncertain formulas of drafted effects may hide. Errors of joint angles
+    and orientations are turned into displacements by their lever in the measured poses.
     """
     left = float(np.hypot(fit.unexplained, fit.undecided))
     if fit.observed.name == "position":

@@ -30,13 +30,14 @@ class Solution:
 
     Args:
         problem: the fitted model beside the measurements.
-        free: parameters that were fitted, by effect: masks over ``effect.vector()``.
-        held: parameters that the data cannot determine, as (effect, index).
-        at_bound: parameters that stopped at a bound.
-        columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
+        free: which parameters the fit was asked to move: masks over ``effect.vector()`` by effect key.
+        held: parameters, as (effect key, index), that kept their value since the data does not determine them.
+        at_bound: parameters, as (effect key, index), that stopped at a bound.
+        columns: (N, p) whitened derivatives by the parameters that were fitted, in the order of ``parameters``.
         penalty: (p,) weights of the smoothness penalty, 0 where there is none.
-        noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
-        strength: of the smoothness penalty by effect.
+        noise: of the instrument and the arm, by which the numbers were weighted.
+        set_aside: indices of rows of ``problem.data`` so far off that they were left out of the fit.
+        strength: of the smoothness penalty, by effect key.
     """
 
     problem: Problem
@@ -61,24 +62,24 @@ class Solution:
 
     @cached_property
     def parameters(self) -> tuple[tuple[str, int], ...]:
-        """(effect, index in its vector) of every column, that is of every parameter that was fitted."""
+        """(effect key, index in its vector) of every parameter that was fitted, in the order of ``columns``."""
         out = set(self.held) | set(self.at_bound)
         every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
         return tuple(p for p in every if p not in out)
 
     @cached_property
     def left_out(self) -> list[tuple[int, int]]:
-        """File number and row number of the rows that were set aside or cannot be right."""
+        """(file number, row number) of the rows that were set aside or cannot be right, sorted."""
         data = self.data
         some = {(data.file[i] if data.file else 0, data.row[i] if data.row else i + 1) for i in self.set_aside}
         return sorted(some | data.wrong)
 
     @cached_property
     def unknown(self) -> tuple[tuple[str, int], ...]:
-        """Parameters (effect, index) that the data does not determine: held ones, and fixed ones no row could show.
+        """Parameters (effect key, index) that the data does not determine: held ones, and fixed ones no row shows.
 
-        Lost motion of a joint that was always approached from one side, for example, is left null in a fit of the
-        others'.
+        Lost motion of a joint that was always approached from one side, for example, stays null in a fit of the lost
+        motion of the other joints.
         """
         found = list(self.held)
         for effect in self.model.effects:
@@ -93,14 +94,15 @@ class Solution:
 
     @cached_property
     def linear(self) -> Linear:
-        """The fit as a linear problem: residual, basis of its columns, and the shares of it that are independent."""
+        """The fit as a linear problem: residual, basis of its columns, and the shares that are independent."""
         return replace(self._linear, serial=self.serial)
 
     @cached_property
     def _linear(self) -> Linear:
-        """The linear problem as if neighbouring rows of a record were independent.
+        """The fit as a linear problem, as if neighbouring rows of a record were independent.
 
-        Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
+        What penalised parameters x predict is added to the residual, y = r + A x, so that y - U U^T y is the residual
+        again.
         """
         soft = np.flatnonzero(self.penalty)
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
@@ -109,17 +111,17 @@ class Solution:
         return Linear(y, self.basis(), self.problem.row, min(share, self.informative))
 
     def basis(self, share: float = 1.0) -> Array:
-        """Return (N, k) basis of what the fit can still move, with the patterns beside the model.
+        """Return (N, k) basis of what the fit can still move, with the patterns in ``problem.beside``.
 
         Args:
-            share: of the smoothness penalty that still counts.
+            share: of the smoothness penalty that still counts; 1 for all of it.
         """
         own = basis_of(self.columns, share * self.penalty)
         return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
 
     @cached_property
     def serial(self) -> float:
-        """Share of the rows that count as independent where neighbours in a record resemble each other."""
+        """Share of rows that count as independent; below 1 where neighbouring rows of a record have similar errors."""
         # What stopped at a bound did so for the same reason as what is missing.
         stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
         return record_share(self.problem, self._linear, stopped)
@@ -137,23 +139,23 @@ class Solution:
 
     @cached_property
     def informative(self) -> float:
-        """Share of the measured numbers that are new information: repeats of a pose share its rounded angles."""
+        """Share of measured numbers that are new information; below 1 where repeats of a pose share rounded angles."""
         turn = self.problem.weights.turn
         return 1.0 if turn is None else repeated_share(turn, self.data.repeats)
 
     @cached_property
     def freedom(self) -> float:
-        """Degrees of freedom: informative numbers minus fitted parameters, effective ones under a penalty."""
+        """Degrees of freedom: informative numbers minus fitted parameters (their effective number under a penalty)."""
         return self.informative * len(self.problem.residual) - self.linear.parameters
 
     @cached_property
     def variance(self) -> float:
-        """Residual variance over the assumed one: whitened sum of squares over the degrees of freedom."""
+        """Residual variance in units of the assumed one: the whitened sum of squares over the degrees of freedom."""
         return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
 
     @cached_property
     def inverse(self) -> Array:
-        """(p, p) inverse (A^T A + penalty^2)^-1 of the normal equations."""
+        """(p, p) inverse (A^T A + diag(penalty)^2)^-1 of the normal equations, in the order of ``parameters``."""
         length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
@@ -164,7 +166,8 @@ class Solution:
     def overconfidence(self) -> float:
         """Factor, at least 1, by which the residual variance on unseen poses exceeds that on the fitted rows.
 
-        A free function that few poses determine is too confident: the same rows chose its prior. 1 without a penalty.
+        A free function that few poses determine is too confident, since the same rows chose its smoothness. The factor
+        is 1 without a penalty.
         """
         if not self.penalty.any():
             return 1.0
@@ -176,7 +179,7 @@ class Solution:
 
     @property
     def observed(self) -> Observation:
-        """The kind of measured numbers that the figures are about, with its unit."""
+        """The kind of measured numbers that the figures are about (position, orientation or joint), with its unit."""
         return self.data.observed
 
     @cached_property
@@ -186,7 +189,7 @@ class Solution:
 
     @property
     def observed_error(self) -> Array:
-        """(n, k) measured minus predicted of what is observed [m], [rad] of angles; NaN where not measured."""
+        """(n, k) measured minus predicted of the observed kind [m], [rad] of angles; NaN where not measured."""
         return self.problem.error[:, self.observed.columns]
 
     @cached_property
@@ -195,7 +198,7 @@ class Solution:
         return self._in_fit(self.problem.error[:, :3])
 
     def _in_fit(self, error: Array) -> Array:
-        """Return the errors with NaN in rows that were set aside."""
+        """Return errors (n, k) with NaN in the rows that were set aside."""
         error = error.copy()
         error[list(self.set_aside)] = np.nan
         return error
@@ -217,9 +220,7 @@ class Solution:
 
     @cached_property
     def held_out_rms(self) -> float:
-        """Root mean square over rows and axes of the error of rows predicted without their block: [m] where positions
-        were observed, else [rad].
-        """
+        """Root mean square error [m], [rad] of angles, of rows predicted without their block, over rows and axes."""
         return rms(self.held_out_error)
 
     @cached_property

@@ -17,12 +17,16 @@ NOTHING = 1e-7
 
 
 def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
-    """Return the h parameters that the data does not determine, and directions (r, p + h) in which they may be off.
+    """Return the h parameters that the data does not determine, and directions in which the parameters may be off.
 
-    Each direction is one standard deviation, over the p fitted parameters and the h. Parameters that only describe the
-    same motion in other axes are left out. A held parameter x_h scatters by its ordinary size s about where
-    it is held. If it is off, the fitted ones have taken on what the data saw of it, -G x_h with G = (A^T A)^-1 A^T A_h;
-    what they could not take on bounds it: (A_h'^T A_h' / sigma^2 + s^-2)^-1 with A_h' = A_h - A G.
+    Parameters that only describe the motion of others in other axes are left out. An undetermined parameter x_h
+    scatters about the value that it has by its ordinary size s. If it is off, the fitted ones have taken up what the
+    data saw of it, -G x_h with G = (A^T A)^-1 A^T A_h; what they could not take up bounds it: its covariance is (A_h'^T
+    A_h' / sigma^2 + s^-2)^-1 with A_h' = A_h - A G.
+
+    Returns:
+        Names (effect key, index) of the h parameters, and (r, p + h) directions of one standard deviation each, over
+        the p fitted parameters of ``fit.parameters`` and the h.
     """
     count = len(fit.parameters)
     if not fit.unknown:
@@ -53,9 +57,10 @@ def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
 
 
 def anywhere(state: State, low: Array, high: Array) -> State:
-    """Return `ELSEWHERE` states with random joint angles, and payload, time .. as in random rows of a table.
+    """Return `ELSEWHERE` states with random joint angles; everything else is that of random rows of a state.
 
     Args:
+        state: whose payloads, times, temperatures .. are used.
         low, high: (6,) limits of the angles [rad].
     """
     random = np.random.default_rng(0)

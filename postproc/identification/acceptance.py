@@ -33,7 +33,11 @@ is left."""
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
-    """Return the candidate's effect with the amplitudes that fit the linear residual best, inside its bounds."""
+    """Return a candidate's effect with the amplitudes that best fit what the fit leaves, clipped at its bounds.
+
+    Args:
+        problem: the fitted model beside the data; linear: the same fit as a linear problem.
+    """
     mask = candidate.free & candidate.effect.amplitudes()
     size = ordinary(problem.model, candidate.effect, mask)
     columns = candidate.columns(problem)
@@ -46,12 +50,12 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
 
 
 def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
-    """Return the fit of the model with a candidate, everything fitted again; None where that fails.
+    """Return the base model with a candidate's effect, everything fitted again; None where the fit fails.
 
-    Amplitudes that no arm can have are held at null, and the rest is fitted again.
+    Amplitudes with values that no arm can have are set to null, and the rest is fitted again.
 
     Args:
-        closely: share of the sum of squares below which a step is none.
+        closely: the fit ends at a step that lowers the sum of squares by less than this share.
     """
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
@@ -85,7 +89,11 @@ def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | No
 
 
 def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
-    """Return (p,) mask of an effect's parameters that no arm can have: by its own rule, or stopped at a bound."""
+    """Return (q,) mask of an effect's parameters with values that no arm can have.
+
+    Those are values that `Effect.impossible` names, and amplitudes that stopped at a bound other than null. The mask is
+    empty where the model has no such effect.
+    """
     effect = fit.model.effect(key)
     if effect is None:
         return np.zeros(0, dtype=bool)
@@ -99,7 +107,10 @@ def fitted_best(
 ) -> tuple[Candidate, Fit] | None:
     """Return the best of a candidate's starts after full fits, with its fit; None where no fit succeeds.
 
-    It stops at the first fit that leaves nothing but noise.
+    The first fit that leaves nothing but noise is the last one.
+
+    Args:
+        base: the fit without the candidate; screen: the forms of all effects on it; closely: as in `refit`.
     """
     found: list[tuple[Candidate, Fit]] = []
     for start in refit_form(screen, base.linear, candidate).starts or (candidate,):
@@ -112,13 +123,14 @@ def fitted_best(
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
-    """Return the candidate with the evidence and fall of its full refit; -inf where the refit is physically impossible.
+    """Return the candidate with the log evidence and the fall of the sum of squares of its full refit.
 
-    What the refit leaves counts at the weights of the base, as it does for whatever is not fitted in full: rows that
-    only stand out beside the candidate stand out beside its rivals, too.
+    The evidence is -inf where the refit is physically impossible. What the refit leaves counts at the weights of the
+    base, as it does for candidates that are not fitted in full: rows that only stand out beside this candidate stand
+    out beside its rivals, too.
 
     Args:
-        base: the fit without it; after: the refit.
+        base: the fit without the candidate; after: the refit.
     """
     before = base.linear.square
     own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
@@ -129,7 +141,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = settled(base.linear, rest, after, candidate.key) - candidate.price
+        worth = refit_evidence(base.linear, rest, after, candidate.key) - candidate.price
     else:
         worth = candidate.evidence + gained
     if impossible(after, candidate.key).any():
@@ -138,11 +150,12 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, fit=after)
 
 
-def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
-    """Return the log evidence of an effect of a full fit beside the base, all its parameters counted (`laplace`).
+def refit_evidence(base: Linear, rest: float, after: Fit, key: str) -> float:
+    """Return the log evidence for one effect of a full fit beside the base, all its parameters counted (`laplace`).
 
     Args:
-        rest: sum of squares that the fit leaves.
+        base: the fit without the effect; rest: sum of squares that the full fit leaves.
+        after: the full fit; key: of the effect.
     """
     effect = after.model.effect(key)
     own = np.array([k == key for k, _ in after.parameters])
@@ -161,16 +174,15 @@ def within_noise(fit: Fit) -> bool:
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
-    """Return whether one fit predicts parts of the joint space that it has not seen better than another.
+    """Return whether one fit predicts regions of the joint space that it has not seen better than another.
 
-    Poses that are alike share what a model lacks, and anything flexible tells one by the other; what an arm has, it has
-    in all its joint space. So parts of that are left out (`neighbouring_blocks`). The sum of squares must fall by so
-    many standard errors over them, or do so in more parts, and by more, than in which it rises: signed ranks (Wilcoxon
-    1945). A part that nothing but itself determines is off by anything, and one that gains far more than the others is
-    no doubt.
+    Poses that are alike share what a model lacks, so that anything flexible predicts one by the other; a real effect
+    acts in all the joint space. So regions of it are left out in turn (`neighbouring_blocks`). Either the mean fall of
+    the squared error over the regions must exceed ``errors`` of its standard errors, or its signed ranks must (Wilcoxon
+    1945): these allow for a region that nothing but itself determines, and for one that gains far more than the others.
 
     Args:
-        errors: how many standard errors; 0 for any gain.
+        after: the fit that may be better; before: the other one; errors: how many standard errors, 0 for any gain.
     """
     blocks = neighbouring_blocks(before.data.repeats, before.data.state.q)
     # `scipy.stats.wilcoxon` gives the same, but takes a second to load.
@@ -181,9 +193,9 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
 
 
 def convincing(candidate: Candidate) -> bool:
-    """Return whether a candidate has positive log evidence, and is no chance find where odds alone are too sure.
+    """Return whether a candidate has positive log evidence and a p value below `CHANCE`.
 
-    That they are where few numbers are left to tell the noise.
+    The p value counts where few measured numbers are left to estimate the noise: there the evidence is too sure.
     """
     return candidate.evidence > 0 and candidate.p_value < CHANCE
 
@@ -192,6 +204,9 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
     """Return every testable effect in its best form on the residual of a fit, the best by log evidence first.
 
     Those that a linear problem cannot judge, and all that come near the best, are judged by a full refit.
+
+    Args:
+        screen: the forms of all effects whose channels the data has, on that fit.
     """
     linear = fit.linear
     found = [c for key in screen.classes if (c := compose(screen, linear, key)) is not None]
@@ -215,7 +230,10 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
     """Return the candidate, with evidence of 0 at most where its class's `beside` effect is missing as well.
 
-    Every arm winds up in its joints: what else bends cannot be judged by a model without those springs.
+    Every arm has compliant joints: how other parts bend cannot be judged by a model without those springs.
+
+    Args:
+        found: the candidates of all effects.
     """
     beside = type(candidate.effect).beside
     first = any(c.key == beside and c.evidence > 0 for c in found)

@@ -34,10 +34,10 @@ HELPS = 0.005
 
 @dataclass(frozen=True)
 class FitFigures:
-    """What is told of a fit that is not kept: a fit of many rows holds much memory.
+    """Figures that are reported of a fit which is not kept, since a fit of many rows needs much memory.
 
     Args:
-        rms, held_out_rms: of what was observed [m], [rad] of angles.
+        rms, held_out_rms: of what was observed [m], [rad] of angles; observed: the kind of measured numbers.
     """
 
     rms: float
@@ -52,7 +52,12 @@ class FitFigures:
 
 @dataclass(frozen=True)
 class Step:
-    """One rung of the ladder: what was added, the fit after it, its model, the share of the way from base to floor."""
+    """One step of an addition: what was added, and the fit after it.
+
+    Args:
+        share: how far the held-out error has come from the base towards the floor, in [0, 1]; None where it cannot
+            fall.
+    """
 
     name: str
     fit: Fit | FitFigures
@@ -65,9 +70,9 @@ class Addition:
     """A model with further effects.
 
     Args:
-        ladder: base, then one rung for each effect; the last one holds the fit.
+        ladder: base, then one step for each effect; the last one holds the fit.
         without: the final fit with one effect left out, by key.
-        floor: noise per axis, or the bound of any function where no noise is known [m].
+        floor: noise per axis [m], or the bound that any function reaches where the noise is not known.
     """
 
     ladder: tuple[Step, ...]
@@ -102,7 +107,8 @@ def add_effects(
     """Add effects by key one after another, each in the form that suits the data, and refit everything.
 
     Args:
-        extra_effects: classes beside the library's; noise: standard deviation per axis [m] stated by the user.
+        keys: of the effects to add; extra_effects: classes beside the library's.
+        noise: standard deviation per axis [m] stated by the user; that of repeats or ``sigma_mm`` by default.
         watch: is called with what is being done and the share of the work that is done.
 
     Raises:
@@ -121,7 +127,11 @@ def add_effects(
 def _added(
     model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None, watch: Watch
 ) -> Addition:
-    """Do what `add_effects` does once, taking joint angles as rounded or not as ``data.rounded`` says."""
+    """Return the result of `add_effects` with joint angles taken as rounded or not as ``data.rounded`` says.
+
+    Args:
+        classes: of the effects to add; noise, watch: as in `add_effects`.
+    """
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
@@ -174,6 +184,9 @@ def fit_effects(
 ) -> Fit:
     """Fit effects to measurements: those with one fixed form together, then the others, each in its best form.
 
+    Args:
+        classes: of the effects; noise, watch: as in `add_effects`.
+
     Raises:
         PostprocError: DAT020 fewer measured numbers than parameters, DAT021 a channel that is not in the data, DAT022 a
             fit that does not converge.
@@ -187,7 +200,14 @@ def fit_effects(
 
 
 def grown(fit: Fit, cls: type[Effect]) -> Fit:
-    """Return a fit with one more effect, in its form of the largest log evidence."""
+    """Return a fit with one more effect, in its form of the largest log evidence, everything fitted again.
+
+    Args:
+        cls: class of the effect; where the model has that effect, it may get further terms.
+
+    Raises:
+        PostprocError: DAT021 a channel that is not in the data, DAT022 a fit that does not converge.
+    """
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
         columns = ", ".join(map(columns_of, missing))
@@ -207,7 +227,11 @@ def grown(fit: Fit, cls: type[Effect]) -> Fit:
 def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
     """Return the fit with each added effect in the form that suits it beside all the others.
 
-    The first were chosen without them; a form is changed where the held-out error falls by `HELPS` at least.
+    The first forms were chosen without the later effects; a form is changed where the held-out error falls by the share
+    `HELPS` at least.
+
+    Args:
+        final: the fit with all effects; added: classes of those that were added.
     """
     for cls in added:
         anew = grown(_without(final, cls.key), cls)
@@ -216,7 +240,7 @@ def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
 
 
 def _without(final: Fit, key: str) -> Fit:
-    """Return the model without one effect, everything else fitted again."""
+    """Return the fit of the model without one effect, everything else fitted again."""
     kept = [e for e in final.model.effects if e.key != key]
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}

@@ -29,9 +29,10 @@ class Comparison:
     """How far measured and predicted poses are apart.
 
     Args:
-        fit: the model beside the data (nothing fitted).
-        error: (n, k) measured minus predicted of what was observed [m], instrument axes, [rad] of angles; NaN in rows
-            that stand out by themselves.
+        fit: the model beside the data (nothing fitted but frames).
+        error: (n, k) measured minus predicted of the observed kind [m], instrument axes, [rad] of angles; NaN in rows
+            that were set aside.
+        iso: pose accuracy and repeatability by ISO 9283; trends: the residual against every channel.
         bound: held-out rms that any smooth function of the channels reaches, everything fitted again [m], [rad].
         before: (6,) the model's own instrument frame, None where it has none.
     """
@@ -50,7 +51,7 @@ class Comparison:
 
     @property
     def moved(self) -> list[Diagnostic]:
-        """DAT031 where the instrument stood elsewhere than in the model, and is placed by these points; else empty."""
+        """DAT031 where the instrument stood elsewhere than in the model, so that its place was fitted; else empty."""
         if self.before is None or not self.fit.free["instrument_frame"].any():
             return []
         now = self.fit.model.in_role(Role.INSTRUMENT_FRAME)
@@ -64,8 +65,11 @@ class Comparison:
 def compare(model: Model, data: Measurements, *, noise: float | None = None) -> Comparison:
     """Return how far a model, as it is, and measurements are apart.
 
-    Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
-    so that the figures describe the arm. So is the place of an instrument that was set up elsewhere.
+    Where the model has no instrument frame or tool frame of its own, or the instrument was set up elsewhere, the frames
+    that bring the points nearest are used, so that the figures describe the arm.
+
+    Args:
+        noise: standard deviation per axis [m] stated by the user; that of repeats or ``sigma_mm`` by default.
     """
     frame = model.in_role(Role.INSTRUMENT_FRAME)
     fit = evaluate(model, data, noise=noise)
@@ -82,10 +86,10 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
 
 
 def sizes(error: Array, kind: Observation) -> Array:
-    """Return (n,) length of each row's error, of joints the largest absolute one; NaN where nothing was measured.
+    """Return (n,) length of each row's error, for joints the largest absolute one; NaN where nothing was measured.
 
     Args:
-        error: (n, k) in SI; kind: what was measured.
+        error: (n, k) [m], [rad]; kind: what was measured.
     """
     if kind.name != "joint":
         return distances(error)

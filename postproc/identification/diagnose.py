@@ -37,14 +37,15 @@ def diagnose(
     noise: float | None = None,
     watch: Watch = unwatched,
 ) -> Diagnosis:
-    """Find which effects a model lacks on measurements, or what the remaining structure follows.
+    """Find which effects a model lacks on measurements, or what the remaining structure depends on.
 
     Forward selection by marginal likelihood with a full refit of every effect that is taken, a backward check, and free
     patterns of the channels as rivals: where a pattern without a name explains clearly more than the whole library, the
     verdict is "unknown".
 
     Args:
-        extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
+        extra_effects: classes beside the library's.
+        noise: standard deviation per axis [m] stated by the user; that of repeats or ``sigma_mm`` by default.
         watch: is called with what is being done and the share of the work that is done.
     """
     library = effect_library()
@@ -59,10 +60,10 @@ def diagnose(
 def _diagnosed(
     model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
 ) -> Diagnosis:
-    """Do what `diagnose` does once, taking joint angles as rounded or not as ``data.rounded`` says.
+    """Return the diagnosis with joint angles taken as rounded or not as ``data.rounded`` says.
 
     Args:
-        library: all effects by key; noise: standard deviation per axis [m] stated by the user.
+        library: classes of all effects by key; noise, watch: as in `diagnose`.
     """
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
@@ -83,7 +84,7 @@ def _diagnosed(
     watch("all of it on all rows", 0.8)
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, named.keys)
-    missing = _steps(named.missing, final)
+    missing = _with_held_out(named.missing, final)
     lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.
     suspects = () if too_few(base) and not missing else _suspects(named, found.outside, bool(lacking))
@@ -111,11 +112,12 @@ def _diagnosed(
     )
 
 
-def _steps(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
-    """Return the missing effects, each with the held-out rms once it and those before it are in (`without`).
+def _with_held_out(missing: Sequence[Candidate], final: Fit) -> tuple[Candidate, ...]:
+    """Return the missing effects, each with the held-out rms of the fit with it and those before it (`without`).
 
     Args:
-        final: the fit with all that is missing; drafted maps take their final label from it.
+        missing: in the order in which they were taken; final: the fit with all of them, which also gives their final
+            labels.
     """
     last = [(final.model.effect(c.key), c) for c in missing]
     told = [replace(c, label=e.label) if e is not None and e.label else c for e, c in last]
@@ -127,8 +129,8 @@ def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> 
     """Return patterns that the remaining structure follows, one per channel; empty where it is hardly above noise.
 
     Args:
-        named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left
-            than the noise.
+        named: the search with the named effects alone; outside: the patterns that were found beside them.
+        lacking: whether more is left than the noise.
     """
     first = named.patterns_left()
     if not (outside or lacking or first):

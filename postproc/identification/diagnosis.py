@@ -24,13 +24,13 @@ BETTER = 0.98
 
 @dataclass(frozen=True)
 class Level:
-    """One level that was held out.
+    """Predictions for one level of a channel, by fits without the rows of that level.
 
     Args:
-        name: the level; rows: how many it has. before, after: rms of what was observed there, predicted by a fit
-            without these rows [m], [rad] of angles: of the model as it came, and with all that was found.
-        without: the same with all but one of the effects that were found, by its key. untold: effects of which the
-            other levels determine nothing.
+        name: the level; rows: how many it has; before: rms of the observed numbers there [m], [rad] of angles,
+            predicted by the model as it came; after: the same with all effects that were found.
+        without: the same with all but one of the effects that were found, by its key.
+        untold: keys of effects of which the other levels determine nothing.
     """
 
     name: str
@@ -41,13 +41,20 @@ class Level:
     untold: tuple[str, ...] = ()
 
     def carries(self, key: str) -> bool | None:
-        """Return whether an effect lowers the error of this level by over 2 %; None if other levels leave it open."""
+        """Return whether an effect, by its key, lowers the error of this level by over 2 %.
+
+        None where the other levels do not determine the effect.
+        """
         return None if key in self.untold else self.after < BETTER * self.without[key]
 
 
 @dataclass(frozen=True)
 class Intervention:
-    """What was found, asked for each level of one channel that no fit has seen."""
+    """Whether the effects that were found predict each level of one channel from the other levels.
+
+    Args:
+        unit: of the figures in reports, ``mm`` or ``mrad``.
+    """
 
     channel: str
     levels: tuple[Level, ...]
@@ -60,20 +67,19 @@ class Intervention:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The verdict.
+    """What a model lacks on measurements, with the fits behind it.
 
     Args:
         base: the model as it came, fitted again; final: with the missing effects.
-        screened, searched: the same on the rows that were searched, every k-th pose of many: those of the candidates
-            and of the suspects.
-        missing: in the order of selection; candidates: every effect of the library on the base, best first.
-        suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
-        blind: effects that this data could not have shown, with the reason.
-        hold_out: what was found, asked for levels of a channel that no fit has seen; None where nobody asked.
-        told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
-        lacking: whether more is left than the noise, None where nothing tells how large that is.
-        floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
-            reaches [m].
+        told: the fit that gives the parameters of what is missing: final, or with the patterns beside it.
+        screened, searched: base and final on the rows that were searched, every k-th pose of many.
+        missing: effects in the order of selection; candidates: every effect of the library on the base, best first.
+        untestable: effects whose channels the data lacks, with the reason; blind: those that it could not have shown.
+        suspects: patterns that the remaining structure follows; beside: further ones, found once the first is taken.
+        lacking: whether more is left than the noise, None where the noise is not known.
+        floor: noise per axis [m], None where it is not known; bound: held-out rms that any smooth function of the
+            channels reaches [m].
+        hold_out: predictions of levels of a channel that were left out of the fits; None where nobody asked.
     """
 
     verdict: Verdict
@@ -96,7 +102,7 @@ class Diagnosis:
 
     @cached_property
     def unnamed(self) -> float | None:
-        """Held-out rms [m], [rad] of the searched rows with the remaining patterns fitted as well; None without any."""
+        """Held-out rms [m], [rad] of the searched rows with the suspected patterns fitted as well; None without any."""
         if not self.suspects:
             return None
         fit = self.searched
@@ -112,12 +118,12 @@ class Diagnosis:
 
     @property
     def misleading(self) -> bool:
-        """Whether held-out rows are predicted worse with the remaining patterns than without them."""
+        """Whether held-out rows are predicted worse with the suspected patterns than without them."""
         return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
 
 
 def suspect_size(fit: Fit, suspect: Suspect) -> Array:
-    """Return (m,) sizes of a suspect that fit the residual best, beside all parameters of the fit."""
+    """Return the (m,) sizes of a suspect that best fit the residual, beside all parameters of the fit."""
     columns = fit.linear.project(suspect.columns(fit.problem))
     return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
 

@@ -37,8 +37,8 @@ def search(start: SearchState) -> SearchState:
 
     Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
     is taken if it is significant, an effect only if held-out rows confirm it; everything is refitted; again until
-    nothing is left that is worth it. After one pass back (`backward`), the search goes on once more: with names alone
-    and one pattern fewer, if there is a pattern. The result stays if the log evidence of the whole is larger.
+    nothing significant is left. After one pass back (`backward`), the search goes on once more: with effects alone, or
+    with one pattern fewer if there is a pattern. The result stays if the log evidence of the whole is larger.
     """
     state = backward(forward(start))
     if not (state.keys or state.outside):
@@ -54,10 +54,10 @@ def search(start: SearchState) -> SearchState:
 def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
     """Return the state with effects and patterns added one by one, always that of the largest log evidence.
 
-    An effect that held-out data does not confirm is tried again after the next one is in.
+    An effect that held-out data does not confirm is tried again once another one is in the model.
 
     Args:
-        named: whether effects are tried, or patterns only; most: patterns at most.
+        named: whether effects are tried, or patterns only; most: how many patterns at most.
     """
     refused: set[str] = set()
     for _ in range(MOST):
@@ -80,9 +80,12 @@ def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> Sea
 def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     """Return the state with an effect in the model and everything refitted; None where the data does not confirm it.
 
-    It must not live on a single row, and parts of the joint space that the fit has not seen must be predicted better.
-    Where more than noise is left, neighbouring poses share errors that make anything significant: then the gain must
-    exceed `CLEARLY` standard errors over the parts.
+    The evidence must not depend on a single row, and regions of the joint space that the fit has not seen must be
+    predicted better. Where more than noise is left, neighbouring poses share errors that make anything significant:
+    then the gain must exceed `CLEARLY` standard errors over the regions.
+
+    Args:
+        best: the effect as a candidate.
     """
     before = state.fit
     whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
@@ -96,10 +99,10 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
 
 
 def backward(state: SearchState) -> SearchState:
-    """Return the state after one pass back: each effect stays, goes, or is replaced, by the log evidence of the whole.
+    """Return the state after a backward pass: each effect stays, goes, or is replaced, by the evidence of the whole.
 
-    What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
-    patterns are found anew; and what is then worth most may be the same effect in another form, another one, or none.
+    An effect that was taken first was judged on a residual that contained the others, too. So each is taken out in
+    turn; the patterns are found anew; and the best may then be the same effect in another form, another one, or none.
     Where that changed something, the pass begins again with what is left.
     """
     done: set[str] = set()
@@ -125,10 +128,11 @@ def _instead(state: SearchState, bare: SearchState, one: Candidate, mine: Candid
     """Yield states that may replace a state as to one effect: without it, or with something else in its place.
 
     That may be the effect in another form, the effect of the largest evidence, or a freer function. The state without
-    it is yielded where it is not needed, or where patterns may explain the same and both fits set the same rows aside.
+    the effect is yielded where it is not needed, or where patterns may explain the same and both fits set the same rows
+    aside.
 
     Args:
-        bare: the state without the effect; one: the effect.
+        bare: the state without the effect; one: the effect as it was taken.
         mine: the effect as it would be taken beside the others; None where it is not needed.
     """
     effect = state.fit.model.effect(one.key)
@@ -149,7 +153,11 @@ def _instead(state: SearchState, bare: SearchState, one: Candidate, mine: Candid
 
 
 def _only(bare: SearchState, one: Candidate, kept: Effect) -> tuple[Candidate, Fit]:
-    """Return an effect reduced to its part ``kept``, and the fit with that part alone."""
+    """Return an effect reduced to some of its terms, and the fit with these alone.
+
+    Args:
+        bare: the state without the effect; one: the effect as it was taken; kept: the effect with the terms to keep.
+    """
     fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
     terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
     after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)

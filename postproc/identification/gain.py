@@ -22,12 +22,11 @@ DIM = 1e-6
 
 @dataclass(frozen=True)
 class Gain:
-    """What each of M forms would bring, (M,) each, or what one of them would.
+    """What M forms would bring, (M,) each, or what one of them would.
 
     Args:
-        fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
-        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the
-            same.
+        fall: of the whitened sum of squares; count: number of parameters (those that only shape the effect included).
+        visible: displacement by the form at its ordinary size, in units of the noise, beside the fitted parameters.
         evidence: 2 log of the odds against nothing, before counting how many forms were tried.
     """
 
@@ -49,10 +48,11 @@ def gains(linear: Linear, forms: Forms) -> Gain:
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
-    """Return the gain of (N, m) whitened columns, each for an ordinary size of its parameter.
+    """Return the gain by (N, m) whitened columns of one form, each for the ordinary size of its parameter.
 
     Args:
-        forming: parameters beyond these that a full fit would move; flexible: whether it is a free function.
+        linear: the fit without the form; forming: number of further parameters that a full fit would move.
+        flexible: whether the form is a free function.
     """
     one = np.zeros(1, dtype=int)
     stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
@@ -62,8 +62,9 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
 def _gains(linear: Linear, stack: Stack) -> Gain:
     """Return the gain of M groups of columns C of one width, from G = C^T M C and b = C^T M y.
 
-    Least squares take q = b^T (G + s^2/w^2)^-1 b off where parameters scatter by w = 3 ordinary sizes, or by a decade
-    more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
+    M projects out the fitted parameters. Least squares lower the sum of squares by b^T (G + s^2/w^2)^-1 b, where
+    parameters scatter by w = 3 ordinary sizes; or by w = 3 d for a factor d of some decades, at the price 2 |log d|.
+    Directions that the data cannot see cost and bring nothing.
     """
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
@@ -100,16 +101,16 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
 
 
 def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
-    """Return the log evidence of fitted parameters, each counted by what it moves in the data.
+    """Return the log evidence of fitted parameters of one effect, each counted by what it moves in the data.
 
-    Amplitudes scatter by three ordinary sizes, or decades off as in `gains`, and what only forms the effect by its own
-    size: a point or a knee that the data hardly sees costs hardly anything. Amplitudes and the places of either sign
-    are off from their prior, in three ordinary sizes: a hose that is tied a metre and a half below the floor is a
-    weight.
+    Amplitudes scatter by three ordinary sizes a priori, or by a decade more or less as in `gains`; parameters that only
+    shape the effect by their own value: a point or a knee that the data hardly sees costs hardly anything. The
+    deviations of amplitudes, and of coordinates of either sign, from their prior count: a hose that is tied a metre and
+    a half below the floor is implausible.
 
     Args:
-        linear: the fit without them; rest: the sum of squares with them. gram: (p, p) C^T M C; index: (p,) which
-            entries of the effect's vector they are.
+        linear: the fit without the effect; rest: the sum of squares with it.
+        gram: (p, p) C^T M C of the parameters' columns; index: (p,) which entries of the effect's vector they are.
     """
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too

@@ -29,10 +29,9 @@ def indistinguishable(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return keys of effects that explain the data nearly as well as the chosen one, and of those hidden behind it.
 
-    Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
-    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or a part of
-    the poses would have named them (`contenders`). Hidden is an effect of which the fit with the chosen one can do
-    most.
+    An effect explains it nearly as well where its log evidence is close, or Schwarz's criterion is, which does not
+    depend on ordinary sizes and on how many forms were tried; or where some poses alone would have favoured it
+    (`contenders`). Hidden is an effect of which the fit with the chosen one can do most.
 
     Args:
         ranking: every effect on the fit without the chosen one; before: that fit; after: the fit with it.
@@ -57,7 +56,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
 
     Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
     (v_i^T C^T M y)^2, of which the fit with the chosen effect leaves the share l_i: below a few times the noise nobody
-    can tell the two apart. A free function can do anything, and being hidden says nothing of it.
+    can tell the two apart. A free function can do anything, and is never called hidden.
 
     Args:
         before, after: the fits without and with the chosen effect.
@@ -80,10 +79,10 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
 def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> list[str]:
     """Return keys of effects with more evidence than the chosen one on any of twenty random parts of the poses.
 
-    Evidence counts on rows that are independent of each other beside the model. Where the model misses more than noise,
-    a difference of evidence says less than it seems, and other poses would have named another effect: what resampling
-    does not settle, the data does not tell (stability selection: Meinshausen and Buehlmann 2010). On a part, the gain
-    nu log(S / S') is counted anew, and what an effect pays stays as it is.
+    Log evidence assumes rows that are independent given the model. Where the model misses more than noise, a difference
+    of evidence says less than it seems, and other poses would have favoured another effect: what resampling does not
+    settle, the data does not tell (stability selection: Meinshausen and Buehlmann 2010). On each part, the gain nu
+    log(S / S') is computed anew, and the price of an effect stays as it is.
 
     Args:
         ranking: every effect on the fit without the chosen one; before: that fit.
@@ -112,7 +111,11 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
 
 
 def _fall(columns: Array, basis: Array, rest: Array) -> float:
-    """Return how much columns (N, m) lower the square sum of a residual (N,), beside an orthonormal basis (N, k)."""
+    """Return by how much columns (N, m) lower the sum of squares of a residual (N,) beside a fit.
+
+    Args:
+        basis: (N, k) orthonormal basis of the columns of that fit; rest: the residual.
+    """
     own = columns - basis @ (basis.T @ columns)
     length = np.linalg.norm(own, axis=0)
     unit = np.linalg.qr(own[:, length > 0] / length[length > 0])[0]

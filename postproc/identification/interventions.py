@@ -25,13 +25,13 @@ CHANNELS = ("payload", "temperature", "session", "approach", "region")
 
 
 def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
-    """Predict each level of a channel by fits without it, with and without the effects that were found.
+    """Predict each level of a channel by fits to the other levels, with and without the effects that were found.
 
     Args:
-        channel: one of `CHANNELS`.
+        found: the diagnosis; channel: one of `CHANNELS`.
 
     Raises:
-        PostprocError: DAT036 where the table has no such channel, or one level of it alone.
+        PostprocError: DAT036 where the table has no such channel, or only one level of it.
     """
     data = found.final.data
     levels = list(_levels(data, channel))
@@ -43,26 +43,28 @@ def hold_out_levels(found: Diagnosis, channel: str) -> Intervention:
     told = []
     for name, rows in levels:
         kept, left = data.rows(~rows), data.rows(rows)
-        without = {key: _predicted(found.final, _lacking(found.final, key), kept, left, keys)[0] for key in keys}
+        without = {key: _predicted(found.final, _model_without(found.final, key), kept, left, keys)[0] for key in keys}
         after, untold = _predicted(found.final, found.final.model, kept, left, keys)
         before = _predicted(found.base, found.base.model, kept, left, ())[0] if keys else after
         told.append(Level(name, int(rows.sum()), before, after, without, untold))
     return Intervention(channel, tuple(told), found.final.observed.unit)
 
 
-def _lacking(fit: Fit, key: str) -> Model:
-    """Return the model of a fit without one effect."""
+def _model_without(fit: Fit, key: str) -> Model:
+    """Return the model of a fit without one effect, by its key."""
     return fit.model.with_effects(*(e for e in fit.model.effects if e.key != key))
 
 
 def _predicted(
     fit: Fit, model: Model, kept: Measurements, left: Measurements, keys: Sequence[str]
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the rms [m], [rad] of rows predicted by a model fitted to others, and effects these do not determine.
+    """Return the rms [m], [rad] of rows predicted by a model fitted to others, and keys of effects these leave open.
 
     Args:
-        fit: tells what is free; kept: the rows that are fitted; left: those that are predicted.
-        keys: effects that were found with all rows: what the fitted ones do not determine of them goes back to null.
+        fit: tells which parameters are free, the noise and the smoothness; model: the one that is fitted.
+        kept: the rows that are fitted; left: those that are predicted.
+        keys: effects that were found with all rows; parameters of theirs that the fitted rows do not determine go to
+            null.
     """
     free = {key: mask for key, mask in fit.free.items() if model.effect(key) is not None}
     strength = {key: value for key, value in fit.strength.items() if key in free}
@@ -75,14 +77,22 @@ def _predicted(
 
 
 def _levels(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask of its rows) of each level of a channel with at least `FEWEST` rows in it and outside."""
+    """Yield (name, (n,) mask of its rows) of each level of a channel with at least `FEWEST` rows in it and outside.
+
+    Args:
+        channel: one of `CHANNELS`.
+    """
     for name, rows in _parts(data, channel):
         if FEWEST <= rows.sum() <= len(data) - FEWEST:
             yield name, rows
 
 
 def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask of its rows) of each level of a channel; none where the data lacks the channel."""
+    """Yield (name, (n,) mask of its rows) of each level of a channel; none where the data lacks the channel.
+
+    Args:
+        channel: one of `CHANNELS`.
+    """
     state = data.state
     if channel == "session" and state.session is not None:
         yield from ((f"`{name}`", state.session == k) for k, name in enumerate(state.session_names))
@@ -100,7 +110,11 @@ def _parts(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.b
 
 
 def _of_values(values: NDArray[np.float64], unit: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask) of each value of six or fewer, else of three ranges with about as many rows each."""
+    """Yield (name, (n,) mask) of each value of at most six, otherwise of three ranges with about as many rows each.
+
+    Args:
+        values: (n,) in the unit; unit: for the name, ``kg``.
+    """
     some = np.unique(np.round(values, 3))
     if len(some) <= MOST:
         yield from ((f"{value:g} {unit}", np.isclose(values, value, atol=1e-3)) for value in some)

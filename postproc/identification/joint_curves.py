@@ -20,11 +20,12 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True)
 class JointCurve:
-    """How far an effect turns one joint along one angle beside its mean, the others in the middle of their range.
+    """How far an effect turns one joint as one joint angle varies, the other angles in the middle of their ranges.
 
     Args:
-        joint: from 1; channel: the angle, ``q2``; at: (k,) its values [rad], over the measured range.
-        turn: (k,) [rad]; sigma: (k,) standard deviation of that [rad].
+        joint: that is turned, from 1; channel: the angle that varies, ``q2``; at: (k,) its values [rad], over the
+            measured range.
+        turn: (k,) turn of the joint less its mean [rad]; sigma: (k,) standard deviation of that [rad].
     """
 
     joint: int
@@ -35,7 +36,7 @@ class JointCurve:
 
 
 def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
-    """Yield the curves of an effect that turns joints by the joint angles alone; none of other effects."""
+    """Yield the curves of an effect, by its key, that turns joints by the joint angles alone; none of other effects."""
     effect = fit.model.effect(key)
     if effect is None or effect.reads != ("q",):
         return
@@ -55,7 +56,7 @@ def curves(fit: Fit, key: str) -> Iterator[JointCurve]:
 
 
 def _turns(effect: Effect, state: State) -> tuple[Array, Array]:
-    """Return (n, 6) turn of every joint [rad] by an effect, and (n, 6, p) its derivative by every parameter."""
+    """Return (n, 6) turn of every joint [rad] by an effect, and (n, 6, q) its derivative by every parameter."""
 
     def turned(x: Array) -> Array:
         """Return (n, 6) turns [rad] at the parameters x."""

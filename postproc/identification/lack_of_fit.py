@@ -19,11 +19,11 @@ FEWEST = 3
 def lacks_fit(fit: Fit) -> bool | None:
     """Return whether a fit leaves more than the noise; None where the noise is not known.
 
-    The scatter of repeats does not depend on the model, in one visit or at any time. At other times they differ by
-    drift as well, so that the noise is at most what all of them scatter by. What is left is tested against each of
-    these (F test of the residual variance, and by a margin that matters); a user's own figure counts in their place,
-    unless repeats scatter more. Without either, what is left is within the noise where it is no more than the
-    instrument and the arm's data sheet say; where it is more, only both of them say that it is no noise.
+    The scatter of repeats in one visit, and that of all repeats, do not depend on the model; the latter contains drift
+    as well, so that the noise is at most that. The residual variance is tested against each of them (F test, and a
+    margin that matters); a noise stated by the user counts in their place, unless repeats scatter more. Without repeats
+    or a stated noise, what is left is within the noise where it is no more than the instrument and the arm's data sheet
+    say; where it is more, it counts as more than noise only if both are known.
     """
     if fit.freedom <= 0:
         return None
@@ -46,10 +46,11 @@ def lacks_fit(fit: Fit) -> bool | None:
 
 
 def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
-    """Return whether the residual variance is significantly above that of a noise, a few rows far off left out.
+    """Return whether the residual variance is significantly above that of a noise; a few rows far off are left out.
 
     Args:
-        sigma: of the noise [m], [rad]; dof: degrees of freedom behind it. chance: of a false alarm.
+        sigma: of the noise [m], [rad]; dof: degrees of freedom from which it is known.
+        chance: probability of a false alarm.
     """
     single = standing_out(fit)
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
@@ -62,8 +63,9 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
 def _repeatability(fit: Fit) -> float | None:
     """Return the arm's repeatability by its data sheet as an upper bound per axis [m]; None where none is stated.
 
-    RP of ISO 9283 is the mean distance from the mean place and three of its standard deviations: 3.6 per axis. Only
-    that it is a distance in space is taken from it, for arms that are older than their data sheet.
+    RP of ISO 9283 is the mean distance from the mean position plus three of its standard deviations: 3.6 standard
+    deviations per axis. Only that it is a distance in space is used, for arms that have become worse than their data
+    sheet.
     """
     stated = fit.model.robot.repeatability
     return None if stated is None or fit.observed.name != "position" else stated / np.sqrt(3)

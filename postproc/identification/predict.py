@@ -36,9 +36,9 @@ class Prediction:
 
     Args:
         pose_id: (n,) labels. position: (n, 3) [m], NaN where the row has no commanded joints.
-        sigma: (n,) of the true pose per axis [m], NaN where the model file has no covariance.
-        measured: (n,) of a measurement of it: with the noise of instrument and arm, NaN where that is not known.
-        diagnostics: effects and channels for which the model does not hold here, where the instrument stands.
+        sigma: (n,) standard deviation of the true position per axis [m], NaN where the model file has no covariance.
+        measured: (n,) that of a measurement of it, with the noise of instrument and arm, NaN where that is not known.
+        diagnostics: effects and channels for which the model does not hold here, and where the instrument stands.
     """
 
     pose_id: tuple[str, ...]
@@ -89,7 +89,7 @@ def predict_rows(model: Model, data: Measurements, place: bool = False) -> Predi
 def _noise(model: Model, data: Measurements) -> Array:
     """Return (n,) noise of a measured position [m], NaN where unknown.
 
-    It is that of the fit, or, where the row states `sigma_mm`, that and the arm's repeatability.
+    It is that of the fit; where the row states `sigma_mm`, it is that combined with the arm's repeatability.
     """
     noise, arm = model.fit.get("noise_mm"), model.fit.get("noise_repeatability_mm")
     level = np.full(len(data), np.nan if noise is None else 1e-3 * float(noise))
@@ -99,7 +99,11 @@ def _noise(model: Model, data: Measurements) -> Array:
 
 
 def _place(model: Model, seen: Measurements) -> Fit:
-    """Return the model with its instrument frame alone fitted to some measured rows; DAT035 where these are too few."""
+    """Return the model with its instrument frame alone fitted to measured rows.
+
+    Raises:
+        PostprocError: DAT035 where these are too few, or stand in line.
+    """
     if len(np.unique(np.round(seen.state.q, 6), axis=0)) < FEWEST:
         message = f"{len(seen)} rows hold a measured position: they do not place the instrument"
         help_ = f"measure {FEWEST} poses at least, far from each other and not in line"
@@ -120,7 +124,11 @@ def _placed_finding(placed: Fit) -> Diagnostic:
 
 
 def _sigma_of_place(placed: Fit, state: State) -> Array:
-    """Return (n,) standard deviation per axis [m] that the fitted instrument frame adds, from D C D^T."""
+    """Return (n,) standard deviation per axis [m] that the fitted instrument frame adds to predictions.
+
+    Args:
+        placed: the model with its fitted instrument frame; state: of the n rows.
+    """
     D = derivatives(placed.model, state, placed.parameters)[0]
     return np.sqrt(np.einsum("nip,pq,niq->n", D, placed.covariance, D) / 3)
 

@@ -21,9 +21,9 @@ STEPS, MISSED = 4, 0.02
 def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SETTLED) -> Fit:
     """Fit the base again with some of the effects of another fit, starting from where that fit has them.
 
-    The springs start there, too: those of the base, found without a load, do not suit it, down to their sign. On more
-    rows than those of the fit, free functions get the order and smoothness that these can carry. Patterns beside the
-    fit stay.
+    The springs start there, too: those of the base, found without a load, do not suit it, not even in their sign. On
+    more rows than those of the other fit, free functions get the resolution and smoothness that these rows can
+    determine. Patterns beside the other fit stay.
 
     Args:
         base: the fit whose rows and free parameters count; fitted: the fit with the effects.
@@ -42,7 +42,7 @@ def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SET
 
 
 def thinned(base: Fit) -> Fit:
-    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more."""
+    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; the base where it has no more."""
     step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
         return base
@@ -52,11 +52,11 @@ def thinned(base: Fit) -> Fit:
 
 
 def without(fit: Fit, keys: Iterable[str]) -> Fit:
-    """Return the fit without some of its effects, the others where its linear model predicts them, not fitted again.
+    """Return a fit without some of its effects, the others where the linear model predicts them, not fitted again.
 
-    The others' residual and columns are those where the fit has them, and held-out errors are taken one step from
-    there. Where such a step misses what the slope predicts (a load on springs that it has formed itself), it is made,
-    and another one looked at, `STEPS` times at most.
+    Residual and columns are those at the present parameters, and held-out errors are taken one step of least squares
+    from there. Where such a step would miss the predicted fall (a load on springs that it has shaped itself), it is
+    made, and another one is looked at, `STEPS` times at most.
 
     Args:
         keys: of the effects that are left out.

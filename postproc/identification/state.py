@@ -30,13 +30,14 @@ the angles leaves looks like another one."""
 
 @dataclass(frozen=True)
 class SearchState:
-    """What a search has taken so far, and what that leaves.
+    """What a search has taken so far, and what is left then.
 
     Args:
-        base: the model as it came; fit: with what was taken. classes: what may be missing, by key; patterns: that may
-            stand beside it. missing, outside: the effects and the patterns that were taken.
-        stock: columns of forms for the rows in use, which all states of a search share. plain: the same before any
-            pattern was put beside it.
+        base: the fit of the model as it came; fit: with what was taken.
+        classes: of the effects that may be missing, by key; patterns: those that may stand beside the model.
+        missing: the effects that were taken; outside: the patterns that were taken.
+        stock: columns of forms by the numbers in use, which all states of a search share.
+        plain: the state before any pattern was added; None where it is not known.
     """
 
     base: Fit
@@ -57,7 +58,7 @@ class SearchState:
     def log_evidence(self) -> float:
         """Log evidence (2 log of odds) of all that was taken, against the base.
 
-        The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
+        The price of finding each part is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
         added = max(after.parameters - first.parameters, 1)
@@ -92,8 +93,8 @@ class SearchState:
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
         """Return the patterns with positive evidence, strongest first.
 
-        Where the noise is not known, they explain `UNSURE` of the residual, unless they follow the time from pose to
-        pose, which is not the arm's.
+        Where the noise is not known, they explain the share `UNSURE` of the residual, unless poses were measured one by
+        one and the pattern depends on temperature, time, session or row alone.
 
         Args:
             asked: log evidence below which patterns may be missing from the result.
@@ -111,10 +112,13 @@ class SearchState:
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
-        """Return the state with other patterns beside the fit, and everything fitted again.
+        """Return the state with other patterns beside the model, and everything fitted again.
 
         Without any, it is the state before patterns were added; where that is not known, knees and points of effects
-        are held, since what the patterns explained would bend them.
+        stay fixed, since what the patterns explained would move them.
+
+        Args:
+            outside: the patterns, in place of those of this state.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self
@@ -129,7 +133,7 @@ class SearchState:
         return replace(self, fit=after, outside=outside, plain=plain)
 
     def without_forms(self) -> SearchState:
-        """Return this state, with the cached columns of forms dropped, which hold most of a search's memory."""
+        """Return this state after its cached columns of forms were dropped, which need most of a search's memory."""
         self.stock.clear()
         for state in (self, self.plain):
             if state is not None:
@@ -137,9 +141,12 @@ class SearchState:
         return self
 
     def with_effect(self, one: Candidate, fit: Fit) -> SearchState:
-        """Return the state with one more effect and the fit that has it.
+        """Return the state with one more effect.
 
         Further terms of an effect that was taken before are merged into it.
+
+        Args:
+            one: the effect; fit: the fit that has it.
         """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
@@ -150,12 +157,12 @@ class SearchState:
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: Candidate) -> SearchState:
-        """Return the state with one of its effects replaced by the same effect with more fields filled in."""
+        """Return the state with one of its effects replaced by the same effect with further fields filled in."""
         plain = None if self.plain is None else self.plain.told(one)
         return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
 
     def without(self, key: str) -> SearchState:
-        """Return the state without one of its effects, everything else fitted again."""
+        """Return the state without one of its effects, by key, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
         fit = refit_all(self.base, self.fit, [m.key for m in others])
         return replace(self, fit=fit, missing=others, plain=None)
@@ -164,8 +171,8 @@ class SearchState:
 def _left_by(before: Fit, after: Fit) -> float:
     """Return the sum of squares that a fit leaves, at the weights of the fit before.
 
-    Numbers that are weighted by their own residual count by their likelihood, that is at weights of the same geometric
-    mean.
+    The weights are scaled to the same geometric mean: numbers that are weighted by their own residual then count by
+    their likelihood.
     """
     weights, others = before.problem.weights, after.problem.weights
     both = weights.used & others.used

@@ -25,12 +25,13 @@ class Trend:
     """The residual against one channel.
 
     Args:
-        channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
-            less what as many bins would explain of noise.
+        channel: name; where: ``space`` or ``joint 2``.
+        share: of the residual's variance that the means of bins of the channel explain, less what as many bins would
+            explain of noise.
         values: (n,) the residual less its mean, mm along ``direction`` or mrad at the joint, NaN where not measured and
             in rows that the fit left out.
         direction: (3,) unit vector in instrument axes, (1,) at a joint.
-        centre, mean, spread: per bin: channel, mean of the values, its standard error.
+        centre, mean, spread: per bin: the channel, the mean of the values, its standard error.
     """
 
     channel: str
@@ -44,7 +45,7 @@ class Trend:
 
 
 def joint_errors(fit: Fit) -> Array:
-    """Return (n, 6) smallest joint errors [rad] that would move the TCP by the position error e, dq = J^+ e."""
+    """Return (n, 6) smallest joint errors [rad] that would move the TCP by its position error e, dq = J^+ e."""
     e = np.nan_to_num(fit.problem.error[:, :3])
     return np.asarray((joint_inverse(fit) @ e[:, :, None])[:, :, 0])
 
@@ -84,7 +85,7 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
-    """Return (n,) the bin of every value, and the median of each bin.
+    """Return (n,) index of the bin of every value, and the median of each bin.
 
     Bins have about as many values each and are not empty; a channel of few values has a bin for each.
     """
@@ -102,8 +103,8 @@ def _trend(
     """Return the trend of a residual over the bins of one channel.
 
     Args:
-        rows: (n, d) residual, d = 1 at a joint; good: (n,) mask of the m rows that count; member: (m,) bin of each.
-        centre: channel at each bin.
+        name: of the channel; where: as in `Trend`; rows: (n, d) residual [mm], [mrad], d = 1 at a joint.
+        good: (n,) mask of the m rows that count; member: (m,) bin of each; centre: the channel in each bin.
     """
     values = rows[good] - rows[good].mean(axis=0)
     direction = np.linalg.svd(values, full_matrices=False)[2][0]

@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import finest
 from postproc.estimation.channels import shown
-from postproc.patterns.formula import Block, Group, Pattern, SignalCurve, acting, block, switching, turns
+from postproc.patterns.formula import Block, Group, Pattern, SignalCurve, acting, block, is_angle, switching
 from postproc.patterns.signals import Signal
 
 STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
@@ -32,7 +32,7 @@ FINEST, MANY = 4, 8000
 
 
 def cosine(x: Any, order: Any, phase: Any) -> Any:
-    """Return cos(order x - phase), (n,) or (P, n) for (P, 1) orders and phases, the latter in single precision."""
+    """Return cos(order x - phase): (n,), or (P, n) in single precision for (P, 1) orders and phases."""
     if np.ndim(order) == 0:
         return np.cos(order * x - phase)
     # Of many waves in single precision, which is many times as fast; within half a turn it is exact enough for that.
@@ -41,12 +41,12 @@ def cosine(x: Any, order: Any, phase: Any) -> Any:
 
 
 def _cycle(x: Any, order: Any, start: Any) -> Any:
-    """Return (order x / (2 pi) - start) mod 1, the share of a period that a wave has passed at x."""
+    """Return (order x / (2 pi) - start) mod 1, the share of a period that has passed at x; start is one, too."""
     return (order / (2 * np.pi) * x - start) % 1.0
 
 
 def fixed(law: Callable[[Any], Any], said: str, kind: str, noun: str = "", gate: str = "") -> SignalCurve:
-    """Return a curve without numbers: a formula f(x), its words, its kind for the odds, its noun as a factor.
+    """Return a curve without numbers: law f(x), description ``said``, kind for the prior odds, ``noun`` as a factor.
 
     ``gate`` says in words where it is on, and makes it a possible switch (`SignalCurve`).
     """
@@ -138,7 +138,7 @@ def line(signal: Signal, origin: float = 0.0) -> Block:
 
 
 def of_signal(signal: Signal) -> Iterator[Block]:
-    """Yield all curves of one signal but waves: lines, powers, breaks, windows; of up to four values, levels."""
+    """Yield the curves of a signal but waves: lines, powers, steps, kinks, windows; of up to four values, levels."""
     x = signal.values
     if len(signal.distinct) <= 4:
         # Approach sides, payloads, sessions: their own value, and being one of them.
@@ -162,7 +162,7 @@ def of_signal(signal: Signal) -> Iterator[Block]:
 
 
 def of_channel(signal: Signal) -> Iterator[Block]:
-    """Yield the curves of a channel, and of its size |x| for angles, speeds, accelerations, loads of both signs.
+    """Yield the curves of a channel, and of its size |x| for angles, speeds, accelerations and loads of both signs.
 
     What grows from a size on may do so to one side in both directions, or to its own side in each: stops, free play.
     """
@@ -190,7 +190,7 @@ def breaks(signal: Signal) -> Iterator[Block]:
 
 
 def levels(signal: Signal) -> Iterator[Block]:
-    """Yield the patterns that single out one of three or four values; of four also the pairs."""
+    """Yield patterns that are 1 at one value of a signal of three or four values, and of four also those of pairs."""
     distinct = signal.distinct
     if 2 < len(distinct) <= 4:
         pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
@@ -200,7 +200,7 @@ def levels(signal: Signal) -> Iterator[Block]:
 
 
 def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
-    """Return the curve that is 1 at any of some values, within a distance ``near`` of them, and 0 elsewhere."""
+    """Return the curve that is 1 where a signal is within ``near`` of any of some values, and 0 elsewhere."""
 
     def law(x: Any) -> Any:
         """Return where x is near one of the values."""
@@ -214,7 +214,7 @@ def level(signal: Signal, some: Sequence[float], near: float) -> SignalCurve:
 
 
 def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
-    """Return exp(-(x - start) / t) and log(1 + (x - start) / t) with the number t, start being the lowest value."""
+    """Return the curves exp(-(x - s) / t) and log(1 + (x - s) / t) with one number t, s being the lowest value."""
     start, kind, reach = float(signal.values.min()), "settling", ("reach",)
     said = ("settling within {n0}{of}", "growing with the logarithm, bent at {n0}{of}")
     # A draft is asked for states before the first that was measured, too.
@@ -225,43 +225,43 @@ def settling(signal: Signal) -> tuple[SignalCurve, SignalCurve]:
 
 
 def own_or_time(signal: Signal) -> bool:
-    """Return whether a signal is time or a column of the table's own: it may settle, or repeat like no angle."""
+    """Return whether a signal is time or an unknown column of the table, and so may settle or repeat at any period."""
     return signal.name == "time" or signal.of_table
 
 
 def waves(signal: Signal, orders: Iterable[float]) -> Block:
-    """Return waves of an angle at several phases of each order that its values can tell from lower ones."""
+    """Return waves of an angle at those orders [per turn] that its values tell from lower ones, several phases each."""
     every = [(k, p) for k in told_apart(signal, orders) for p in (QUARTERS if k <= GEAR else THIRDS)]
     return block(WAVE, signal, every, "fine wave" if every and every[0][0] > GEAR else "wave")
 
 
 def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
-    """Return the orders that the measured values tell from lower ones (no aliasing); all, unless it is an angle."""
-    highest = finest(signal.values) if turns(signal) else np.inf
+    """Return the orders of waves that the measured values tell from lower ones (no aliasing); all, unless an angle."""
+    highest = finest(signal.values) if is_angle(signal) else np.inf
     return [order for order in orders if order <= highest]
 
 
 def periods(signal: Signal) -> list[float]:
-    """Return orders [rad per unit] of 1 to `SWAYS` periods over a signal's range, over two measured values in each."""
+    """Return orders [rad per unit] of waves with 1 to `SWAYS` periods in a signal's range, over two values in each."""
     whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(signal.distinct)))
     many = range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ()
     return [np.pi * k / whole for k in many]
 
 
 def sways(signal: Signal) -> Block:
-    """Return waves of a signal that is no angle, at the orders of `periods` and four phases."""
+    """Return waves of a signal that is no angle, at the orders of `periods` and four phases each."""
     return block(WAVE, signal, product(periods(signal), QUARTERS), "sway")
 
 
 def _edges_at(signal: Signal, places: Iterable[float]) -> list[float]:
-    """Return for each place the middle of the two neighbouring measured values around it."""
+    """Return for each place on a signal's axis the middle of the two neighbouring measured values around it."""
     distinct = signal.distinct
     at = np.clip(np.searchsorted(distinct, list(places)), 1, len(distinct) - 1)
     return (0.5 * (distinct[at - 1] + distinct[at])).tolist()
 
 
 def edges(signal: Signal, most: int = FINE) -> list[float]:
-    """Return at most ``most`` middles of neighbouring measured values, without wide gaps, where a step can be seen."""
+    """Return at most ``most`` places where a step can be seen: middles of neighbouring values without a wide gap."""
     distinct = signal.distinct
     apart = np.diff(distinct)
     seen = (apart < GAP * (distinct[-1] - distinct[0])) | (apart < GRID * np.median(apart))
@@ -270,15 +270,16 @@ def edges(signal: Signal, most: int = FINE) -> list[float]:
 
 
 def knots(signal: Signal, most: int = KNOTS) -> list[float]:
-    """Return ``most`` evenly spaced places between the 2 % and 98 % quantiles of the signal, where a curve may bend."""
+    """Return ``most`` evenly spaced places between the 2 % and 98 % quantiles of a signal, where a curve may bend."""
     low, high = np.quantile(signal.values, [0.02, 0.98]).tolist()
     return np.linspace(low, high, most).tolist()
 
 
 def sharper(pattern: Pattern) -> Group:
-    """Return a pattern on a finer grid of numbers around its own, and as curves that resemble it.
+    """Return variants of a pattern: with numbers on a finer grid around its own, and with curves that resemble its own.
 
-    The grid is finer at a higher level; the result is empty at level `FINEST` or without numbers.
+    The grid is finer the higher the pattern's level; there are none at level `FINEST`, or for a pattern without
+    numbers.
     """
     if pattern.level == FINEST or not pattern.numbers:
         return Group(())
@@ -286,7 +287,7 @@ def sharper(pattern: Pattern) -> Group:
 
 
 def _closer(pattern: Pattern) -> Iterator[Block]:
-    """Yield the blocks of patterns that `sharper` returns: other curves in place of a factor, and nearby numbers."""
+    """Yield the blocks of variants that `sharper` returns: other curves in place of a factor, then nearby numbers."""
     for k, (curve, signal, own) in enumerate(pattern.each):
         for new, numbers in _instead(curve, signal, own, pattern.level):
             first = sum(len(c.numbers) for c, _ in pattern.factors[:k])
@@ -314,7 +315,7 @@ def _closer(pattern: Pattern) -> Iterator[Block]:
 def _instead(
     curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int
 ) -> Iterator[tuple[SignalCurve, Iterable[Sequence[float]]]]:
-    """Yield (curve, rows of numbers) that may describe a signal better than this curve; few or none above level 0."""
+    """Yield (curve, rows of its numbers) that may fit better than a curve; few or none once refined (level above 0)."""
     if curve.switch is not None:
         plain, side = curve.switch
         inside = _instead(plain, signal, numbers, level)
@@ -360,7 +361,7 @@ def _instead(
 
 
 def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level: int) -> list[list[float]]:
-    """Return for each number of a curve a list of values around it to try, spaced the closer the higher the level."""
+    """Return for each number of a curve values around it to try, the closer the more often refined (level)."""
     x, closer, found = signal.values, 3.0**-level, list[list[float]]()
     low, high = np.quantile(x, [0.02, 0.98])
     for kind, number in zip(curve.numbers, numbers, strict=True):
@@ -370,11 +371,11 @@ def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level:
             found.append((number + (high - low) / 20 * closer * np.linspace(-1.0, 1.0, 7)).tolist())
         elif kind in ("width", "reach"):
             found.append((number * 1.7 ** (closer * np.linspace(-1.0, 1.0, 7))).tolist())
-        elif kind == "order" and curve is WAVE and level and turns(signal) and number.is_integer():
+        elif kind == "order" and curve is WAVE and level and is_angle(signal) and number.is_integer():
             found.append([number])
         elif kind == "order":
             near = _orders(signal, number, 4.0**-level if curve is WAVE else 0.25)
-            whole = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if turns(signal) and level else []
+            whole = np.arange(np.ceil(min(near)), max(near) + 1e-9).tolist() if is_angle(signal) and level else []
             found.append([*near, *whole])
         elif kind == "phase":
             found.append((number + (EIGHTHS if level == 0 else np.pi / 8 * closer * np.linspace(-1, 1, 7))).tolist())
@@ -384,15 +385,15 @@ def _nearby(curve: SignalCurve, signal: Signal, numbers: Sequence[float], level:
 
 
 def _orders(signal: Signal, order: float, closer: float) -> list[float]:
-    """Return orders around one, finer than 2 pi / range; of an angle at least 0.4, else 1 period in the range."""
+    """Return wave orders around one, over ``closer`` times 2 pi / range; an angle has 0.4 waves at least, others 1."""
     apart = 2 * np.pi / max(float(np.ptp(signal.values)), 1e-300)
     near = order + apart * closer * np.linspace(-0.5, 0.5, 11)
-    least = (0.4 if turns(signal) else 0.999) * apart
+    least = (0.4 if is_angle(signal) else 0.999) * apart
     return near[near > least].tolist() or [order]
 
 
 def _next_edges(signal: Signal, edge: float) -> list[float]:
-    """Return the edges of the signal around one, at least 2 and at most 10 to either side (an 18th of all between)."""
+    """Return the places of a step (`edges`) around one: an 18th of all to either side, at least 2, at most 10."""
     places = edges(signal, len(signal.values))
     at, reach = int(np.searchsorted(places, edge)), min(max(2, len(places) // 18), 10)
     return places[max(0, at - reach) : at + reach] or [edge]

@@ -43,14 +43,14 @@ from postproc.patterns.formula import (
     Single,
     acting,
     block,
+    is_angle,
     product_of,
     side_by_side,
     switching,
-    turns,
 )
 from postproc.patterns.instrument_model import Sight, around
 from postproc.patterns.memory import lags, memories
-from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort
+from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, odds, sort_of_place
 from postproc.patterns.signals import Signal, added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
@@ -65,8 +65,9 @@ class Patterns:
     """Patterns that are tried, and what may switch one of them on.
 
     Args:
-        blocks: patterns with one size; wide: those with several. gates: the blocks that may stand for "only where";
-            slow: channels that are not the arm's.
+        blocks: patterns with one size each; wide: those with several sizes.
+        gates: blocks of curves that may restrict another pattern to where they are on.
+        slow: channels that do not come from the arm's state: time, temperature, payload and the table's own columns.
     """
 
     blocks: Sequence[Block]
@@ -84,14 +85,15 @@ class Patterns:
 
     @cached_property
     def own(self) -> frozenset[str]:
-        """Names of the channels that are columns of the table's own."""
+        """Names of the channels that are columns of the table which the program does not know."""
         return self.slow - TABLE
 
     @cached_property
     def every(self) -> Group:
         """All patterns with one size, sorted by the only place where they make sense, then by what they follow.
 
-        At one place those that follow the arm come first, then those that do not, last the table's own columns alone.
+        At one place those that follow the arm come first, then those that do not, last those of the table's own columns
+        alone.
         """
 
         def order(some: Block) -> tuple[str, bool, bool]:
@@ -102,7 +104,7 @@ class Patterns:
         return Group(sorted(self.blocks, key=order))
 
     def at(self, where: str) -> Iterator[tuple[slice, bool]]:
-        """Yield the slices of `every` that make sense at a place, and whether they do so at any place."""
+        """Yield (slice of `every`, whether it makes sense at any place) for the patterns that make sense at a place."""
         blocks, ends = self.every.blocks, self.every.ends
         for only, some in groupby(range(len(blocks)), key=lambda k: blocks[k].like.where):
             good = [k for k in some if only == where or self.sensible(blocks[k].like, where)]
@@ -112,7 +114,7 @@ class Patterns:
     def price(self, pattern: Pattern) -> float:
         """Return 2 log of the prior odds against a pattern at a place.
 
-        It counts all patterns and places that are tried, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
+        All patterns and places that are tried count, and `UNNAMED_LOG_PRIOR` for a pattern without a physical name.
         """
         return 2 * float(np.log(odds(pattern, self.kinds))) + UNNAMED_LOG_PRIOR
 
@@ -127,27 +129,28 @@ class Patterns:
         return [b[0] for b in self.blocks if b.like.kind == "line"]
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
-        """Return whether a pattern makes sense at a place.
+        """Return whether a pattern makes sense at a place, by name as in `suspects.places`.
 
-        Patterns of the arm's channels make none at an instrument or frame, which feels no load, unless made for it.
+        Patterns of the arm's channels do not at an instrument or frame, which feels no load, unless they are made for
+        it.
         """
         free = self.own if where in LOADED else self.slow
         anywhere = (
             pattern.where is None and where != LEANS and (where not in APART or free.issuperset(pattern.channels))
         )
-        return anywhere or pattern.where == sort(where)
+        return anywhere or pattern.where == sort_of_place(where)
 
     @cached_property
     def sizes(self) -> Group:
-        """Patterns proportional to a channel, counted from its median and from zero, for a switch to act on."""
+        """Patterns proportional to a channel, counted from its median and from zero, that a switch may multiply."""
         some = [p.signals[0] for p in self.lines if p.channels != ("row",) and p.where is None]
         return Group(line(s, origin) for s in some for origin in dict.fromkeys((s.middle, 0.0)))
 
     @cached_property
     def switches(self) -> tuple[Group, Single]:
-        """All switches with their values (n, G): factors that let a pattern act only where a channel is in some range.
+        """All switches, and their values (n, G): factors that let a pattern act only where a channel is in some range.
 
-        Each is on in more than a few rows, and off in more than a few.
+        Each of them is on in more than a few rows, and off in more than a few.
         """
         found = list[Block]()
         for some in self.gates:
@@ -160,8 +163,8 @@ class Patterns:
     def grown(self, pattern: Pattern) -> Iterator[tuple[Single, Group]]:
         """Yield (values (n, G), G patterns): a pattern, or one of its two factors, times switches of other channels.
 
-        A pattern that may itself be a switch also switches what grows with another channel: a clamp giving under a
-        load.
+        A pattern that may itself be a switch is also multiplied by what is proportional to another channel: a clamp
+        gives under a load.
         """
         switches, values = self.switches
         ends = switches.ends
@@ -186,15 +189,16 @@ class Patterns:
 
 
 def _switched(one: Pattern, switch: Block) -> Block:
-    """Return the products of a pattern with each of some switches, which say where another channel lets it act."""
+    """Return the products of a pattern with each switch of a block, which says where another channel lets it act."""
     numbers = np.hstack([np.tile(one.numbers, (len(switch), 1)), switch.numbers])
     return Block(replace(one, factors=one.factors + switch.like.factors, numbers=(), level=0), numbers)
 
 
 def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
-    """Yield (pattern, channel that may switch it): a pattern of one factor with "" for any channel but its own.
+    """Yield (part of a pattern, channel that may switch that part).
 
-    Of a product, each factor comes with the channel of the other factor.
+    A pattern of one factor comes whole with "", for any channel but its own. Of a product of two, each factor comes
+    with the channel of the other one.
     """
     if len(pattern.factors) == 1:
         yield pattern, ""
@@ -205,11 +209,11 @@ def _factors(pattern: Pattern) -> Iterator[tuple[Pattern, str]]:
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
-    """Return all patterns to try on measured rows: of the channels, of forces on the tool and footing, and of memory.
+    """Return all patterns to try on measured rows: of channels, of forces on tool and footing, and of the rows before.
 
     Args:
-        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m].
-        sight: the measured point as the instrument sees it; without it nothing follows the instrument's readings.
+        channels: (n,) values by name; state: of the n rows; position: (n, 3) of the tool in base axes [m].
+        sight: the measured point as the instrument sees it; without it no pattern follows the instrument's readings.
     """
     place = place_code(state, position)
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
@@ -247,10 +251,12 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
 def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Block]:
     """Yield waves of angles and of sums of two or three of them, and steps and kinks of these sums.
 
-    Sums of neighbouring joints stand for linkages and angles against gravity; joints far apart only wind hoses (kinks).
+    Sums of neighbouring joints stand for linkages and for angles against gravity; the sums of joints far apart only for
+    the winding of hoses (kinks).
 
     Args:
-        slow: signals that are not the arm's, by which a wave of neighbouring joints may grow.
+        angles: of the joints, in their order.
+        slow: signals that do not come from the arm's state, to which the amplitude of a wave may be proportional.
     """
     for angle in angles:
         yield waves(angle, range(1, GEAR + 1))
@@ -267,7 +273,7 @@ def of_angles(angles: Sequence[Signal], slow: Sequence[Signal]) -> Iterator[Bloc
 
 
 def of_two(first: Signal, second: Signal) -> Iterator[Block]:
-    """Yield products of two signals: line by line, wave by wave, and waves of one whose size is the other."""
+    """Yield products of two signals: line by line, wave by wave, and waves of one with the other as amplitude."""
     for a, b in ((0.0, 0.0), (float(first.values.mean()), float(second.values.mean()))):
         yield product_of(line(first, a), line(second, b), "product")
     if first.name[0] == second.name[0] == "q":
@@ -283,17 +289,17 @@ def of_two(first: Signal, second: Signal) -> Iterator[Block]:
 
 
 def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Block]:
-    """Yield waves of one signal whose amplitude is proportional to another.
+    """Yield waves of one signal whose amplitude is proportional to another signal.
 
-    Waves of low order may act at any place, those of higher order (a gear's) at the joint of the angle alone.
+    Waves of low order may act at any place, those of a higher order (a gear's) at the joint of the angle alone.
 
     Args:
         angle: an angle, a sum of angles, or another signal that repeats, such as time.
-        size: what the amplitude follows.
+        size: what the amplitude follows; orders: of the waves [rad per unit of the angle].
     """
     middle, every = float(size.values.mean()), list(orders)
-    kind = "swelling wave" if turns(angle) else "swelling sway"
-    low = [order for order in every if order <= max(LOW) or not turns(angle)]
+    kind = "swelling wave" if is_angle(angle) else "swelling sway"
+    low = [order for order in every if order <= max(LOW) or not is_angle(angle)]
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for origin in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
         for where, some in ((None, low), (f"joint {angle.name[1:]}", every[len(low) :])):
@@ -301,14 +307,17 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[B
 
 
 def _quarters(signal: Signal, orders: Iterable[float]) -> Block:
-    """Return the cosine and the sine of a signal at every order that its values tell from lower ones."""
+    """Return the cosine and the sine of a signal at every order that its measured values can tell from lower ones."""
     return block(WAVE, signal, [(k, p) for k in told_apart(signal, orders) for p in (0.0, np.pi / 2)])
 
 
 def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
-    """Return the columns that hold words: column name to one signal per word, 1 where it stands and 0 elsewhere.
+    """Return the columns of words in a table, by name: one signal per word, 1 where the word stands and 0 elsewhere.
 
-    They are channels named ``shift=night``; empty cells count as one more word, labelled ``empty``.
+    They are channels with names such as ``shift=night``. Empty cells count as one more word, labelled ``empty``.
+
+    Args:
+        signals: of all channels, by name.
     """
     found: dict[str, list[Signal]] = {}
     for name, signal in signals.items():
@@ -323,21 +332,32 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 
 
 def of_words(column: Sequence[Signal]) -> Iterator[Block]:
-    """Yield for each word of a column the pattern that is 1 where it stands; of two words only the first."""
+    """Yield for each word of a column the pattern that is 1 where the word stands; of two words only the first.
+
+    Args:
+        column: one signal per word (`words`).
+    """
     for signal in column[:1] if len(column) == 2 else column:
         said = f"where {signal.name} is {signal.label}"
         yield block(fixed(lambda x: x, said, "level", said, signal.label), replace(signal, label=signal.name))
 
 
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
-    """Yield one pattern with a shift for every word of a column of three words or more; that of the first is zero."""
+    """Yield one pattern with a shift for every word of a column of at least three; the shift of the first word is zero.
+
+    Args:
+        column: one signal per word (`words`).
+    """
     if len(column) > 2:
         form = f"another value at each of {joined([s.label for s in column])}"
         yield side_by_side((block(LINE, s)[0] for s in column[1:]), form, "levels")
 
 
 def each_level(signal: Signal) -> Iterator[Pattern]:
-    """Yield one pattern with a shift for each number of a column of 3 to `MOST_LEVELS`, each of them repeated."""
+    """Yield one pattern with a shift for each value of a signal of 3 to `MOST_LEVELS` values, all of them repeated.
+
+    The shift of the lowest value is zero.
+    """
     distinct, count = np.unique(signal.values, return_counts=True)
     if 2 < len(distinct) <= MOST_LEVELS and count.min() > 1:
         form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"

@@ -29,11 +29,12 @@ class SignalCurve:
     """A function of one signal that a few numbers form.
 
     Args:
-        law: of the signal and of the numbers; said: what it looks like, a template (`Curve.words`). kind: patterns of
-            one kind are as likely as those of any other, however many there are.
+        law: f(x, *numbers) of the signal's values; said: its description, a template (`SignalCurve.words`).
+        kind: patterns of one kind are together as likely as those of any other, however many there are.
         numbers: the kind of each number: edge, knot, width (half of it), reach, order, phase, start or duty.
-        noun: what it is called as a factor; gate: how it is said of something else that it acts only there, and
-            only elsewhere: what a switch of that curve does. switch: the curve and the side of a switch.
+        noun: its description as a factor of a product.
+        gate: in words, where it is on and where it is off, if it may restrict another pattern to there.
+        switch: the curve, and the side, of a curve that `switching` has made.
     """
 
     law: Law = field(repr=False)
@@ -45,7 +46,7 @@ class SignalCurve:
     switch: tuple[SignalCurve, int] | None = None
 
     def words(self, template: str, signal: Signal, numbers: Sequence[float], spans: Sequence[Edge]) -> str:
-        """Fill a template of words for a signal and numbers of this curve.
+        """Return a template filled with the words for a signal and the numbers of this curve.
 
         Args:
             template: with `{n0}`, `{n1}` .. for the numbers, `{of}`, `{label}` and `{name}` for the signal; for waves
@@ -55,37 +56,47 @@ class SignalCurve:
         words = {f"n{k}": within(signal.unit, *span) for k, span in enumerate(spans)}
         if "order" in self.numbers:
             order, share = numbers[0], numbers[1] / (2 * np.pi if self.numbers[1] == "phase" else 1.0)
-            words["each"], words["verb"] = each(signal, order), "swaying" if signal.name == "time" else "wave"
-            words["at"] = shown(signal.unit, again(signal, order, share))
+            words["each"], words["verb"] = repetition(signal, order), "swaying" if signal.name == "time" else "wave"
+            words["at"] = shown(signal.unit, wave_place(signal, order, share))
             if len(numbers) > 2:
-                words["end"] = shown(signal.unit, again(signal, order, share) + numbers[2] * 2 * np.pi / order)
+                words["end"] = shown(signal.unit, wave_place(signal, order, share) + numbers[2] * 2 * np.pi / order)
         return template.format(of=signal.of, label=signal.label, name=signal.name, **words)
 
 
-def turns(signal: Signal) -> bool:
-    """Return whether a signal is an angle (its unit is that of a joint angle), so that waves count per turn."""
+def is_angle(signal: Signal) -> bool:
+    """Return whether a signal has the unit of a joint angle, so that its waves are counted per turn."""
     return signal.unit.rstrip("123456") == "q"
 
 
-def each(signal: Signal, order: float) -> str:
-    """Return how often a wave repeats, in words: ``3 times a turn`` of an angle, else ``with a period of 20 s``."""
-    return f"{order:.3g} times a turn" if turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
-
-
-def again(signal: Signal, order: float, share: float) -> float:
-    """Return the place, next to the median of the signal, at which a given share of the period of a wave has passed.
+def repetition(signal: Signal, order: float) -> str:
+    """Return in words how often a wave repeats: ``3 times a turn`` of an angle, else ``with a period of 20 s``.
 
     Args:
-        order: angular frequency of the wave in the signal's unit; share: of a period, counted from the signal's zero.
+        order: angular frequency of the wave [rad per unit of the signal].
+    """
+    return (
+        f"{order:.3g} times a turn" if is_angle(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
+    )
+
+
+def wave_place(signal: Signal, order: float, share: float) -> float:
+    """Return where, next to the signal's median, a wave has passed a given share of its period, in the signal's unit.
+
+    Args:
+        order: angular frequency of the wave [rad per unit of the signal].
+        share: of a period, counted from the signal's zero.
     """
     period = 2 * np.pi / order
     return (share + round(signal.middle / period - share)) * period
 
 
 def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
-    """Return the lowest and highest value that some estimates of a number leave open, in the signal's unit.
+    """Return the lowest and highest value that several estimates of one number of a curve leave open.
 
-    An edge lies anywhere between the measured values beside it, and a width is shown doubled (as a whole width).
+    An edge lies anywhere between the measured values beside it, and a width is doubled (to a whole width).
+
+    Args:
+        kind: of the number, as in `SignalCurve`; numbers: the estimates, in the signal's unit.
     """
     low, high = min(numbers := list(numbers)), max(numbers)
     if kind == "edge":
@@ -96,14 +107,15 @@ def span_of(signal: Signal, kind: str, numbers: Iterable[float]) -> Edge:
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """A product of curves without physical unit.
+    """A product of curves of signals, without a physical unit.
 
     Args:
-        factors: curves, each of a signal; numbers: of all of them, one after another. kind: for its odds.
-        where: the only place at which it makes sense, None for all; tries: how many times as many as of its kind were
-            tried. level: how closely its numbers were found.
-        parts: patterns side by side, each with a size of its own, instead of factors: a shift for each level;
-            form: what these are called.
+        factors: curves, each with its signal; numbers: of all curves, one after another.
+        kind: for the prior odds; where: the only place at which it makes sense, None for all.
+        tries: by how many times the patterns of its kind are multiplied by a further search.
+        level: how often its numbers were refined.
+        parts: patterns side by side, each with a size of its own, instead of factors, such as a shift for each level.
+        form: description of these parts.
     """
 
     factors: tuple[tuple[SignalCurve, Signal], ...]
@@ -157,7 +169,7 @@ class Pattern:
     def drafts(self) -> tuple[Draft, ...]:
         """Expressions of a ``state`` that give its values, one for each part, with the numbers that a fit may move.
 
-        It is empty where a signal cannot be computed from a state alone.
+        Empty where a signal cannot be computed from a state alone.
         """
         largest, every = float(np.abs(self.raw).max()), [p._text() for p in self.parts or (self,)]
         if any(text is None for text in every):
@@ -178,7 +190,7 @@ class Pattern:
         """Return the pattern in words, its numbers with the range that equally good patterns leave open.
 
         Args:
-            alike: patterns that fit the data as well; those with the same curves widen the ranges.
+            alike: patterns that fit the data equally well; those with the same curves widen the ranges.
         """
         if self.form:
             return self.form
@@ -199,7 +211,7 @@ def _movable(curve: SignalCurve, signal: Signal, numbers: Sequence[float]) -> li
 
     def still(kind: str, x: float) -> bool:
         """Return whether a fit has to keep a number."""
-        return kind not in MOVED or (kind == "order" and turns(signal) and x.is_integer())
+        return kind not in MOVED or (kind == "order" and is_angle(signal) and x.is_integer())
 
     every = zip(curve.numbers, numbers, strict=True)
     return [x if still(kind, x) else Movable(x, MOVED[kind], signal) for kind, x in every]
@@ -210,11 +222,11 @@ SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda 
 
 
 def switching(curve: SignalCurve, side: int) -> SignalCurve:
-    """Return the curve that multiplies a pattern by one side of a gate, with words such as ``only where ..``.
+    """Return the curve that restricts a pattern by multiplication with one side of a gate, ``only where ..`` in words.
 
     Args:
-        curve: a gate, 0 or 1 (or between) over its signal.
-        side: 0 acts where the gate is on, 1 where it is off, 2 everywhere with the other sign where it is on.
+        curve: a gate: 0, 1 or between over its signal.
+        side: 0 acts where the gate is on, 1 where it is off, 2 everywhere, with the other sign where it is on.
     """
     only, other = "only where {label} is ", "the other way where {label} is "
     said = other + curve.gate[0] if side == 2 else only + curve.gate[side]
@@ -228,7 +240,11 @@ FEW, FEW_SHARE = 6, 0.05
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Patterns that differ in numbers alone, (P, K); their values are worked out at once."""
+    """P patterns that differ only in their K numbers each; their values are computed at once.
+
+    Args:
+        like: the pattern, whatever its numbers; numbers: (P, K).
+    """
 
     like: Pattern
     numbers: Array
@@ -243,7 +259,7 @@ class Block:
         return map(self.__getitem__, range(len(self)))
 
     def with_(self, **changes: Any) -> Block:
-        """Return the block with some fields of its pattern changed, such as ``kind`` or ``where``."""
+        """Return the block with some fields of its pattern (`Pattern`) changed, such as ``kind`` or ``where``."""
         return replace(self, like=replace(self.like, **changes))
 
     @property
@@ -267,8 +283,8 @@ def block(
     """Return the patterns of one curve of one signal that differ in the curve's numbers.
 
     Args:
-        numbers: rows of numbers, one row for each pattern; a single pattern without numbers by default.
-        kind: for their odds, the curve's by default; where: the only place at which they make sense, None for all.
+        numbers: one row of numbers for each pattern; a single pattern without numbers by default.
+        kind: for the prior odds, the curve's by default; where: the only place at which they make sense, None for all.
     """
     every = [tuple(some) for some in numbers]
     like = Pattern(((curve, signal),), kind=kind or curve.kind, where=where)
@@ -276,14 +292,18 @@ def block(
 
 
 def product_of(first: Block, second: Block, kind: str, where: str | None = None) -> Block:
-    """Return the products of every pattern of one block with every one of another: len(first) * len(second)."""
+    """Return the products of every pattern of one block with every one of another: len(first) * len(second) patterns.
+
+    Args:
+        kind: for the prior odds; where: the only place at which they make sense, None for all.
+    """
     i, j = (index.ravel() for index in np.indices((len(first), len(second))))
     like = replace(first.like, factors=first.like.factors + second.like.factors, kind=kind, where=where)
     return Block(like, np.hstack([first.numbers[i], second.numbers[j]]))
 
 
 class Group:
-    """Blocks one after another."""
+    """The patterns of several blocks, one block after another."""
 
     def __init__(self, blocks: Iterable[Block]) -> None:
         self.blocks = [b for b in blocks if len(b)]
@@ -310,7 +330,7 @@ class Group:
         return np.divide(raw, np.maximum(most, 1e-30), out=raw).T
 
     def of_blocks(self, told: Callable[[Block], float]) -> Array:
-        """Return (P,) for every pattern a number that a function gives of its block."""
+        """Return (P,) for every pattern the number that a function ``told`` gives for its block."""
         return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
@@ -318,20 +338,26 @@ def side_by_side(some: Iterable[Pattern], form: str, kind: str, where: str | Non
     """Return one pattern whose parts each have a size of their own in a fit.
 
     Args:
-        form: what the whole is called in reports; kind: for its odds; where: the only place where it makes sense.
+        some: the parts; form: what the whole is called in reports; kind: for the prior odds.
+        where: the only place at which it makes sense, None for all.
     """
     return Pattern((), kind=kind, where=where, parts=tuple(some), form=form)
 
 
-def spread(moves: Array, values: Array) -> Array:
-    """Return the moves of a place multiplied by a pattern: (n, r, m k) of moves (n, r, m) and values (n,) or (n, k)."""
+def times_pattern(moves: Array, values: Array) -> Array:
+    """Return the moves of a place multiplied by the values of a pattern, (n, r, m k).
+
+    Args:
+        moves: (n, r, m) derivative of the measured numbers by m moves of the place.
+        values: (n,), or (n, k) for a pattern of k parts.
+    """
     return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
 def acting(some: Block) -> Block:
-    """Return the patterns of a block whose last factor, if it is a switch, is on and off in more than a few rows each.
+    """Return the patterns of a block whose last factor, if a switch, is both on and off in more than a few rows.
 
-    A few rows are `FEW`, or `FEW_SHARE` of all; blocks without a switch come back as they are.
+    A few rows are `FEW`, or `FEW_SHARE` of all. Blocks without a switch come back as they are.
     """
     [*_, (curve, signal)] = some.like.factors
     if curve.switch is None or not len(some):

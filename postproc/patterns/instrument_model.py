@@ -35,11 +35,12 @@ Sources: ASME B89.4.19-2006; Hughes, Forbes, Lewis, Sun, Veal and Nasr (2011), M
 
 @dataclass(frozen=True)
 class Sight:
-    """The predicted point (n, 3) in the axes of the measurement [m], and its text over a state.
+    """The measured point as an instrument sees it, as predicted by a model.
 
     Args:
-        beam: (n, 3) the direction to it in the axes of the tool: a reflector that is seen from the side is off.
-        beam_code: the same as text, (3, n).
+        point: (n, 3) in the axes of the instrument [m]; code: expression of a state for it, empty where there is none.
+        beam: (n, 3) unit direction to it in the axes of the tool: a reflector that is seen from the side is off.
+        beam_code: expression of a state for that, (3, n).
     """
 
     point: Array
@@ -49,7 +50,11 @@ class Sight:
 
     @classmethod
     def of(cls, rest: Equilibrium) -> Sight:
-        """Return the sight of the points a model predicts; measured ones would explain their own noise."""
+        """Return the sight of the points that a model predicts; measured points would explain their own noise.
+
+        Args:
+            rest: the model's equilibrium at the measured states.
+        """
         frame = rest.deflection.instrument
         # Where it drifts, by millimetres: on average.
         T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
@@ -64,7 +69,10 @@ class Sight:
         return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)
 
     def moves(self) -> dict[str, Array]:
-        """Return (n, 3) displacement of the point by a unit error, by reading: azimuth, elevation, distance, scale."""
+        """Return (n, 3) displacement of the point by a unit error of each reading, by the name of the reading.
+
+        They are azimuth and elevation [m/rad], distance [m/m] and scale [m], an error in proportion to the distance.
+        """
         x, y, z = self.point.T
         level, whole = np.maximum(np.hypot(x, y), 1e-9), np.maximum(np.linalg.norm(self.point, axis=1), 1e-9)
         return {
@@ -78,7 +86,7 @@ class Sight:
         """Yield patterns of the instrument's readings and of the beam's direction in tool axes, and a constant error.
 
         Args:
-            slow: channels with which the air between instrument and point may bend and stretch the line of sight.
+            slow: channels, such as temperatures, by which the air may bend and stretch the line of sight.
         """
         known = SEEN if self.code else ""
         flat, whole = f"np.hypot({SEEN}[:, 0], {SEEN}[:, 1])", f"np.linalg.norm({SEEN}, axis=1)"
@@ -107,13 +115,17 @@ def around(position: Array, code: str) -> Iterator[Block]:
     """Yield curves and waves of the tool's azimuth about joint 1, for a footing that turns or tilts with it.
 
     Args:
-        position: (n, 3) of the tool in base axes [m]; code: its expression of a state, may be empty.
+        position: (n, 3) of the tool in base axes [m]; code: expression of a state for it, may be empty.
     """
     return _shapes(azimuth(position, code, "the tool's azimuth"), "base")
 
 
 def azimuth(point: Array, code: str, label: str) -> Signal:
-    """Return the azimuth of points (n, 3) [rad] as a signal; it jumps by 2 pi opposite to their mean direction."""
+    """Return the azimuth of points (n, 3) [rad] as a signal; it jumps by 2 pi opposite to their mean direction.
+
+    Args:
+        code: expression of a state for the points, may be empty; label: what the azimuth is called.
+    """
     back = float(np.arctan2(*point.mean(axis=0)[1::-1])) - np.pi
     values = np.mod(np.arctan2(point[:, 1], point[:, 0]) - back, 2 * np.pi) + back
     text = f"np.mod(np.arctan2({code}[:, 1], {code}[:, 0]) - {back:.4f}, 2 * np.pi) + {back:.4f}" if code else ""
@@ -121,7 +133,7 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
 
 
 def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Block]:
-    """Yield the curves of a signal and its waves up to order ``most``, bound to one place; none if it is constant."""
+    """Yield the curves of a signal and its waves up to order ``most``, for one place; none of a constant signal."""
     if varies(signal.values):
         some = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
         yield from (b.with_(where=where) for b in (*of_signal(signal), some))

@@ -21,7 +21,7 @@ BEFORE = ("line", "level", "curve", "step")
 
 
 def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Iterator[Block]:
-    """Yield blocks of patterns that follow the row before: its channel values, their change, and what lags behind.
+    """Yield blocks of patterns that depend on the row before: channel values there, their change, and what drags along.
 
     A row in which no joint moved takes its values from the last row in which one did.
 
@@ -55,7 +55,11 @@ def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Ite
 
 
 def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
-    """Yield patterns that follow a temperature or an own column of the table with a time lag; none without ``time``."""
+    """Yield patterns that follow a temperature or an own column of the table with a time lag; none without ``time``.
+
+    Args:
+        signals: of all channels, by name.
+    """
     warm = [s for s in signals.values() if s.name == "temperature" or s.of_table]
     for signal in warm if "time" in signals else ():
         time, said = signals["time"].values, f"following {signal.name} with a lag of {{n0}}"
@@ -65,7 +69,7 @@ def lags(signals: Mapping[str, Signal]) -> Iterator[Block]:
 
 
 def dragged(x: Array, reach: float | Array) -> Array:
-    """Return what a signal drags along before it slips: z + dx / reach from row to row, within -1 and 1, from z = 0 on.
+    """Return what a signal drags along before it slips: z + dx / reach from row to row, within -1 and 1, first z = 0.
 
     It describes play, and dry friction that sets in before it slips: the stop operator (Prandtl 1928, Z. angew. Math.
     Mech. 8, 85).
@@ -90,7 +94,8 @@ def late(x: Array, time: Array, lag: float | Array) -> Array:
     It is exact for a signal that is linear between the times, and starts settled (z = x) at the earliest time.
 
     Args:
-        x: (n,) values; time: (n,) of each, in any order; lag: time constant in the unit of time, (P, 1) for P at once.
+        x: (n,) values; time: (n,) of each, in any order.
+        lag: time constant in the unit of time, (P, 1) for P of them at once.
 
     Returns:
         (n,), or (P, n) for P lags.

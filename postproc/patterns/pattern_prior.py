@@ -29,17 +29,23 @@ CLOSER = 4.0
 
 
 def off_everywhere(where: str) -> bool:
-    """Return whether a place may also be displaced by the same amount in every pose: the ends of arm bodies.
+    """Return whether a place may also be displaced by the same amount in every pose: the far ends of arm bodies.
 
     Other places need no such constant, since joint offsets, frames and the tool already take it up.
+
+    Args:
+        where: name of the place (`suspects.places`).
     """
     return where.startswith("body") and where not in LOADED
 
 
-def sort(where: str) -> str:
-    """Return the sort of place that a place belongs to, a key of `ROOMS` for those with a count of their own.
+def sort_of_place(where: str) -> str:
+    """Return the sort that a place is of, a key of `ROOMS` for those sorts with a count of their own.
 
-    All joints are one sort (``joint``), and so is everything about the instrument but its moving frame.
+    All joints are one sort (``joint``), and so is everything about the instrument except its moving frame.
+
+    Args:
+        where: name of the place (`suspects.places`).
     """
     if where in LOADED:
         return "weight"
@@ -47,9 +53,9 @@ def sort(where: str) -> str:
 
 
 def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
-    """Return how many pairs of a pattern and a place compete with this one, all counted as equally likely beforehand.
+    """Return the prior odds against a pattern at a place: how many equally likely pairs of pattern and place there are.
 
-    Every kind of pattern is as likely, within a kind every pattern, and for it every place where it makes sense.
+    Every kind of pattern is as likely, within a kind every pattern, and for a pattern every place where it makes sense.
 
     Args:
         kinds: number of patterns of each kind.

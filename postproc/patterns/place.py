@@ -13,8 +13,8 @@ CHUNK = 2048
 """Patterns whose products stay in the processor's cache."""
 
 
-def above(linear: Linear) -> float:
-    """Return the excess of the whitened sum of squares over what noise alone leaves, at least a tenth of the whole."""
+def excess_over_noise(linear: Linear) -> float:
+    """Return by how much the whitened sum of squares exceeds what noise alone leaves, at least a tenth of the whole."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
 
 
@@ -22,7 +22,7 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     """Return the sum of squares of each measured row, and by how much fitting some columns lowers it, both (rows,).
 
     Args:
-        columns: (N, m) whitened; the fitted parameters are projected out of them first.
+        linear: the fit so far; columns: (N, m) whitened; the fitted parameters are projected out of them first.
     """
     inside = linear.project(columns)
     fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
@@ -31,12 +31,12 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
 
 
 def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
-    """Return the log evidence of some columns by Schwarz's criterion, of all rows and without the one that gains most.
+    """Return the log evidence of some columns by Schwarz's criterion: of all rows, and without the row that gains most.
 
-    What only one reading supports is worth nothing without it.
+    What only one reading supports has no evidence without it.
 
     Args:
-        columns: (N, m) whitened.
+        linear: the fit so far; columns: (N, m) whitened.
     """
     square, taken = taken_off(linear, columns)
     others = np.arange(len(square)) != np.argmax(taken)
@@ -88,9 +88,10 @@ class Place:
         self.straight: Single = np.vstack([*inside, self.rest]).astype(np.float32)
 
     def falls(self, values: Single) -> Array:
-        """Return (P,) falls of the sum of squares when the place moves by each of P patterns with free sizes.
+        """Return (P,) falls of the sum of squares when the place moves by each of P patterns with sizes that fit best.
 
-        It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a pattern; M projects out what is fitted.
+        It is b^T G^-1 b, G = C^T M C and b = C^T M y for the columns C of a pattern; M projects out the fitted
+        parameters.
 
         Args:
             values: (n, P) value of each pattern in every row.

@@ -14,9 +14,9 @@ from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.patterns.curves import FINE, sharper
 from postproc.patterns.dictionary import Patterns
-from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.formula import Pattern, times_pattern
 from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.patterns.place import Place, above, taken_off, with_and_without_a_row
+from postproc.patterns.place import Place, excess_over_noise, taken_off, with_and_without_a_row
 from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
@@ -35,11 +35,13 @@ Made = Callable[[int], Pattern]
 
 @dataclass
 class PatternScreen:
-    """Every pattern at every place, the fitted parameters projected out; the best of them are sharpened where asked.
+    """Every pattern at every place, beside the parameters of a fit; the best patterns are refined when asked for.
 
     Args:
-        moves: (n, r, m) by place; tried: the best at each place, with their numbers on a grid.
-        last: the suspects as they were asked for last; least: worth from which on these are sharp.
+        problem, linear: the fit; every: the patterns to try.
+        moves: (n, r, m) derivative by the moves of each place, by its name; prepared: each place, when it is needed.
+        tried: the best patterns at each place, with numbers of the coarse grid.
+        last: the suspects as they were last asked for; least: log evidence from which on these are refined.
     """
 
     problem: Problem
@@ -60,12 +62,12 @@ class PatternScreen:
         """Return the patterns that explain most of the residual, strongest first, once for each of their channels.
 
         Args:
-            asked: log evidence below which a pattern may come back on its coarse grid of numbers, not refined.
+            asked: log evidence below which a pattern may come back with numbers of the coarse grid.
         """
         if asked < self.least:
             # Whatever is so near the best is sharpened in any case.
             sure = max(one.evidence for one in self.tried) - UNNAMED_LOG_PRIOR
-            found = [s for one in self._best(asked) for s in one.by_each_channel(above(self.linear))]
+            found = [s for one in self._best(asked) for s in one.by_each_channel(excess_over_noise(self.linear))]
             self.last = [*found[:1], *_together(found[:1], self.every), *found[1:]]
             self.least = 0.0 if asked < sure else asked
         return self.last
@@ -74,8 +76,9 @@ class PatternScreen:
         """Yield the best `MOST` patterns with one size at a place, and all with several sizes that make sense there.
 
         Args:
-            anywhere: (P,) the largest fall of each pattern at any place so far; updated here. It selects the patterns
-                that are tried at arm bodies and at the tool that shifts and turns.
+            where: name of the place.
+            anywhere: (P,) the largest fall of the sum of squares by each pattern at any place so far, updated here. It
+                selects the patterns that are tried at arm bodies and at the tool that shifts and turns.
         """
         group = self.every.every
         for some, everywhere in self.every.at(where):
@@ -93,20 +96,24 @@ class PatternScreen:
                 return group[int(use[k])]
 
             yield from self._ranked(where, falls, self.every.prices[use], made, MOST)
-        yield from (self._at(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
+        yield from (self._tested(where, pattern) for pattern in self.every.wide if self.every.sensible(pattern, where))
 
     def _suspect(self, where: str, form: Pattern, fall: float, worth: float) -> Suspect:
         """Return the suspect of a pattern at a place, under the pattern's first channel.
 
         Args:
-            fall: of the sum of squares; worth: log evidence.
+            where: name of the place; form: the pattern; fall: of the sum of squares; worth: log evidence.
         """
         return Suspect(where, self.moves[where], form, fall, worth, self.every.price(form), form.channels[0])
 
-    def _at(self, where: str, form: Pattern) -> Suspect:
-        """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence."""
+    def _tested(self, where: str, form: Pattern) -> Suspect:
+        """Return the suspect of one pattern at a place, with its fall of the sum of squares and its log evidence.
+
+        Args:
+            where: name of the place; form: the pattern.
+        """
         linear = self._seen(where).linear
-        columns = self.problem.whiten(spread(self.moves[where], form.values))
+        columns = self.problem.whiten(times_pattern(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
         worth = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom) - self.every.price(form)
         return self._suspect(where, form, fall, float(worth))
@@ -114,7 +121,7 @@ class PatternScreen:
     def _best(self, asked: float) -> list[Suspect]:
         """Return the best suspect for each place and set of channels, strongest first, at most `MOST`.
 
-        Their evidence is limited to what it is without the row that gains most, so that one bad reading makes no
+        Their log evidence is limited to what it is without the row that gains most, so that one bad reading makes no
         pattern.
 
         Args:
@@ -127,18 +134,19 @@ class PatternScreen:
         return sorted((self._without_a_row(s) if s.evidence > 0 else s for s in found), key=lambda s: -s.evidence)
 
     def _without_a_row(self, one: Suspect) -> Suspect:
-        """Return the suspect with its evidence limited to what it is without the row that gains most by it."""
-        columns = self.problem.whiten(spread(one.place, one.values))
+        """Return the suspect with its log evidence limited to what it is without the row that gains most by it."""
+        columns = self.problem.whiten(times_pattern(one.place, one.values))
         _, less = with_and_without_a_row(self._seen(one.where).linear, columns)
         return replace(one, evidence=min(one.evidence, less - one.price))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
-        """Return the suspects of the best of P patterns at a place, best first.
+        """Return suspects for the best of P patterns at a place, best first.
 
         Args:
-            falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against each.
-            made: returns the k-th pattern; top: how many suspects. For 1, it carries the patterns that fit as well
-                (`ALIKE`).
+            where: name of the place; falls: (P,) of the sum of squares; price: (P,) 2 log of the prior odds against
+                each.
+            made: returns the k-th pattern.
+            top: how many suspects; a single one carries the patterns that fit equally well (`ALIKE`).
         """
         seen = self._seen(where)
         square = seen.linear.square
@@ -165,41 +173,49 @@ class PatternScreen:
     def _sharpened(self, asked: float) -> list[Suspect]:
         """Return refined suspects: numbers on finer grids, and products with switches, where these may become the best.
 
-        First the best pattern of each kind is refined at the place where it explains most, then it is switched by other
-        channels, and what turns out best is tried at every place where it makes sense.
+        First the best pattern of each kind is refined at the place where it explains most, then it is restricted by
+        switches of other channels, and what turns out best is tried at every place where it makes sense.
 
         Args:
-            asked: log evidence below which nothing is of interest.
+            asked: log evidence below which no suspect is of interest.
         """
         ranked = sorted(self.tried, key=lambda s: -s.evidence)
-        plain, asked = ranked[0].evidence, min(asked, 0.9 * self._could(ranked[0], np.inf))
+        plain, asked = ranked[0].evidence, min(asked, 0.9 * self._evidence_with(ranked[0], np.inf))
         found, closest = list[Suspect](), dict[Kind, Suspect]()
         for one in ranked:
             least = max(asked, plain - UNNAMED_LOG_PRIOR)
-            if self._could(one, NARROWER) < least:
+            if self._evidence_with(one, NARROWER) < least:
                 break
-            if _kind(one) not in closest and (one.form.kind == "window" or self._could(one, SHARPER) >= least):
-                closest[_kind(one)] = self._closest(one, found)
+            if _kind(one) not in closest and (one.form.kind == "window" or self._evidence_with(one, SHARPER) >= least):
+                closest[_kind(one)] = self._refined(one, found)
                 plain = max(plain, closest[_kind(one)].evidence)
         best = max([ranked[0], *closest.values()], key=lambda s: s.evidence)
         for one in closest.values():
             more = self._switched(one, max(asked, best.evidence))
-            switched = [self._closest(other, more) for other in more[:1]]
+            switched = [self._refined(other, more) for other in more[:1]]
             if switched and switched[0].evidence > best.evidence:
                 best, found = switched[0], [*found, *more]
         # A pattern is no more at home in what moves every direction in its own way.
         others = (where for where in self.moves if where != best.where and self.every.sensible(best.form, where))
-        return [*found, *(self._at(where, best.form) for where in others)]
+        return [*found, *(self._tested(where, best.form) for where in others)]
 
-    def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
-        """Return the log evidence of a suspect with ``times`` its fall, among ``tries`` times as many patterns."""
+    def _evidence_with(self, one: Suspect, times: float, tries: float = 1.0) -> float:
+        """Return the log evidence of a suspect if its fall of the sum of squares and its rivals were multiplied.
+
+        Args:
+            times: factor on the fall; tries: factor on the number of patterns that were tried.
+        """
         seen = self._seen(one.where)
         square = seen.linear.square
         worth = float(schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom))
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
-    def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
-        """Return the suspect with its numbers refined level by level; appends the best of every level to ``found``."""
+    def _refined(self, one: Suspect, found: list[Suspect]) -> Suspect:
+        """Return the best suspect of all levels while the numbers of its pattern are refined level by level.
+
+        Args:
+            found: the best suspect of every level is appended to it.
+        """
         best = one
         while near := sharper(one.form):
             price = near.of_blocks(lambda b: self.every.price(b.like))
@@ -209,16 +225,16 @@ class PatternScreen:
         return best
 
     def _switched(self, one: Suspect, least: float) -> list[Suspect]:
-        """Return the best product of the pattern, or of one of its factors, with a switch of another channel.
+        """Return, in a list, the best product of the pattern, or one of its factors, with another channel's switch.
 
-        A switch is 1 where a curve of that channel is on, and 0 elsewhere. The product pays for all switches that were
-        tried.
+        A switch is 1 where a curve of that channel is on, and 0 elsewhere. The product is charged for all switches that
+        were tried.
 
         Args:
             least: log evidence that it must be able to reach; else, or where no switch fits, the list is empty.
         """
         count = len(self.every.switches[0])
-        if not count or one.form.wide or self._could(one, SWITCHED, count) < least:
+        if not count or one.form.wide or self._evidence_with(one, SWITCHED, count) < least:
             return []
         parts = list(self.every.grown(one.form))
         if not parts:
@@ -239,12 +255,16 @@ class PatternScreen:
 
 
 def _kind(one: Suspect) -> Kind:
-    """Return the labels of a suspect's signals and the kind of its pattern: of each such pair one is refined."""
+    """Return the labels of a suspect's signals and its pattern's kind; of suspects alike in these, one is refined."""
     return tuple(s.label for s in one.form.signals), one.form.kind
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
-    """Return the first suspect again under each channel that goes with its own (rank correlation over `TOGETHER`)."""
+    """Return suspects again under each channel that varies along with their own (rank correlation over `TOGETHER`).
+
+    Args:
+        first: the suspects; every: the patterns that were tried, whose lines hold the channels.
+    """
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [
         replace(s, channel=name)

@@ -37,11 +37,11 @@ class Signal:
     """A number in each pose that patterns are functions of.
 
     Args:
-        names: channels that it follows, the one that leads first; values: (n,).
-        code: text of an expression of a ``state``; empty where a state alone does not tell it.
-        unit: channel whose unit it has; label: what it is called, a channel by its own name.
-        bare: whether its text needs brackets inside another one.
-        near: makes signals of the same sort, the closer the higher the level: a moment about an axis near by.
+        names: channels that it depends on, the leading one first; values: (n,).
+        code: expression of a ``state`` that gives the values; empty where a state alone does not.
+        unit: channel whose unit it has; label: what it is called, the channel's name for a channel itself.
+        bare: whether its expression needs brackets inside another one.
+        near: returns similar signals, the closer the higher the level: a moment about an axis nearby.
     """
 
     names: tuple[str, ...]
@@ -76,7 +76,7 @@ class Signal:
 
     @property
     def of_table(self) -> bool:
-        """Whether it is computed from a column of the table's own."""
+        """Whether it is computed from a column of the table that the program does not know."""
         return "channels[" in self.code
 
     @property
@@ -96,10 +96,10 @@ class Signal:
 
 
 def channel_signal(name: str, values: Array, place: str = "") -> Signal:
-    """Return the signal of a channel: its values (n,) with the expression of a state that gives them.
+    """Return the signal of a channel: its values (n,), with the expression of a state that gives them.
 
     Args:
-        place: expression of the tool's position from `place_code`, for the channels x, y and z.
+        place: expression of a state for the tool's position (`place_code`), for the channels x, y and z.
     """
     base = name.rstrip("123456")
     number = name[len(base) :]
@@ -130,7 +130,11 @@ def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
 
 
 def channels_read(code: str) -> tuple[str, ...]:
-    """Return the channels that an expression of a state reads, each once: ``q``, ``load``, ``pose``, own columns."""
+    """Return the channels that an expression of a state reads, each once: ``q``, ``load``, ``pose``, own columns.
+
+    Args:
+        code: the expression as text.
+    """
     fields = {field: name for name, field in FIELDS.items() if name != "dir"}
     fields |= {"body_load": "load", "T_base_body": "pose"}
     found = re.findall(r'state\.(?!channels)(\w+)|channels\[("(?:[^"\\]|\\.)*")\]', code)
@@ -148,7 +152,8 @@ def place_code(state: State, position: Array) -> str:
     """Return an expression of a state for the tool's position in base axes, (n, 4) homogeneous; empty without a robot.
 
     Args:
-        position: (n, 3) [m]; its mean in the axes of the tool is written into the expression as a constant point.
+        position: (n, 3) [m] at the state's rows; its mean in the axes of the tool becomes a constant point of the
+            expression.
     """
     if state.robot is None or state.T_base_body is None:
         return ""
@@ -162,7 +167,11 @@ _UNITS = {"q": "rad", "v": "rad/s", "a": "rad/s^2", "load": "N m", "temperature"
 
 @dataclass(frozen=True)
 class Way:
-    """What a parameter needs that stands in the place of a number of a law: all as text."""
+    """A parameter of an effect that replaces a number of a formula, its fields as text.
+
+    Args:
+        kind: of the number (`MOVED`); value, low, high, typical: start, bounds and typical size in the unit.
+    """
 
     kind: str
     value: str
@@ -177,9 +186,9 @@ Draft = tuple[str | Way, ...]
 
 
 class Movable(float):
-    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave.
+    """A number of a formula that a fit may move: a knot, a width, the order or the phase of a wave, or an edge.
 
-    Or an edge: anywhere between the two measured values beside it the law is the same on these rows.
+    An edge gives the same values on these rows anywhere between the two measured values beside it.
     """
 
     def __new__(cls, value: float, kind: str, signal: Signal) -> Movable:
@@ -207,12 +216,17 @@ class Movable(float):
 
 
 def text_of(draft: Draft, names: Mapping[Way, str] | None = None) -> str:
-    """Return an expression as text, its movable numbers as they are, or by the parameter names that replace them."""
+    """Return an expression as text.
+
+    Args:
+        draft: parts of the expression.
+        names: parameter names that replace the movable numbers; without it these are written as they are.
+    """
     return "".join(x if isinstance(x, str) else names[x] if names else x.value for x in draft)
 
 
 class TracedExpression(np.lib.mixins.NDArrayOperatorsMixin):
-    """An expression: what is calculated with it is written down."""
+    """An expression that records as text what is calculated with it."""
 
     def __init__(self, draft: Draft, bare: bool = False) -> None:
         """Start from an expression.
@@ -231,12 +245,12 @@ class TracedExpression(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def _said(x: Any) -> Draft:
-    """Return an operand as parts of an expression: a traced one's own, a movable number's, or a constant's text."""
+    """Return an operand as parts of an expression: those of a traced one, a movable number, or a constant as text."""
     return x.draft if isinstance(x, TracedExpression) else (x.way,) if isinstance(x, Movable) else (f"{x:.7g}",)
 
 
 def _joined(between: str, parts: Iterable[Draft]) -> Draft:
-    """Return several expressions as one, with a text between them."""
+    """Return several expressions as one, with the text ``between`` put between them."""
     return reduce(lambda first, second: (*first, between, *second), parts)
 
 
@@ -244,7 +258,7 @@ def written(law: Callable[..., Any], signal: Signal, numbers: Sequence[float] = 
     """Return the expression of a state that a formula of a signal gives; None where the signal has no expression.
 
     Args:
-        law: called with the traced signal and the numbers.
+        law: the formula, called with the traced signal and the numbers.
     """
     return law(TracedExpression((signal.code,), signal.bare), *numbers) if signal.code else None
 

@@ -14,10 +14,10 @@ from postproc.effects.roles import Role
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.model.derivatives.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.formula import Pattern, times_pattern
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, UNNAMED_LOG_PRIOR, off_everywhere
-from postproc.patterns.place import above, taken_off
+from postproc.patterns.place import excess_over_noise, taken_off
 from postproc.patterns.signals import Draft
 from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
 
@@ -27,14 +27,14 @@ TOLD = 5
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A place of the arm that moves with a pattern of its channels.
+    """A place of the arm that moves with a pattern of channels.
 
     Args:
-        where: the place, for people; place: (n, r, m) how the prediction moves with it.
-        form: the pattern; alike: those that the data does not tell from it.
-        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
-            of having no name; price: 2 log of all these odds.
-        channel: by which it is told; one that the pattern does not follow goes with the one that it follows here.
+        where: name of the place (`places`); place: (n, r, m) derivative of the prediction by its moves.
+        form: the pattern; alike: returns those that the data does not tell from it.
+        fall: of the whitened sum of squares; evidence: log evidence, less the price.
+        price: 2 log of the prior odds against it among all patterns, including those of having no name.
+        channel: under which it is reported; one that the pattern does not depend on varies along with one that it does.
         share: of the whitened sum of squares above the noise that it explains.
     """
 
@@ -55,41 +55,49 @@ class Suspect:
 
     @property
     def drafts(self) -> tuple[Draft, ...]:
-        """Expressions of a state that give the values, one per part; empty where a state alone has them not."""
+        """Expressions of a state that give the values, one per part; empty where a state alone does not."""
         return self.form.drafts
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels of the pattern; the suspect's own channel alone where that only varies along with them."""
+        """The channels of the pattern; only the suspect's own where that merely varies along with them."""
         return self.form.channels if self.channel in self.form.channels else (self.channel,)
 
     @cached_property
     def pattern(self) -> str:
-        """Description of the pattern for people, with a note where the channel only varies along with its own."""
+        """Description of the pattern for people, with a note where the channel merely varies along with its own."""
         said = self.form.told(tuple(self.alike())).rstrip(",")
         together = self.channel not in self.form.channels
         return f"{said}; {self.channel} goes with {self.form.channels[0]} here" if together else said
 
     def columns(self, problem: Problem) -> Array:
-        """Return (N, m) whitened derivatives by the suspect's m sizes for the rows that a problem uses."""
+        """Return (N, m) whitened derivatives by the suspect's m sizes, for the rows that a problem uses."""
         return problem.whiten(self.moves)
 
     @property
     def moves(self) -> Array:
-        """(n, r, m) derivative of the prediction by the suspect's sizes, in measured units.
+        """(n, r, m) derivative of the prediction by the suspect's m sizes, in measured units.
 
         At the end of an arm body a constant displacement of the place is added, since nothing else can take it up.
         """
-        moved = spread(self.place, self.values)
+        moved = times_pattern(self.place, self.values)
         return np.concatenate([moved, self.place], axis=2) if off_everywhere(self.where) else moved
 
     def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:
-        """Return the suspect once per channel, with its fall and its explained share on the residual of another fit."""
+        """Return the suspect once per channel, with its fall and explained share on the residual of another fit.
+
+        Args:
+            problem, linear: the other fit.
+        """
         fall = float(taken_off(linear, self.columns(problem))[1].sum())
-        return replace(self, fall=fall).by_each_channel(above(linear))
+        return replace(self, fall=fall).by_each_channel(excess_over_noise(linear))
 
     def by_each_channel(self, left: float) -> list[Suspect]:
-        """Return the suspect once per channel, with the share that it explains of an excess sum of squares ``left``."""
+        """Return the suspect once per channel, with the share that it explains.
+
+        Args:
+            left: the excess of the whitened sum of squares over the noise, of which the share is taken.
+        """
         return [replace(self, channel=c, share=min(1.0, self.fall / left)) for c in self.channels]
 
 
@@ -135,7 +143,7 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
     """Return at most `TOLD` suspects to report: the strongest of each channel, and other structures that were found.
 
     First the strongest pattern, then those found beside it, its second channel, another place that it cannot be told
-    from (or the joint that a weight winds), then other channels that explain nearly the same.
+    from (or the joint on which a weight acts), then other channels that explain nearly the same.
 
     Args:
         suspects: strongest first; beside: patterns found once the first was fitted.
@@ -162,10 +170,13 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> l
 
 
 def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
-    """Return the suspects that are unlikely to be chance.
+    """Return the suspects that are unlikely to be chance, in the same order.
 
-    Dropped is what leaves more than twice as much as the first without coming near its evidence, and what follows
-    further channels with less evidence than without them.
+    Left out are those that leave over twice as much of the residual as the first without coming near its evidence, and
+    those that depend on further channels with less evidence than without them.
+
+    Args:
+        suspects: strongest first.
     """
     first = suspects[0]
     near = [
@@ -180,9 +191,12 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
 
 
 def _elsewhere(suspects: Sequence[Suspect], likely: Sequence[Suspect]) -> list[Suspect]:
-    """Return at most one rival place of the first suspect: one of nearly its evidence and the same channel elsewhere.
+    """Return at most one rival of the first suspect: the same channel at another place, with nearly its evidence.
 
-    For a carried weight without such a rival, it is the joint that the weight winds most.
+    For a carried weight without such a rival, it is the joint on which the weight acts most.
+
+    Args:
+        suspects: strongest first; likely: those unlikely to be chance.
     """
     first = suspects[0]
     close = [s for s in likely if s.channel == first.channel and s.evidence > first.evidence - UNNAMED_LOG_PRIOR]

@@ -25,12 +25,12 @@ WAYS = 4
 
 
 def pulls(state: State, position: Array) -> Iterator[Block]:
-    """Yield candidate patterns in each component, along the tool's axes, of weight and acceleration (`felt_by_tool`).
+    """Yield patterns of each component, along the tool's axes, of gravity, acceleration, weight and process force.
 
-    A tool that is not held firmly moves with them. Components that do not vary are passed over.
+    A tool that is not held firmly moves with them (`felt_by_tool`). Components that do not vary are left out.
 
     Args:
-        position: (n, 3) of the tool in base axes [m], from which its acceleration is worked out.
+        position: (n, 3) of the tool in base axes [m], from which its acceleration is computed.
     """
     for what, names, felt, code in felt_by_tool(state, position):
         for k, axis in enumerate("xyz"):
@@ -46,8 +46,12 @@ def pulls(state: State, position: Array) -> Iterator[Block]:
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
     """Return (name, channels, components (n, 3) in tool axes, expression) of each force or acceleration on the tool.
 
-    They are gravity, the tool's acceleration [m/s^2], the payload's weight with its inertia and the process force [N].
-    ``AXIS`` stands in the expression for the index of the component; the expression is empty where a state has none.
+    They are gravity, the tool's acceleration [m/s^2], the payload's weight with its inertia and the process force [N];
+    those that do not vary are left out. ``AXIS`` stands in the expression for the index of the component; the
+    expression is empty where a state has none.
+
+    Args:
+        position: (n, 3) of the tool in base axes [m].
     """
     assert state.T_base_body is not None
     turn = tool_poses(state)[:, :3, :3]
@@ -75,7 +79,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
 
     They describe anchors that lift or rock and legs that stiffen; what is proportional to the moment is left to the
     effect `base_compliance`. The moment is taken about `WAYS` horizontal axes, about x and y with a size for each, and
-    by its magnitude; both lists are empty where loads are not known.
+    by its magnitude. Both lists are empty where loads are not known.
 
     Args:
         others: signals by which a footing may soften, such as a temperature.
@@ -125,9 +129,12 @@ def overturning_moment(state: State) -> Array | None:
 
 
 def leaning(lean: Array) -> Array:
-    """Return (n, 3, 2) unit turn axis and unit shift of a base that tilts the way the moment (n, 3) pulls it.
+    """Return (n, 3, 2) unit turn axis, then unit shift, of a base that tilts the way a moment (n, 3) pulls it.
 
-    The turn comes first on the last axis; together they tilt the base about a point at any height.
+    Together they tilt the base about a point at any height.
+
+    Args:
+        lean: overturning moment in base axes [N m].
     """
     size = np.hypot(lean[:, 0], lean[:, 1])
     x, y = lean[:, :2].T / np.maximum(size, 1e-9)
@@ -136,7 +143,11 @@ def leaning(lean: Array) -> Array:
 
 
 def _moment(lean: Array, way: float) -> Signal:
-    """Return the component of the moment (n, 3) about the horizontal axis at ``way`` [rad] from x, as a signal."""
+    """Return the component of an overturning moment (n, 3) [N m] about a horizontal axis, as a signal.
+
+    Args:
+        way: angle of the axis from x [rad].
+    """
     along = np.array([np.cos(way), np.sin(way), 0.0])
     code = f"({LEAN} @ {np.round(along, 4).tolist()})"
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")

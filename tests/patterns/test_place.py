@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.estimation.linear import Linear
-from postproc.patterns.pattern_prior import ROOMS, sort
+from postproc.patterns.pattern_prior import ROOMS, sort_of_place
 from postproc.patterns.place import Place
 from postproc.patterns.suspects import places
 from tests.identification.cells import base_fit, cell
@@ -45,5 +45,5 @@ def test_every_place_is_counted_in_its_sort() -> None:
     data, _ = cell(seed=71, poses=40)
     turned = replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3])
     names = places(base_fit(turned).problem)
-    count = Counter(map(sort, names))
+    count = Counter(map(sort_of_place, names))
     assert {None: len(names), **{kind: count[kind] for kind in ROOMS if kind is not None}} == ROOMS

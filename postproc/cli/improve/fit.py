@@ -133,18 +133,25 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
     return robot, cell, choices.fit if choices else FitChoices(), origin
 
 
-def _check_frames(fit: Fit, keys: Set[str]) -> None:
-    """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm; an error if hopeless."""
+def _check_frames(fit: Fit, fitted_effects: Set[str]) -> None:
+    """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm per axis.
+
+    Args:
+        fitted_effects: keys of the effects that were fitted.
+
+    Raises:
+        PostprocError: DAT030 where it misses them by over `MISMATCH_M`.
+    """
     from postproc.effects.registry import effect_in_role
     from postproc.effects.roles import FRAMES
-    from postproc.measure.checks.readings import HOPELESS_M
+    from postproc.measure.checks.readings import MISMATCH_M
 
-    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAMES) if key not in keys]
+    left_out = [f"`{key}`" for key in (effect_in_role(role).key for role in FRAMES) if key not in fitted_effects]
     if not left_out or fit.rms < NO_FRAME:
         return
     message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
-    hopeless = fit.rms > HOPELESS_M
-    found = Diagnostic("DAT030", "error" if hopeless else "warning", message, help="name them among the effects")
-    if hopeless:
+    mismatch = fit.rms > MISMATCH_M
+    found = Diagnostic("DAT030", "error" if mismatch else "warning", message, help="name them among the effects")
+    if mismatch:
         raise PostprocError(found)
     show([found])

@@ -22,12 +22,13 @@ def slope(
 ) -> Slope:
     """Return the derivatives of the residual by all free parameters that the data determines; the others are held.
 
-    A parameter is held where a change of ten ordinary sizes, or as large as itself, would stay below the noise of the
-    whole data set, or where it only repeats parameters before it (rank 1e-7). Effects count in the model's order.
+    Held is a parameter that is not fitted: where a change by ten ordinary sizes, or by its own value, would stay below
+    the noise of the whole data set, or where it only repeats parameters before it (rank 1e-7). Effects count in the
+    model's order.
 
     Args:
-        masks: what is free, by effect; frozen: parameters that are left out all the same.
-        strength: of the smoothness penalty by effect.
+        masks: which parameters are free, by effect key; frozen: parameters that are left out all the same.
+        strength: of the smoothness penalty, by effect key.
         before: parameters of the slope before; of two that do the same these are kept, so that the choice stays.
     """
     kept: list[Array] = []
@@ -61,10 +62,11 @@ def slope(
 
 
 def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Return (k,) which columns add a new direction to a basis, and the basis extended by them.
+    """Return (k,) mask of the columns that add a new direction to a basis, and the basis (N, b + ..) extended by them.
 
     Args:
-        columns: (N, k); ordinary: (k,) largest plausible change of each parameter; basis: (N, b) orthonormal.
+        columns: (N, k) whitened derivatives by k parameters; ordinary: (k,) largest plausible change of each parameter.
+        basis: (N, b) orthonormal.
     """
     from scipy.linalg import qr
 
@@ -82,7 +84,11 @@ def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[
 
 
 def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, float]) -> Array:
-    """Return (p,) weights of the smoothness penalty, 0 for parameters of effects that are no free functions."""
+    """Return (p,) weights of the smoothness penalty, 0 for parameters of effects that are no free functions.
+
+    Args:
+        strength: of the penalty, by effect key.
+    """
     weights = {}
     for effect in problem.model.effects:
         rough = effect.roughness()
@@ -92,17 +98,17 @@ def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, fl
 
 
 def _weak(problem: Problem, parameters: list[Name]) -> Array:
-    """Return (p,) weights of the weak pull to null (`pull`) for some parameters."""
+    """Return (p,) weights of the weak pull to null (`pull`) on some parameters."""
     every = {e.key: pull(problem, e) for e in problem.model.effects}
     return np.array([every[key][i] for key, i in parameters])
 
 
 def pull(problem: Problem, effect: Effect) -> Array:
-    """Return (p,) weights of a weak pull to null of an effect's amplitudes, with a deviation of ten times `WIDE`.
+    """Return (q,) weights of a weak pull of an effect's amplitudes to null: one over ten times `WIDE` ordinary sizes.
 
-    Frames have none. It is far below the noise of anything that the data determines, and keeps what it barely
-    determines from running away. Places of either sign (the ends of a hose) deviate by `WIDE`: along a valley of equal
-    fits lies one that an arm may have.
+    Frames have none. The pull is far below the noise for anything that the data determines, and keeps what the data
+    barely determines from running away. Coordinates of either sign (the ends of a hose) are pulled by one over `WIDE`
+    ordinary sizes: along a valley of equal fits lies one that an arm may have.
     """
     if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
         return np.zeros(len(effect.vector()))

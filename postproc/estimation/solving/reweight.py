@@ -18,7 +18,7 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
     """Return the weights that follow from the present residual, and the indices of rows that are set aside.
 
     Args:
-        base: weights by the instrument's noise alone; figures: that noise. robust: Huber weights for all rows.
+        base: weights by the noise alone; figures: that noise; robust: whether all rows get Huber weights.
     """
     aside = far_off(problem, base)
     values = _balanced(base, problem.data, problem.error, figures)
@@ -29,10 +29,11 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
 
 
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
-    """Return rows over ten times as far off as the median row: typing errors and lost beams, at most one row in twenty.
+    """Return the indices of rows over ten times as far off as the median row, such as typing errors and lost beams.
 
-    Each kind of measured number is judged alone, since one may be weighed too much before its noise is known. Empty
-    where there are more, or where all of them are off as if one joint had turned: they show what the model lacks.
+    Each kind of measured number is judged alone, since one may have too much weight before its noise is known. The
+    result is empty where more than one row in twenty is so far off, or where all of them are off as if one joint had
+    turned: then they show what the model lacks.
     """
     squares = problem.weighted(weights).squares()
     kinds = [squares[:, kind.columns].sum(axis=1) for kind in problem.data.observations]
@@ -59,11 +60,11 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
 def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
     """Return (n, r) weights in which kinds of numbers without a known noise are weighted by their own residual.
 
-    A row's stated sigma is that of its position. Orientations or joint angles may scatter with it or be as good
-    everywhere: whichever makes their residuals likelier.
+    A row's stated sigma is that of its position. Orientations or joint angles may scatter in proportion to it or be
+    equally good everywhere: the likelier of the two is taken for each kind.
 
     Args:
-        every: (n, r) measured minus predicted.
+        weights: by the noise alone; figures: that noise; every: (n, r) measured minus predicted.
     """
     values = weights.values.copy()
     first, *others = sorted(data.observations, key=lambda kind: kind != data.observed)
@@ -87,19 +88,22 @@ def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise
 
 
 def robust_rms(error: Array) -> float:
-    """Return 1.4826 times the median absolute value of the finite numbers: their standard deviation if normal."""
+    """Return 1.4826 times the median absolute finite number, the standard deviation of normal ones; 0 for none."""
     good = error[np.isfinite(error)]
     return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
 
 
 def _surprise(error: Array) -> float:
-    """Return minus the mean log likelihood of errors for their own robust scatter, each capped at three deviations."""
+    """Return minus the mean log likelihood of errors under a normal distribution with their own robust scatter.
+
+    Errors count as three standard deviations at most; a constant is left out.
+    """
     scatter = robust_rms(error)
     return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0
 
 
 def _huber(problem: Problem, values: Array) -> Array:
-    """Return (n,) Huber factors, 1 for rows with a whitened error up to 1.5 times the median, less beyond.
+    """Return (n,) Huber factors of the rows: 1 for a whitened error up to 1.5 times the median, less beyond.
 
     Args:
         values: (n, r) weights.

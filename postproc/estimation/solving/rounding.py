@@ -21,9 +21,10 @@ half of the 99 % point of the chi-bar-square distribution of six variances at th
 def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
     """Return problem and noise with the error that rounded joint angles add, of covariance J J^T step^2 / 12 per pose.
 
-    All repeats of a pose share it, and its position and orientation do, where repeats tell the noise of orientations
-    (what is weighted by its own residual has its rounding in there). With m times as much in each of them, and m of
-    them, the pose tells as much as its mean does. Unchanged where angles are not rounded or it is below the noise.
+    All repeats of a pose have this error in common. So have its position and orientation, where repeats tell the noise
+    of orientations (weights by their own residual include the rounding already). Each of m repeats gets m times this
+    covariance, so that the m together tell as much as their mean does. Both come back unchanged where angles are not
+    rounded or the error is far below the noise.
     """
     if not problem.data.step or problem.data.rounded is False:
         return problem, noise
@@ -43,11 +44,12 @@ def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
 
 
 def rounded(fit: Fit) -> bool:
-    """Return whether the angles of the table were rounded when written, so that the arm stood beside them.
+    """Return whether the table's angles were rounded after the measurement, so that the arm stood beside them.
 
-    The mean e of the m repeats of a pose has the covariance C = (s^2 / m + u^2) I + sum_j t_j^2 J_j J_j^T: of the
-    noise, and of what the model misses, anywhere and at each joint, as likely as it can be. Rounding is a floor under
-    the scatter of every joint, t_j^2 >= step^2 / 12. It is believed unless the points deny it.
+    Otherwise the arm was told to stand at the rounded angles. The mean e of the m repeats of a pose has the covariance
+    C = (s^2 / m + u^2) I + sum_j t_j^2 J_j J_j^T: of the noise s, and of what the model misses, anywhere (u) and at
+    each joint (t_j), each as likely as it can be. Rounding is a lower bound on the scatter of every joint, t_j^2 >=
+    step^2 / 12. It is assumed unless the likelihood contradicts it by `DENIED`.
     """
     data, values = fit.data, fit.problem.weights.values[:, :3]
     good = np.flatnonzero((values > 0).all(axis=1))
@@ -63,9 +65,9 @@ def rounded(fit: Fit) -> bool:
 
 
 def misjudged(fit: Fit) -> bool:
-    """Return whether a fit took the angles of its table as rounded, and they were not, or the other way round.
+    """Return whether a fit assumed rounded angles (``data.rounded``) and its residual denies them, or the reverse.
 
-    What a model lacked looked like rounded angles, or hid them.
+    An effect that the model lacked looked like rounded angles, or hid them.
     """
     return fit.data.rounded is not None and fit.data.rounded != rounded(fit)
 
@@ -73,8 +75,11 @@ def misjudged(fit: Fit) -> bool:
 def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float:
     """Return the largest log likelihood of errors (n, 3) [m] with the covariance v I + x_0 w I + sum_j x_j J_j J_j^T.
 
+    It is maximised over x_0 and the six x_j.
+
     Args:
-        noise: (n,) v [m^2]; w is the mean square error. turns: (n, 3, 6) J. least: lower bound of x_j.
+        error: of the mean of each pose. noise: (n,) v [m^2]; w is the mean square error.
+        turns: (n, 3, 6) J, the displacement of the TCP by the rounding of each joint. least: lower bound of x_j.
     """
     from scipy.optimize import minimize
 

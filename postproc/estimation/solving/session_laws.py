@@ -18,8 +18,8 @@ CLOCKS = {"row": "row", "time": "time_s"}
 def session_laws(model: Model, data: Measurements) -> list[Diagnostic]:
     """Return DAT034 for effects of the row or time of a session, on a table that the model was not fitted to.
 
-    Rows of another table are other rows. Times may continue those of the fit: where some lie beyond them by more than a
-    tenth of their range, it is another session.
+    Rows of another table are other rows. Times may continue those of the fit, which is a warning; where some lie beyond
+    them by more than a tenth of their range, it is another session.
 
     Raises:
         PostprocError: DAT034 where such an effect would be applied, unless the user accepts it.
@@ -52,7 +52,7 @@ def _fitted_to(model: Model, data: Measurements) -> bool:
 
 
 def _beyond_times(model: Model, data: Measurements) -> bool:
-    """Return whether times lie over a tenth of their range outside those of the fit; True where the fit has none."""
+    """Return whether some times lie over a tenth of the fit's range outside it; True where the fit has no times."""
     span, time = model.fit.get("range", {}).get("time"), data.state.time
     if span is None or time is None:
         return span is None

@@ -24,7 +24,12 @@ AS_MUCH = 1.0
 
 @dataclass(frozen=True)
 class Smoothness:
-    """A free function as the data can carry it: its resolution, with null amplitudes, and its strength."""
+    """A free function with the smoothness that suits the data.
+
+    Args:
+        effect: in the chosen resolution, with null amplitudes. strength: factor of its roughness penalty.
+        likelihood: log restricted likelihood that both reach.
+    """
 
     effect: Effect
     strength: float
@@ -49,7 +54,7 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    y, others, soft = _beside(fit, key)
+    y, others, soft = _linear_parts(fit, key)
     known, few = Linear(y, basis_of(others, soft), fit.problem.row), fit.problem
     kinds = [(likeliest(known, few, forms[0]), forms[1:]) for forms in effect.resolutions(state)]
     chosen, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
@@ -63,10 +68,11 @@ def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
 
 
 def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
-    """Return a free function of one resolution with the likeliest strength of its penalty.
+    """Return a free function of one resolution with the strength of its roughness penalty that is likeliest.
 
     Args:
-        known: residual and basis without it; few: the problem of its rows; form: the function with null amplitudes.
+        known: residual and basis of the fit without the function; few: the problem with the rows of ``known``.
+        form: the function with null amplitudes.
     """
     rough = form.roughness()
     assert rough is not None
@@ -85,20 +91,28 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 
 def enough_for_smoothness(problem: Problem) -> Problem:
-    """Return every k-th pose of a problem, about `ENOUGH` measured numbers; the problem itself where it has no more."""
+    """Return a problem thinned to every k-th pose, about `ENOUGH` measured numbers; unchanged where it has no more."""
     step = -(-len(problem.residual) // ENOUGH)
     return problem if step < 2 else problem.some(problem.data.one_in(step))
 
 
 def effective_parameters(fit: Fit, key: str) -> float:
-    """Return the effective number of parameters of a free function, below its count since a penalty holds them."""
+    """Return the effective number of parameters of a free function, which its penalty makes smaller than their count.
+
+    Args:
+        key: of the free function.
+    """
     own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
     others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
     return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
 
 
-def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
-    """Return (y, columns, penalties) to fit one free function anew: y = r + A x, and those of all other effects.
+def _linear_parts(fit: Fit, key: str) -> tuple[Array, Array, Array]:
+    """Return the linear problem (y, columns, penalties) in which one free function is fitted anew.
+
+    Returns:
+        (N,) y, the residual plus what the fitted parameters of all effects predict; (N, p) whitened columns and (p,)
+        penalties of all effects but the free function.
 
     Args:
         key: of the free function, which is part of y and has no columns.

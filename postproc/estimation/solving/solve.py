@@ -40,14 +40,15 @@ class Terms:
     """What a fit moves, and on which terms.
 
     Args:
-        free: which entries of an effect's vector are fitted; all that its variants free where an effect is not named.
-        strength: of the smoothness penalty by effect; the likeliest, with the resolution of the free function, where
-            it is not given.
-        robust: Huber weights for all rows; rows far off are set aside in any case and named.
-        closely: share of the sum of squares below which a step is none.
-        determined: what a fit of the same rows with fewer effects has found. What stands for an effect that it lacked
-            must not stay: where this fit cannot determine it, it goes back to null.
-        beside: (n, r, k) what stands beside the model (`Problem`).
+        free: masks of the entries of an effect's vector that are fitted, by effect key; for an effect that is not
+            named, all that its variants free.
+        strength: of the smoothness penalty by effect key; for a free function that is not named, resolution and
+            strength are chosen by the data.
+        robust: whether all rows get Huber weights; rows far off are set aside in any case and named.
+        closely: the fit ends at a step that lowers the sum of squares by less than this share.
+        determined: parameters that a fit of the same rows with fewer effects has found. Their values may stand for an
+            effect that it lacked: where this fit cannot determine them, they go back to null.
+        beside: (n, r, k) displacements by patterns that are not part of the model (`Problem`).
     """
 
     free: Masks = field(default_factory=dict)
@@ -61,12 +62,13 @@ class Terms:
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
     """Fit by least squares (Levenberg and Marquardt) inside the bounds; rows far off are set aside on the way.
 
-    One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
-    where a slope that still holds there foretells nothing. What was held because it only repeats what has stopped at a
-    bound since is determined then, and goes on in its place.
+    One slope serves several steps: a step along an old slope is a good step where the model hardly bends, and a fit
+    ends where a slope that is still valid predicts no further fall. A parameter that only repeats one that has since
+    stopped at a bound is determined then, and is fitted in its place.
 
     Args:
-        noise: of the instrument. terms: with masks for all effects. fresh: keys of effects that no fit has seen.
+        noise: by which the weights of the problem were made; terms: with masks for all effects.
+        fresh: keys of effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -91,7 +93,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         if at is None:
             at, place, good = sloped(), problem, True
             # Coefficients of a free function are told by its smoothness where the data is silent.
-            _enough(problem, int(np.sum(at.penalty == 0.0)))
+            _require_enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
             problem = _held_at_prior(problem, at, prior, fresh, returned)
             if problem is not place:
@@ -102,7 +104,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         damping = held_back if good else damping
         settled = fallen <= little
         if settled and good:
-            more = _giving_way(at, stopped, sloped)
+            more = _blocking(at, stopped, sloped)
             if not more:
                 break
             replaced, at = replaced | more, None
@@ -120,20 +122,27 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, dict(terms.strength))
 
 
-def _giving_way(at: Slope, stopped: set[Name], beside: Callable[[set[Name]], Slope]) -> set[Name]:
-    """Return those parameters that stopped at a bound and are the only reason why another one is held.
+def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]], Slope]) -> set[Name]:
+    """Return the parameters stopped at a bound that alone keep another one held, which can be fitted in their place.
+
+    A parameter is held, that is not fitted, where the data does not determine it beside the others.
 
     Args:
-        beside: returns the slope without some parameters.
+        at: the present slope; stopped: parameters (effect key, index) that stopped at a bound.
+        slope_without: returns the slope with some parameters left out.
     """
-    freed = set(at.held).difference(beside(stopped).held) if stopped else set()
-    return {p for p in stopped if freed and freed.intersection(beside(stopped - {p}).held)}
+    freed = set(at.held).difference(slope_without(stopped).held) if stopped else set()
+    return {p for p in stopped if freed and freed.intersection(slope_without(stopped - {p}).held)}
 
 
 def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
-    """Return the values (q,), by effect, to which parameters go that the data cannot determine.
+    """Return the values (q,), by effect key, that parameters take where the data cannot determine them.
 
-    Amplitudes of new effects, and those of ``determined``, go to null; others to what the model has.
+    For amplitudes of new effects, and those in ``determined``, it is null; for other parameters the model's value.
+
+    Args:
+        fresh: keys of effects that no fit has seen.
+        determined: parameters that a fit with fewer effects has found (`Terms`).
     """
     prior = {}
     for effect in problem.model.effects:
@@ -146,14 +155,15 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
 def _held_at_prior(
     problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
 ) -> Problem:
-    """Return the problem with held parameters put back to their prior, each once; frames and free functions stay.
+    """Return the problem with held parameters (not fitted) put back to their prior values, each at most once.
 
-    So do parameters of new effects where others could make up for them by implausible values only, or where fitted
-    parameters of the effect need them: a slack length means nothing without the hose.
+    Frames and free functions stay. So do parameters of new effects whose change the others could make up for only by
+    implausible values, or that fitted parameters of the effect need: a slack length means nothing without the hose.
 
     Args:
-        prior: values by effect; fresh: keys of effects that no fit has seen.
-        returned: parameters that have been put back; grows here, since they might else come and go for ever.
+        at: slope that tells which parameters are held; prior: values (q,) by effect key.
+        fresh: keys of effects that no fit has seen.
+        returned: parameters that have been put back; it grows here, since they might otherwise come and go for ever.
     """
     effects = []
     for effect in problem.model.effects:
@@ -176,12 +186,13 @@ def _held_at_prior(
 
 
 def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
-    """Return whether fitted parameters can replace a change of held ones and stay of ordinary size, or become smaller.
+    """Return whether the fitted parameters can make up for a change of held ones with values of ordinary size.
 
-    A turn of the last joint makes up for any direction of what turns the tool, but by far too large an angle.
+    Values may also become smaller than they are. A turn of the last joint makes up for anything that turns the tool,
+    but by far too large an angle.
 
     Args:
-        mask: (q,) held parameters of the effect; change: (q,) of its vector.
+        at: slope of the fitted parameters; mask: (q,) held parameters of the effect; change: (q,) of its vector.
     """
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
@@ -192,10 +203,13 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
     return all(abs(here[name] + by) <= max(10 * size[name], abs(here[name])) for name, by in others)
 
 
-def _enough(problem: Problem, fitted: int) -> None:
+def _require_enough(problem: Problem, fitted: int) -> None:
     """Raise DAT020 where there are no more measured numbers than fitted parameters.
 
     Below four poses, all rows of a pose count as one.
+
+    Args:
+        fitted: number of fitted parameters.
     """
     rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
     numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
@@ -213,13 +227,15 @@ def advance(
 ) -> tuple[Problem, float, set[Name], float]:
     """Make one step at which the cost falls, damped more until it does, at most ``tries`` times.
 
-    The more of the predicted fall a step achieves, the less the next one is damped (Nielsen 1999).
+    The better the fall of a step agrees with the prediction, the less the next one is damped (Nielsen 1999).
 
     Args:
-        little: fall of the cost below which no step is made.
+        at: slope of the residual; little: predicted fall of the cost below which no step is made.
+        damping: of the first try (`Slope`).
 
     Returns:
-        The problem after the step, the fall of its cost, what stopped at a bound, the damping of the next step.
+        The problem after the step, the fall of its cost, what stopped at a bound, the damping of the next step. Without
+        a step, the problem is the same and the fall 0.
     """
     stopped: set[Name] = set()
     now = at.cost(problem)

@@ -24,7 +24,8 @@ FEWEST = 4
 def start_frames(problem: Problem) -> Problem:
     """Return the problem with null `instrument_frame` and `tool_frame` effects fitted to the nominal arm (closed form).
 
-    Sessions that saw the arm from another place than the first one get a frame of their own, in a `session` effect.
+    Sessions in which the instrument stood elsewhere than in the first one get a frame of their own, in a `session`
+    effect.
     """
     data = problem.data
     rows = np.asarray(np.isfinite(data.position).all(axis=1))
@@ -32,7 +33,7 @@ def start_frames(problem: Problem) -> Problem:
         return _placed(problem, rows)
     session = data.state.session_of_rows
     first = np.asarray(rows & (session == session[np.argmax(rows)]))
-    moved = _moved(_placed(problem, first), session, rows) if first.sum() >= FEWEST else {}
+    moved = _moved_sessions(_placed(problem, first), session, rows) if first.sum() >= FEWEST else {}
     if not moved:
         return _placed(problem, rows)
     begun = _placed(problem, np.asarray(rows & ~np.isin(session, list(moved))))
@@ -52,20 +53,24 @@ def start_frames(problem: Problem) -> Problem:
     return begun.at([frame, frames, *others])
 
 
-def _moved(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
-    """Return the place of the instrument in each session that saw the arm from elsewhere (`elsewhere`), by its name.
+def _moved_sessions(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
+    """Return where the instrument stood in each session in which it stood elsewhere (`elsewhere`), by session name.
 
     Args:
-        begun: the problem placed by the first session; session: (n,) names; rows: (n,) those with a position.
+        begun: the problem with the instrument placed by the first session.
+        session: (n,) session name of each row; rows: (n,) mask of those with a measured position.
     """
     places = {name: elsewhere(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
     return {name: place for name, place in places.items() if place is not None}
 
 
 def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
-    """Return from where the instrument saw some rows; None unless that fits far better than where the model has it.
+    """Return where the instrument stood for some rows; None unless that fits far better than where the model has it.
 
     The rows must lie over `SUSPICIOUS_M` off in the median, and `CLEARER` times nearer from the new place.
+
+    Args:
+        begun: the problem with the instrument where the model has it; rows: (n,) mask.
     """
     error = np.linalg.norm(begun.error[rows, :3], axis=1)
     if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
@@ -75,13 +80,19 @@ def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
 
 
 def seen_from(problem: Problem, place: Alignment) -> Problem:
-    """Return the problem with its instrument frame at a place."""
+    """Return the problem with its instrument frame set to a place (position and orientation of the instrument)."""
     every = problem.model.effects
     return problem.at([e.with_vector(_vector(place)) if e.role is Role.INSTRUMENT_FRAME else e for e in every])
 
 
 def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
-    """Return the problem with null instrument and tool frames fitted to the positions of some rows (closed form)."""
+    """Return the problem with null instrument and tool frames fitted to the positions of some rows (closed form).
+
+    It comes back unchanged where the model has no null instrument frame, or the rows are too few.
+
+    Args:
+        rows: (n,) mask.
+    """
     model, data = problem.model, problem.data
     frame, tool = model.in_role(Role.INSTRUMENT_FRAME), model.in_role(Role.TOOL_FRAME)
     fresh = [e for e in (frame, tool) if e is not None and e.is_null]
@@ -105,7 +116,7 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
 
 
 def turned_tool(problem: Problem) -> Problem:
-    """Return the problem with its tool turned by the mean difference to the measured orientations."""
+    """Return the problem with its tool frame turned by the mean difference to the measured orientations."""
     tool, rotation = problem.model.in_role(Role.TOOL_FRAME), problem.data.rotation
     if tool is None or rotation is None:
         return problem
@@ -120,6 +131,9 @@ def turned_tool(problem: Problem) -> Problem:
 
 
 def _vector(place: Alignment) -> Array:
-    """Return (6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base for the instrument."""
+    """Return (6,) parameters of `instrument_frame` for a place of the instrument.
+
+    They are translation [m] and rotation vector [rad] of the base in the instrument's frame.
+    """
     T = place.T_instrument_base
     return np.concatenate([T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()])

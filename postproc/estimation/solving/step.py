@@ -27,11 +27,12 @@ Name = tuple[str, int]
 
 @dataclass(frozen=True)
 class Slope:
-    """The residual's slope at one point, good for as long as the model hardly bends.
+    """The derivatives of the residual by the parameters at one point, valid for as long as the model hardly bends.
 
     Args:
-        columns: (N, p) whitened derivatives by the parameters that the data determines, as (effect, index).
-        held: parameters that it does not. penalty: (p,) weights of smoothness. anchor: (p,) with the weak pull to null.
+        columns: (N, p) whitened derivatives by the parameters that the data determines.
+        parameters: the p parameters, as (effect key, index). held: free parameters that the data does not determine.
+        penalty: (p,) weights of the smoothness penalty. anchor: (p,) those combined with the weak pull to null.
         weights: with which the columns are whitened.
         damping: pull towards where the model stands, on columns of unit length (Levenberg 1944, Marquardt 1963).
     """
@@ -45,24 +46,24 @@ class Slope:
     damping: float = 0.0
 
     def values(self, problem: Problem) -> Array:
-        """Return (p,) values of these parameters in a problem's model."""
+        """Return (p,) values of the slope's parameters in a problem's model."""
         vectors = {e.key: e.vector() for e in problem.model.effects}
         return np.array([vectors[key][i] for key, i in self.parameters])
 
     def cost(self, problem: Problem) -> float:
-        """Return the whitened sum of squares plus the squares of the anchored parameters."""
+        """Return the whitened sum of squares plus the squared parameters, each times its anchor weight."""
         pulled = self.anchor * self.values(problem)
         return float(problem.residual @ problem.residual + pulled @ pulled)
 
     @cached_property
     def length(self) -> Array:
-        """(p,) lengths of the columns with their anchors appended, 1 in place of 0."""
+        """(p,) Euclidean lengths of the columns, each with its anchor weight appended; 1 in place of 0."""
         length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
         return np.where(length > 0, length, 1.0)
 
     @cached_property
     def factor(self) -> Array:
-        """(p, p) upper triangular R of [A; anchor] = Q R, for columns scaled to length 1.
+        """(p, p) upper triangular R of [A; diag(anchor)] = Q R, for columns scaled to length 1.
 
         Over `MANY` columns go through the normal equations, whose rounding errors the next steps of the fit correct.
         """
@@ -80,7 +81,7 @@ class Slope:
         return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
 
     def damped(self, damping: float) -> Slope:
-        """Return the slope with a damping of its steps, in place of its present one."""
+        """Return the slope with another damping of its steps."""
         if damping == self.damping:
             return self
         other = replace(self, damping=damping)
@@ -89,7 +90,7 @@ class Slope:
         return other
 
     def solved(self, right: Array) -> Array:
-        """Return (A^T A + anchor^2)^-1 b for b (p,) or (p, k).
+        """Return (A^T A + diag(anchor)^2)^-1 b for b (p,) or (p, k).
 
         It solves the semi-normal equations with `factor` (Bjoerck 1996, Sec. 2.4.6).
         """
@@ -99,29 +100,35 @@ class Slope:
         return np.asarray((cho_solve((self.factor, False), scaled, check_finite=False).T / self.length).T)
 
     def still_holds(self, problem: Problem, further: Problem) -> bool:
-        """Return whether the slope holds at a further problem, too: it has amplitudes only, and all moves are small.
+        """Return whether the slope is valid at a further problem, too: it has amplitudes only, all moved a little.
 
-        A move is small below `SMALL` of the parameter's ordinary size.
+        Args:
+            problem: where the slope is valid; further: the problem with other parameters, which may have moved by
+                `SMALL` of their ordinary sizes.
         """
         every = {e.key: e.amplitudes() for e in problem.model.effects}
         forms = not all(every[key][i] for key, i in self.parameters)
         move = np.abs(self.values(further) - self.values(problem))
-        return not forms and bool((move < SMALL * self._over(problem, lambda e: sizes(problem, e))).all())
+        return not forms and bool((move < SMALL * self._figure(problem, lambda e: sizes(problem, e))).all())
 
     def bends(self, problem: Problem, further: Problem) -> float:
-        """Return the error of the predicted change of the residual between two problems, as a share of that change."""
+        """Return the error of the predicted change of the residual between two problems, as a share of that change.
+
+        Args:
+            problem, further: the same measurements with the model's parameters before and after a step.
+        """
         foretold = self.columns @ (self.values(further) - self.values(problem))
         missed = problem.residual - foretold - further.residual
         return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
 
     def foretold(self, problem: Problem, step: Array) -> float:
-        """Return the cost that the linear model predicts after a step (p,)."""
+        """Return the `cost` that the linear model predicts for a problem after a step (p,) of its parameters."""
         rest = problem.residual - self.columns @ step
         pulled = self.anchor * (self.values(problem) + step)
         return float(rest @ rest + pulled @ pulled)
 
     def reweighted(self, weights: Weights) -> Slope | None:
-        """Return the slope at other weights; None where they use rows that it has no columns of."""
+        """Return the slope at other weights; None where they use measured numbers that it has no rows for."""
         old, new = self.weights, weights
         if (new.used & ~old.used).any():
             return None
@@ -131,15 +138,16 @@ class Slope:
         return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
-        """Return (p,) the step to the least cost of the linear model inside the bounds, and what stops at a bound.
+        """Return the step (p,) to the least cost of the linear model inside the bounds, and what stopped at a bound.
 
-        Least squares in a box. Of what would leave it, x_B, the rest is eliminated: the cost is (x_B - a_B)^T K^-1
-        (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This small problem is solved with
-        bounds (Lawson and Hanson 1974, Ch. 23), again with more in it until nothing else leaves.
+        This is least squares in a box. With x_B the parameters that would leave the box, the others are eliminated: the
+        cost is (x_B - a_B)^T K^-1 (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This
+        small problem is solved with bounds (Lawson and Hanson 1974, Ch. 23), and again with more parameters until no
+        other one leaves the box.
         """
         x = self.values(problem)
-        lowest, highest = self._over(problem, lambda e: e.bounds()[0]), self._over(problem, lambda e: e.bounds()[1])
-        reach = self._over(problem, _reach)
+        lowest, highest = self._figure(problem, lambda e: e.bounds()[0]), self._figure(problem, lambda e: e.bounds()[1])
+        reach = self._figure(problem, _longest_step)
         low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
         aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
         boxed = np.zeros(len(x), dtype=bool)
@@ -153,33 +161,40 @@ class Slope:
         return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
 
     def moved(self, problem: Problem, step: Array) -> Problem:
-        """Return the problem with a step (p,) added to the parameters, cut off at the bounds."""
+        """Return the problem with a step (p,) added to the parameters, which are clipped at their bounds."""
         changes: dict[str, Array] = {e.key: e.vector().copy() for e in problem.model.effects}
         for (key, i), change in zip(self.parameters, step, strict=True):
             changes[key][i] += change
         return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
 
-    def _over(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
-        """Return (p,) the values for these parameters of a figure that a function gives for each effect, (q,)."""
+    def _figure(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
+        """Return (p,) a figure for each parameter of the slope.
+
+        Args:
+            figure: returns (q,) the figure for the parameters of an effect.
+        """
         every = {e.key: figure(e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in self.parameters])
 
 
 def sizes(problem: Problem, effect: Effect) -> Array:
-    """Return (p,) ordinary sizes of an effect's parameters: their typical magnitudes on the problem's arm."""
+    """Return (q,) ordinary sizes of an effect's parameters: their typical magnitudes on the problem's arm."""
     return ordinary_sizes(effect, problem.model.robot)
 
 
-def _reach(effect: Effect) -> Array:
-    """Return (q,) how far parameters may go in one step: amplitudes anywhere, knees and points by half their value."""
+def _longest_step(effect: Effect) -> Array:
+    """Return (q,) how far parameters may go in one step: amplitudes anywhere, other ones by half their value.
+
+    Half the scale of a parameter counts where that is more.
+    """
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
 
 
 def _boxed(aim: Array, covariance: Array, low: Array, high: Array) -> Array:
-    """Return the point x of a box that minimizes |L^-1 (x - a)|^2, where L L^T is a covariance.
+    """Return (m,) the point x of a box that minimizes |L^-1 (x - a)|^2, where L L^T is a covariance.
 
     Args:
-        aim: (m,) a; covariance: (m, m); low, high: (m,) the box.
+        aim: (m,) a, the minimum without the box; covariance: (m, m); low, high: (m,) lower and upper limits of the box.
     """
     from scipy.linalg import solve_triangular
     from scipy.optimize import lsq_linear

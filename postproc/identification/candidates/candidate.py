@@ -19,18 +19,19 @@ from postproc.identification.candidates.forms import Form, Forms, columns_of, fo
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect that a model may lack, or lacks: the best composition of its forms on this data.
+    """An effect that a model may lack: the best composition of its forms on this data.
 
     Args:
-        key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
-        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; price: 2 log of
-            the odds against this form among all that were tried.
+        key: of the effect; effect: with starting amplitudes; free: (q,) mask of what a fit of it moves.
+        label: which forms; evidence: 2 log of odds for it, less the price; fall: of the whitened sum of squares.
+        count: number of parameters; price: 2 log of the prior odds against this form among all that were tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
-        starts: itself and its next best forms, where its worth must be found by full fits.
-        fit: the full fit that it was judged by.
-        alike, unseen: of one that the model lacks, effects that explain this data nearly as well, and those that would
-            not be seen beside it; held_out_after: held-out rms once it and those before it are in [m].
+        starts: itself and its next best forms, where its evidence must be found by full fits.
+        fit: the full fit that it was judged by, if any.
+        alike: of one that the model lacks, keys of effects that explain this data nearly as well; unseen: of those that
+            would not be seen beside it.
+        held_out_after: held-out rms [m], [rad] of angles, once it and those taken before it are in the model.
     """
 
     key: str
@@ -51,11 +52,11 @@ class Candidate:
 
     @property
     def not_separable(self) -> tuple[str, ...]:
-        """Keys of the effects that this data does not tell from it."""
+        """Keys of the effects that this data does not tell from it, or that it may hide."""
         return (*self.alike, *self.unseen)
 
     def columns(self, problem: Problem) -> Array:
-        """Return (N, k) whitened columns of its free amplitudes, for their ordinary sizes."""
+        """Return (N, k) whitened derivatives by its k free amplitudes, in units of their ordinary sizes."""
         return columns_of(problem, self.effect, self.free)
 
     @property
@@ -65,7 +66,7 @@ class Candidate:
 
     @property
     def far(self) -> bool:
-        """Whether at least half of the free parameters shape the effect, so that all starting forms may be far off.
+        """Whether most of the free parameters shape the effect, so that all starting forms may be far off.
 
         A grid of knees is fine enough to start from, a grid of points in space is not.
         """
@@ -82,12 +83,13 @@ class Candidate:
 
 @dataclass
 class FormCache:
-    """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
+    """Columns of forms, kept while the same rows are in use; refits change them by a few parts in a thousand.
 
     Args:
-        weights: with which it is whitened; those of orientations follow what a fit leaves of them.
-        forms: of every effect where the model has nothing of it, by its key and what the model has that they depend on;
-            by_load: (n, r, 6) whitened displacement by a unit of every load, for some springs and number of poses.
+        weights: with which they are whitened; those of orientations depend on the residual of the orientations.
+        forms: of every effect where the model has nothing of it, by its key and the keys of those it depends on.
+        by_load: (n, r, 6) whitened displacement by six unit loads, by number of poses, index of the first load and keys
+            of the springs.
     """
 
     weights: Weights | None = None
@@ -95,16 +97,18 @@ class FormCache:
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """Return this cache where it was made with hardly other weights, else an empty one."""
+        """Return this cache where it was made with nearly the same weights, else an empty one."""
         return self if self.weights is not None and self.weights.nearly(weights) else FormCache(weights)
 
 
 @dataclass
 class Screen:
-    """Forms of every testable effect on one problem, made once and screened often.
+    """The forms of every testable effect on one problem, made once and used often.
 
     Args:
-        free: what the fit moves; held: forms of effects that the model holds.
+        problem: the fitted model beside the data; classes: of the effects, by key; free: masks of what the fit moves,
+            by key.
+        stock: forms that several screens share; held: forms of effects that the model has, by key.
     """
 
     problem: Problem
@@ -114,9 +118,12 @@ class Screen:
     held: dict[str, Forms] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> Forms:
-        """Return the forms of an effect that may be missing, or be added to what a search has of it (``current``).
+        """Return the forms of an effect that may be missing, or that may be added to what there is of it.
 
         Of a sum these are always single terms; `beside` appends one to the terms that are there.
+
+        Args:
+            key: of the effect; current: the effect as a search has composed it so far, None for nothing.
         """
         cls, held = self.classes[key], self.problem.model.effect(key)
         known = (key, *self._depends_on(cls))
@@ -133,9 +140,9 @@ class Screen:
         return self.held[key]
 
     def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
-        """Return keys of the model's effects that change how one moves the arm.
+        """Return keys of the model's effects that change how an effect of a class moves the arm.
 
-        They are springs, if it is a load, and loads, if it reads loads.
+        They are springs, if the effect is a load, and loads, if it reads joint loads.
         """
         springs, loads = cls.load is not Effect.load, "load" in cls.reads
         model = self.problem.model.effects
@@ -144,7 +151,11 @@ class Screen:
         )
 
     def odds(self, key: str, current: Effect | None) -> Array:
-        """Return (M,) relative prior odds of each form, 0 where the effect that is there leaves no room for it."""
+        """Return (M,) relative prior odds of the M `forms`, 0 where the effect that is there leaves no room.
+
+        Args:
+            key, current: as in `forms`.
+        """
         forms, there = self.forms(key, current), current or self.problem.model.effect(key)
         odds = np.array([form.odds for form in forms], dtype=float)
         cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
@@ -155,14 +166,21 @@ class Screen:
         return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
 
     def beside(self, form: Form, current: Effect | None) -> Form:
-        """Return a form of a sum appended to the terms that are there; other forms as they are."""
+        """Return a form of a sum with its term appended to the terms that are there; other forms as they are.
+
+        Args:
+            current: the effect as a search has composed it so far; None for that of the model.
+        """
         there = current or self.problem.model.effect(form.key)
         return form.beside(there) if isinstance(there, SumOfTerms) else form
 
     def _more(self, form: Form, held: Effect) -> Form | None:
-        """Return a form of an effect in the model, freeing also what the fit moves; None where it frees nothing new.
+        """Return a form of an effect of the model that also frees what the fit moves; None where it frees nothing new.
 
         What the fit already moves cannot be missing, even where it stands at a bound.
+
+        Args:
+            held: the effect in the model.
         """
         moved = self.free.get(held.key)
         if len(form.refit) != len(held.vector()) or moved is None:
@@ -171,5 +189,5 @@ class Screen:
 
 
 def kind(effect: Effect) -> tuple[object, ...]:
-    """Return the values of an effect's structural fields: effects of one kind differ in numbers alone."""
+    """Return the values of an effect's structural fields; effects with equal ones differ only in their parameters."""
     return tuple(getattr(effect, name) for name in effect.structures())

@@ -21,13 +21,13 @@ EACH = 2
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
-    """Return the best composition of an effect's forms: the best, and further ones while each raises the evidence.
+    """Return the best composition of an effect's forms: the best form, and further ones while each raises the evidence.
 
-    Twice: from the best form on, and of the narrowest alone, so that nothing is fitted that only goes with the rest
-    (all joints for the sake of three). None where no form moves anything.
+    The search runs from the best form on, and again among the forms with fewest amplitudes alone, so that nothing is
+    fitted that only goes with the rest (all joints for the sake of three). None where no form moves anything.
 
     Args:
-        linear: the fit at its present parameters; key: of the effect.
+        screen: the forms of all effects; linear: the fit that leaves the residual; key: of the effect.
     """
     forms = screen.forms(key, None)
     price = _prices(screen.odds(key, None)) + screen.rarity(key)
@@ -69,7 +69,7 @@ def _prices(odds: Array) -> Array:
 
 
 def _starts(forms: Forms, worth: Array) -> list[int]:
-    """Return indices of the two best forms of every kind (law, pair of bodies ..), to optimize knees or points from.
+    """Return indices of the two best forms of every `kind` (law, pair of bodies ..), to optimize knees or points from.
 
     Args:
         worth: (M,) log evidence of each form.
@@ -83,7 +83,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
     """Return the candidate of a form with further forms of its effect, added while each raises the evidence.
 
     Args:
-        first: gain of the form; price: 2 log of the odds against it; widest: most amplitudes of a form to add.
+        linear: the fit without the effect; first: gain of the form; price: 2 log of the prior odds against it.
+        widest: number of amplitudes that a form may have at most to be added.
     """
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     price += type(effect).unlikely
@@ -114,7 +115,11 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
 
 
 def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candidate:
-    """Return a form as a candidate with its gain; price: 2 log of the odds against finding it."""
+    """Return a form as a candidate with its log evidence and p value.
+
+    Args:
+        brought: gain of the form; price: 2 log of the prior odds against finding it.
+    """
     fall, count = float(brought.fall), int(brought.count)
     p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, price)
     worth = float(brought.evidence) - price
@@ -126,12 +131,12 @@ def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candi
 def _sharpened(
     problem: Problem, linear: Linear, effect: Effect, gain_: Gain, new: int
 ) -> tuple[Form, Gain, float] | None:
-    """Return the effect with its new terms varied to where they explain most, its gain, and the price of the search.
+    """Return an effect with its new terms varied to where they explain most, its gain, and the price of the search.
 
-    All of them vary, since the first were found while the others were missing. None where nothing is better.
+    All new terms vary, since the first were found while the others were missing. None where nothing is better.
 
     Args:
-        gain_: gain of the present effect; new: how many terms are new.
+        linear: the fit without the effect; gain_: gain of the present effect; new: how many of its last terms are new.
     """
     best, paid = None, 0.0
     while near := forms_nearby(problem, effect, new):
@@ -145,10 +150,11 @@ def _sharpened(
 
 
 def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: float) -> tuple[Form, float] | None:
-    """Return the best form to add to an effect, and its price; None where none is worth its price.
+    """Return the best form to add to an effect, and its price; None where the evidence of none exceeds its price.
 
     Args:
-        inner: the fit with the effect's columns; widest: most amplitudes of a form.
+        inner: the fit with the effect's columns; key: of the effect.
+        widest: number of amplitudes that a form may have at most.
     """
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
     if not forms:
@@ -159,10 +165,10 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
-    """Return `columns_of` for a form's effect and a mask (q,), put together from known columns where that is enough.
+    """Return `columns_of` for a form's effect and a mask (q,), put together from known columns where these are all.
 
     Args:
-        before: (N, k) columns of what was there before the form, if any.
+        before: (N, k) columns of the terms before the form's own, if any.
     """
     whole = form.columns if before is None else np.hstack([before, form.columns])
     alike = whole.shape[1] == (mask & form.effect.amplitudes()).sum()

@@ -25,12 +25,11 @@ class Form:
     """One way in which an effect could act on this data.
 
     Args:
-        key: of the effect; label: which form.
-        effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
-        columns: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
-            they are.
-        forming: how many parameters beyond the screened ones a full fit would move.
-        odds: how ordinary the form is beside the others. sign: 1 for a single amplitude that can only be positive.
+        key: of the effect; label: which form; effect: with null amplitudes.
+        refit: (q,) mask of the parameters that a full fit of this form moves.
+        columns: (N, m) whitened derivatives by the screened amplitudes, in units of their ordinary sizes.
+        screened: (q,) mask of these amplitudes; forming: how many parameters beyond them a full fit would move.
+        odds: relative prior odds among the forms; sign: 1 for a single amplitude that can only be positive, else 0.
     """
 
     key: str
@@ -45,11 +44,11 @@ class Form:
 
     @property
     def width(self) -> int:
-        """Number of amplitudes with a column, which a score test judges together."""
+        """Number of screened amplitudes, which a score test judges together."""
         return int(self.screened.sum())
 
     def beside(self, effect: SumOfTerms) -> Form:
-        """Return the form with its term appended to those of an effect; its columns stay."""
+        """Return the form with its term appended to those of an effect; its columns stay those of its own term."""
         assert isinstance(self.effect, SumOfTerms)
         marked = self.effect.with_vector(self.screened.astype(float))
         whole, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
@@ -59,12 +58,12 @@ class Form:
 
 @dataclass(frozen=True)
 class Stack:
-    """Forms of one width w side by side.
+    """M forms with the same number w of screened amplitudes, side by side.
 
     Args:
-        index: (M,) which forms; values: (N, M w) their columns, gram: (M, w, w) and their products.
-        forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function; sign: (M,) as
-            in `Form`.
+        index: (M,) position of each among all forms; values: (N, M w) their columns; gram: (M, w, w) inner products.
+        forming: (M,) number of parameters that only shape the effect; flexible: (M,) whether it is a free function.
+        sign: (M,) as in `Form`.
     """
 
     index: NDArray[np.int_]
@@ -76,7 +75,11 @@ class Stack:
 
     @classmethod
     def of(cls, some: Sequence[Form], index: Sequence[int]) -> Stack:
-        """Return the stack of forms of one width; index: which forms of all they are."""
+        """Return the stack of forms of one width.
+
+        Args:
+            index: position of each form among all of them.
+        """
         values = np.hstack([form.columns for form in some])
         C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
         numbers = ([f.forming, f.effect.roughness() is not None, f.sign] for f in some)
@@ -123,7 +126,7 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     """Return all forms of one effect on the data of a problem, without those that move nothing.
 
     Args:
-        current: the effect as the search or the model has it, None for nothing.
+        cls: class of the effect; current: the effect as the search or the model has it, None for nothing.
         alone: its forms on a model without it, whose columns are used again where ``current`` is null and linear.
     """
     found: list[Form | None] = []
@@ -139,14 +142,17 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
 
 
 def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
-    """Return variants of a sum with one of its last ``new`` terms slightly changed, with the columns of all terms."""
+    """Return variants of a sum with one of its last ``new`` terms slightly changed, with the columns of all terms.
+
+    There are none for an effect that is no sum of terms.
+    """
     near = effect.nearby(new) if isinstance(effect, SumOfTerms) else ()
     every = (replace(v, free=v.refit) for v in near)
     return Forms.of(form for v in every if (form := make_form(problem, v)) is not None)
 
 
 def make_form(problem: Problem, v: Variant) -> Form | None:
-    """Return a variant with its whitened columns for ordinary sizes; None where they vanish on this data."""
+    """Return a variant of an effect as a form with its whitened columns; None where these vanish on this data."""
     size, state = ordinary(problem.model, v.effect, v.free), problem.sensitivity.state
     basis = None if v.effect.missing(state) else v.effect.basis(state)
     if basis is None:
@@ -162,9 +168,9 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
 
 
 def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Return (N, k) whitened columns of an effect's amplitudes in a mask (q,), for their ordinary sizes.
+    """Return (N, k) whitened derivatives by an effect's amplitudes in a mask (q,), in units of their ordinary sizes.
 
-    Parameters that only form the effect have no columns while its amplitudes are null.
+    Parameters that only shape the effect have no columns while its amplitudes are null.
     """
     part = mask & effect.amplitudes()
     return problem.columns(effect, part) * ordinary(problem.model, effect, part)
@@ -173,7 +179,7 @@ def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Arr
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
     """Return (p,) ordinary sizes (typical magnitudes on such an arm) of an effect's parameters in a mask (q,).
 
-    Rough parts of a free function are smaller than smooth ones.
+    Those of the rough parts of a free function are smaller than those of the smooth parts.
     """
     size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
     return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

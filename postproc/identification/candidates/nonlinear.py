@@ -37,11 +37,11 @@ TWICE = 2.0
 
 @dataclass(frozen=True)
 class SubsampledProblem:
-    """Some poses of a problem, and what the fitted parameters leave of their residual.
+    """Some poses of a problem, and the residual of the fitted parameters on them.
 
     Args:
-        problem: those poses; linear: its residual with the fitted parameters of the whole.
-        known: what `by_load` has worked out.
+        problem: those poses; linear: their residual, and the fitted parameters of the whole problem.
+        known: results of `by_load`, by their arguments.
     """
 
     problem: Problem
@@ -49,7 +49,7 @@ class SubsampledProblem:
     known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
-        """Return (N, m) whitened displacements by each of m effects of one class, springs responding to their loads."""
+        """Return (N, m) whitened displacements by each of m effects of one class, springs yielding to their loads."""
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
@@ -63,10 +63,10 @@ class SubsampledProblem:
         return np.asarray(answer[self.problem.weights.used])
 
     def by_load(self, first: int) -> Array:
-        """Return (n, r, 6) whitened displacements by unit joint torques, or by the unit wrench on a body.
+        """Return (n, r, 6) whitened displacements by unit torques at the joints, or by the unit wrench on a body.
 
         Args:
-            first: index of the first of the six among all loads.
+            first: index among all 54 loads of the first of the six.
         """
         seen = self.problem.softer
         at = len(self.problem.data), first, *(e.key for e in seen.springs)
@@ -81,10 +81,13 @@ class SubsampledProblem:
 
 
 def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
-    """Return every k-th pose of a problem, about `POSES` or twice the number of parameters.
+    """Return every k-th pose of the screen's problem, about `POSES` or twice the number of parameters.
 
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
     there is one, counts by the share f of the rows.
+
+    Args:
+        linear: the fit on all poses.
     """
     problem, known = screen.problem, screen.stock.by_load
     step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
@@ -106,10 +109,11 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
 def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
     """Return a candidate with its knees and points optimized from all of its starts; the best few become its starts.
 
-    Unchanged where it has no such parameters, or where the model has the effect, fitted already.
+    It comes back unchanged where it has no such parameters, or where the model has the effect, fitted already.
 
     Args:
-        least: log evidence below which it is of no interest, and comes back as it was.
+        screen: the forms of all effects; linear: the fit that leaves the residual.
+        least: log evidence below which the candidate is of no interest, and comes back unchanged.
     """
     held = screen.problem.model.effect(candidate.key) is not None
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
@@ -117,7 +121,7 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
     seen = subsampled(screen, linear)
     some = list(candidate.starts)
     for tries, enough in STAGES:
-        moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
+        moved = sorted((_optimised(seen, c, tries) for c in some), key=lambda pair: pair[1])
         first: dict[tuple[object, ...], Candidate] = {}
         for c, _ in moved:
             first.setdefault(kind(c.effect), c)
@@ -128,20 +132,22 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         if -linear.freedom * np.log1p(-share) - candidate.price < least:
             return candidate
     whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
-    some = [_moved(whole, c, *AT_LAST)[0] for c in some]
+    some = [_optimised(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
 
 
 def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
-    """Return the candidate's `Effect.relatives` as candidates, at the price of being rarer."""
+    """Return variants of a candidate's effect (`Effect.relatives`) as candidates, each at the price of its own odds."""
     every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
     return [replace(start, effect=v.effect, label=v.label, price=start.price - 2 * np.log(v.odds)) for v in every]
 
 
-def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
-    """Return a candidate with its parameters optimized, and the sum of squares left.
+def _optimised(
+    seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH
+) -> tuple[Candidate, float]:
+    """Return a candidate with its parameters optimized on some poses, and the sum of squares that is left there.
 
     Args:
         tries, closely: as in `optimise_nonlinear`.
@@ -151,7 +157,11 @@ def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float
 
 
 def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
-    """Return a candidate, its form found on some rows, with amplitudes, fall and evidence from all rows."""
+    """Return a candidate with amplitudes, fall of the sum of squares, log evidence and p value from all rows.
+
+    Args:
+        linear: the fit on all rows; start: the candidate, its knees and points optimized.
+    """
     effect = start.effect
     columns = screen.problem.columns(effect, start.free)
     inside = linear.project(columns)
@@ -178,11 +188,12 @@ def optimise_nonlinear(
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
-    1973): amplitudes, knees and points go together, for a point in space is not found on a grid of points. With
-    ``closely`` below `ENOUGH`, the weak pulls of a fit (`determined.pull`) are added.
+    1973): amplitudes, knees and points are optimized together, for a point in space is not found on a grid of points.
 
     Args:
-        free: (q,) mask; tries: steps at most; closely: share of the sum of squares below which a step is the last.
+        seen: the poses that count; free: (q,) mask; tries: steps at most.
+        closely: the search ends at a step that lowers the sum of squares by less than this share; below `ENOUGH` the
+            weak pulls of a fit (`determined.pull`) are added.
     """
     from scipy.optimize import least_squares
 

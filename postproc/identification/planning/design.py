@@ -44,7 +44,10 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
 
 
 def _of_effect(fit: Fit, pool: Problem, effect: Effect, mask: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return whitened columns of an effect's parameters in a mask (q,) for their ordinary sizes.
+    """Return whitened columns of an effect's p parameters in a mask (q,) for their ordinary sizes.
+
+    Args:
+        pool: c poses that may be measured.
 
     Returns:
         (N, p) on the data of the fit, (c, 3, p) on the pool.
@@ -60,9 +63,13 @@ NEVER = 10.0
 def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[Name], list[Name]]:
     """Choose n poses of a pool that shrink the parameters' covariance most, one after another (greedy D-optimal).
 
+    Args:
+        fit: of the data so far; pool: poses that may be measured.
+
     Returns:
-        The indices of the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before;
-        the same after; the parameters that are the worst of that before; those that no pose determines.
+        The indices of the poses; the largest standard deviation [ordinary sizes] of parameters that poses can
+        determine, before and after; the three of these that are determined worst before; the parameters that no pose
+        determines.
     """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
@@ -98,8 +105,14 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
 
     Each effect has the size that the data suggests, an ordinary one at least.
 
+    Args:
+        fit: of the data so far; pool: poses that may be measured; pair: classes of the two effects.
+
     Returns:
-        the indices of the poses; how many standard deviations the effects differ by, before and after.
+        The indices of the poses; by how many standard deviations the effects differ, before and after.
+
+    Raises:
+        PostprocError: DAT024 where one of them moves nothing on these poses.
     """
     A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
@@ -135,9 +148,13 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
 
 @dataclass
 class _Side:
-    """One effect's signal against everything else.
+    """The displacement by one of two effects (its signal), and what everything else explains of it.
 
-    Regressors Z (c, 3, p) and signal s (c, 3) on the pool, P = (Z'Z)^-1 so far.
+    Args:
+        Z: (c, 3, p) columns of the other effect and all fitted parameters (the regressors) on the pool; s: (c, 3) the
+            signal there.
+        P: (p, p) covariance of the regressors' sizes from the measured poses.
+        cross: (p,) product of regressors and signal there; total: sum of squares of the signal there.
     """
 
     Z: Array
@@ -147,17 +164,17 @@ class _Side:
     total: float
 
     def rest(self) -> Array:
-        """Return (c, 3) the signal at each pose of the pool that the regressors cannot explain."""
+        """Return (c, 3) the part of the signal at each pose of the pool that the regressors cannot explain."""
         return np.asarray(self.s - self.Z @ (self.P @ self.cross))
 
     def gain(self) -> Array:
-        """Return (c,) growth of the unexplained signal by measuring each pose, e^T (I + z P z^T)^-1 e."""
+        """Return (c,) growth of the unexplained signal by measuring each pose of the pool, e^T (I + z P z^T)^-1 e."""
         e = self.rest()
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
         return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
 
     def take(self, index: int) -> None:
-        """Add a pose of the pool, by its index, to the measured ones."""
+        """Add a pose of the pool, by its index, to the measured ones, in place."""
         z, s = self.Z[index], self.s[index]
         self.P = _updated(self.P, z)
         self.cross = self.cross + z.T @ s
@@ -175,9 +192,12 @@ def _updated(P: Array, z: Array) -> Array:
 
 
 def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
-    """Return an effect in the form to plan for, and (q,) mask of its amplitudes that count.
+    """Return an effect in the form to plan for, and (q,) mask of its amplitudes.
 
-    It is the model's own, else the best one on the data, else the first variant on the pool.
+    The form is the model's own, else the best one on the data, else the first variant on the pool.
+
+    Args:
+        pool: poses that may be measured; screen: the forms of the effect on the data; cls: class of the effect.
     """
     held = fit.model.effect(cls.key)
     if held is not None:
@@ -193,7 +213,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
 
 
 def _size(fit: Fit, columns: Array) -> Array:
-    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p); at least of norm 1."""
+    """Return (p,) amplitudes, in ordinary sizes, that the data suggests for columns (N, p), of norm 1 at least."""
     linear = fit.linear
     projected = linear.project(columns)
     x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)

@@ -38,13 +38,14 @@ class MeasuringPlan:
     """Poses worth measuring next.
 
     Args:
-        state: (n) joints, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will be.
-        between: the two effects to be told apart, or None.
-        before, after: how many standard deviations the difference of the two effects stands out without and with these
-            poses; or the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
-        told_apart: whether the data so far tells the two effects apart, as `diagnose` has it.
-        fit: of the data so far; worst: those of its parameters that are determined worst; never: those that no pose
-            determines.
+        fit: of the data so far.
+        state: n joint angles, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will
+            be.
+        between: the two effects to be told apart, by key, or None.
+        before, after: by how many standard deviations the two effects differ without and with these poses; without a
+            pair, the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
+        worst: the parameters of the fit that are determined worst; never: those that no pose determines.
+        told_apart: whether the data so far tells the two effects apart, as `diagnose` says.
     """
 
     fit: Fit
@@ -108,7 +109,8 @@ def plan_poses(
     parameters' covariance most (D-optimal), counted in ordinary sizes.
 
     Args:
-        room: where poses may be.
+        between: keys of the two effects; extra_effects: classes beside the library's.
+        noise: standard deviation per axis [m] stated by the user; room: where poses may be.
 
     Raises:
         PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses, or where fewer
@@ -118,7 +120,7 @@ def plan_poses(
     pair = [find_effect(key, library) for key in between or ()]
     fit, apart = fit_model(model, data, noise=noise), True
     if between is not None:
-        fit, apart = _beside(diagnose(model, data, extra_effects, noise=noise), between)
+        fit, apart = _fit_without_pair(diagnose(model, data, extra_effects, noise=noise), between)
     pool = _pool(fit, _candidates(fit, room), room)
     if len(pool.data) < n:
         message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
@@ -133,8 +135,12 @@ def plan_poses(
     return MeasuringPlan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
 
 
-def _beside(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
-    """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart."""
+def _fit_without_pair(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
+    """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart.
+
+    Args:
+        pair: keys of the two effects.
+    """
     others = [m.key for m in found.missing if m.key not in pair]
     unsure = any({m.key, other} == set(pair) for m in found.missing for other in m.not_separable)
     return refit_all(found.base, found.final, others), not unsure
@@ -183,14 +189,14 @@ def _candidates(fit: Fit, room: Room) -> State:
 
 
 def _median(values: Array | None, count: int) -> Array | None:
-    """Return (count,) the median of values, None for None."""
+    """Return (count,) copies of the median of values, None for None."""
     return None if values is None else np.full(count, float(np.median(values)))
 
 
 def _pool(fit: Fit, state: State, room: Room) -> Problem:
-    """Return the candidates inside the room as a problem with every position measured.
+    """Return the poses of a state inside the room as a problem in which every position is measured.
 
-    Random poses with a body or the TCP less than 0.1 m above the base plane are dropped, if 50 remain.
+    Random poses with a body or the TCP less than 0.1 m above the base plane are left out, if 50 remain.
     """
     nowhere = np.zeros((len(state), 3))
     ids = tuple(str(i) for i in range(len(state)))

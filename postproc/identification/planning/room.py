@@ -31,7 +31,7 @@ class Room:
     axes: Array | None = None
 
     def holds(self, problem: Problem) -> NDArray[np.bool_]:
-        """Return (n,) mask of the poses of a problem inside the region and in sight of the instrument."""
+        """Return (n,) mask of the poses of a problem that are inside the region and in sight of the instrument."""
         T = problem.rest.T_base_tcp
         good = np.ones(len(T), dtype=bool)
         if self.region is not None:

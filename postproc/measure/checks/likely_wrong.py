@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
 from postproc.measure.checks.readings import (
-    HOPELESS_M,
+    MISMATCH_M,
     RADIANS,
     RADIANS_BELOW,
     SUSPICIOUS_M,
@@ -150,7 +150,7 @@ def _check_readings(
     robot, arm = arm.robot, arm.rows(some)
     as_read = align_arm(arm, q, y)
     own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
-    far = np.linalg.norm(as_read.residual, axis=1) > HOPELESS_M
+    far = np.linalg.norm(as_read.residual, axis=1) > MISMATCH_M
     if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
         return []
 
@@ -185,7 +185,7 @@ def _check_readings(
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     if arm.T_reference_base is not None:
         help_ += "; and that external axes stand as `eax_a` .. say, and run as the cell says"
-    return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
+    return found("error" if as_read.typical > MISMATCH_M else "warning", message, help_)
 
 
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:

@@ -20,8 +20,8 @@ from postproc.robot.kinematics import forward
 
 SUSPICIOUS_M = 0.010
 """No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
-HOPELESS_M = 0.050
-"""Where nothing else explains so much, the table and the arm do not belong together."""
+MISMATCH_M = 0.050
+"""Where nothing else explains a residual of so much, the table and the arm do not belong together."""
 SAME_LENGTHS_M = 1e-9
 """Arms that a table fits equally well have the same lengths."""
 CLEARER = 5.0
@@ -142,7 +142,7 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
         they stand right. None unless nine rows of ten then fit, and half of those that do not as they stand.
     """
     n, flange = len(q), arm.flange(q)
-    right = np.linalg.norm(align_arm(arm, q, position).residual, axis=1) < HOPELESS_M
+    right = np.linalg.norm(align_arm(arm, q, position).residual, axis=1) < MISMATCH_M
     most, found = max(0.9 * n, 0.5 * (n + right.sum())), None
     for first, (mine, other) in product((True, False), ((0, 1), (0, -1), (1, 0), (-1, 0))):
         fitted = np.zeros(2 * n, dtype=bool)
@@ -150,7 +150,7 @@ def slipped(arm: PlacedArm, q: Array, position: Array) -> tuple[int, int, int] |
         fitted[n - n // 3 : n] = not first
         both = np.concatenate([np.roll(flange, step, axis=0) for step in (mine, other)])
         known = align(both, np.tile(position, (2, 1)), fitted=fitted)
-        near = (np.linalg.norm(known.residual, axis=1) < HOPELESS_M).reshape(2, n)[:: 1 if first else -1]
+        near = (np.linalg.norm(known.residual, axis=1) < MISMATCH_M).reshape(2, n)[:: 1 if first else -1]
         right = np.append(0, np.cumsum(near[0])) + np.append(np.cumsum(near[1, ::-1])[::-1], 0)
         if fits(known) and right.max() > most:
             most, best = right.max(), np.flatnonzero(right == right.max())
