@@ -30,7 +30,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     where a fitted model is accurate enough.
 
     Args:
-        name: of the program. made: model, loads and choices by label.
+        name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     document, made = plain(found.report), made or {}
     facts = [("program", name)]
@@ -102,11 +102,11 @@ def _certificate(
     parts: Sequence[Section],
     basis: str = "",
 ) -> Document:
-    """Assemble a certificate.
+    """Assemble a certificate; it is "good" where the verdict is that the tolerance is kept on the arm.
 
     Args:
-        head: its title, verdict and sentence. facts: what was examined, as (what, with).
-        parts: its tables. basis: what the figures rest on.
+        head: title, verdict and sentence. values: the JSON document. facts: what was examined, as (label, text).
+        parts: sections with tables. basis: what the figures rest on.
     """
     title, verdict, sentence = head
     examined = _part("what was examined", ("what", "with"), facts)
@@ -122,7 +122,7 @@ def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "
 
 
 def _digests(found: Conversion) -> list[tuple[str, str]]:
-    """Return the SHA-256 of the original and the corrected bytes of each file, with its path if there are several."""
+    """Return rows (``original`` or ``corrected``, SHA-256 of the file); if there are several, also with the path."""
     sources = {o.statement.source.path: o.statement.source.data for o in found.outcomes}
     several = len(sources) > 1
     rows = []
@@ -135,7 +135,11 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
 
 
 def _seam(seam: Values, tolerance: float) -> Row:
-    """Return the row of a seam: its tolerance is kept if it was measured, is within it, and nothing was left out."""
+    """Return the row of a seam: its tolerance is kept if it was measured, is within it, and nothing was left out.
+
+    Args:
+        seam: its entry in ``welds`` of the document. tolerance: [mm].
+    """
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"
@@ -152,18 +156,22 @@ def _seam(seam: Values, tolerance: float) -> Row:
 
 
 def _fall(before: float | None, after: float | None) -> tuple[str, str]:
-    """Return two deviations [mm] as texts; None is "not measured"."""
+    """Return the deviations [mm] before and after correction as texts; None becomes "not measured"."""
     first, last = ("not measured" if value is None else f"{value:.3f}" for value in (before, after))
     return first, last
 
 
 def _kept(kept: bool) -> str:
-    """Return the word for whether a tolerance is kept."""
+    """Return "kept" or "not kept"."""
     return "kept" if kept else "not kept"
 
 
 def _sure(document: Values) -> str:
-    """Say in a sentence how well the model is known to match the real arm."""
+    """Say how accurate the fitted model is (95 %), or that the model was not fitted to this arm.
+
+    Args:
+        document: that of the conversion.
+    """
     known, estimated = document["expected_accuracy"], stiffness_estimate(document)
     if known is not None:
         return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."
