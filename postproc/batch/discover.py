@@ -126,7 +126,7 @@ def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
     while waiting:
         here, around = waiting.pop()
         for path in _entries(here):
-            kind = _kind(path)
+            kind = _file_type(path)
             if kind == stat.S_IFDIR:
                 at = real(path)
                 # A link to a folder that it stands in would never end.
@@ -149,7 +149,7 @@ def _entries(folder: Path) -> list[Path]:
         raise _unreadable(folder, error) from error
 
 
-def _kind(path: Path) -> int | None:
+def _file_type(path: Path) -> int | None:
     """Return the type of the file a path leads to; None for a broken link, which is reported where it is read."""
     try:
         return stat.S_IFMT(path.stat().st_mode)

@@ -52,7 +52,7 @@ def read_converter(settings: Settings, model: Model) -> Converter:
     environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
     sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
-    stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
+    stated = (_software(), _model_parts(model), replace(settings.options, template_dir=None), code, templates)
     return Converter(pickle.dumps(model), model.robot.name, settings, _digest(stated), sides)
 
 
@@ -70,7 +70,7 @@ def _version(name: str) -> str:
         return ""
 
 
-def _stated(model: Model) -> tuple[Any, ...]:
+def _model_parts(model: Model) -> tuple[Any, ...]:
     """Return the parts of a model that decide its predictions, without how it was fitted."""
     effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
     return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station

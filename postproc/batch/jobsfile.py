@@ -113,7 +113,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     copies: set[str] = set()
     for index, job in enumerate(file.job):
         found, more = _found(source, root, index, job, output)
-        _named(source, index, job, found)
+        _check_only(source, index, job, found)
         for task in found:
             if job.files and task.name in tasks:
                 raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
@@ -128,7 +128,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     return BatchPlan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
 
 
-def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
+def _check_only(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
     """Raise BAT009 where an entry of the job's ``only`` matches no task that was found."""
     for name, pattern in zip(job.only, _patterns(job), strict=True):
         if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found):

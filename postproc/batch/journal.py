@@ -60,11 +60,11 @@ class Journal:
             key: hash of all that the result depends on.
         """
         for line in reversed(self.before.get((False, name), [])):
-            if line.key == key and all(self.holds(path, hash_) for path, hash_ in line.outputs.items()):
+            if line.key == key and all(self.has(path, hash_) for path, hash_ in line.outputs.items()):
                 return line
         return None
 
-    def holds(self, path: str, hash_: str) -> bool:
+    def has(self, path: str, hash_: str) -> bool:
         """Tell whether a file of the tree has this SHA-256."""
         return self._inside(path) and _hash(self.root / path) == hash_
 
@@ -97,7 +97,7 @@ class Journal:
         """Write a copied file into the tree, if it is not there; return BAT016 for what was edited by hand since."""
         hash_ = sha256(data).hexdigest()
         line = Line(path, COPY, COPY, {path: hash_})
-        edited = [] if self.holds(path, hash_) else self.put(path, data)
+        edited = [] if self.has(path, hash_) else self.put(path, data)
         if line in self.before.get((True, path), []):
             self.keep(line)
         else:
@@ -122,7 +122,7 @@ class Journal:
             way += [p.relative_to(self.root).as_posix() for p in below]
         elif _hash(target) not in (None, sha256(data).hexdigest()):
             way.append(path)
-        edited = [d for name in way for d in self.spare(name)]
+        edited = [d for name in way for d in self.keep_edited(name)]
         try:
             for name in way:
                 (self.root / name).unlink()
@@ -133,7 +133,7 @@ class Journal:
         self.write(path, data)
         return edited
 
-    def spare(self, path: str) -> Iterator[Diagnostic]:
+    def keep_edited(self, path: str) -> Iterator[Diagnostic]:
         """Keep a copy of a file that is to be replaced, unless its bytes are those a batch wrote; yields BAT016."""
         hash_ = _hash(self.root / path)
         if hash_ is not None and hash_ not in self.written.get(path, set()):
@@ -153,7 +153,7 @@ class Journal:
     def remove(self, outputs: Mapping[str, str]) -> None:
         """Delete files of the tree, by path and hash, if they are unchanged; folders that become empty go too."""
         for path, hash_ in outputs.items():
-            if self.holds(path, hash_):
+            if self.has(path, hash_):
                 (self.root / path).unlink()
                 for folder in (self.root / path).parents:
                     if folder == self.root or not _removed(folder):

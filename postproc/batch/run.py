@@ -146,7 +146,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
             task = tasks[line.name]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
-            told = (*(d.finding for d in first), *(_named(plan.root, finding) for finding in line.findings))
+            told = (*(d.finding for d in first), *(_with_file_nearby(plan.root, finding) for finding in line.findings))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line.outputs else None
             outcomes.append(TaskOutcome(task, line.status, cached, line.figures, told, arm, page))
@@ -192,7 +192,7 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _named(root: Path, finding: Finding) -> Finding:
+def _with_file_nearby(root: Path, finding: Finding) -> Finding:
     """Return a finding; where a file nearby declares the data it lacks, its help names that file."""
     told = None
     if finding.matter is Matter.UNDECLARED and finding.path is not None:
@@ -223,11 +223,11 @@ def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
     while lost := (yield from _until_broken(waiting, pool)):
         if not pool.repeats:
             pool.make(pool.workers)  # the whole cluster may be gone: no task is to blame
-            yield from map(_killer, lost)
+            yield from map(_worker_died, lost)
             continue
         for job in lost:
             if job.name in before:
-                yield from map(_killer, (yield from _until_broken(iter([job]), Pool(pool.make, 1))))
+                yield from map(_worker_died, (yield from _until_broken(iter([job]), Pool(pool.make, 1))))
         again = [job for job in lost if job.name not in before]
         before |= {job.name for job in again}
         waiting = chain(again, waiting)
@@ -280,7 +280,7 @@ def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Re
             lost.append(job)
 
 
-def _killer(job: Job) -> Result:
+def _worker_died(job: Job) -> Result:
     """Return the failed result BAT008 of a job on which workers died again and again."""
     help_ = "it may need more memory than a worker has: use fewer workers, or convert it alone"
     found = Diagnostic("BAT008", "error", "workers died on this task again and again", help=help_)
