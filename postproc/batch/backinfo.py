@@ -21,7 +21,7 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
     """Return the modules that a batch added to the tasks of a backup: name of the task's folder, and path inside it.
 
     Args:
-        path: of backinfo.txt. tasks: all of the batch. lines: of the journal, the newest last.
+        path: of backinfo.txt. tasks: all of the batch. lines: of its journal, the newest last.
     """
     home = PurePosixPath(path).parent.parent
     own = {task.name: {*task.files, page_of(task.name)} for task in tasks}

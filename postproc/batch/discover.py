@@ -142,7 +142,11 @@ def in_output(path: Path, output: Path | None) -> bool:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """Return the sorted paths in a folder; BAT002 where it cannot be read."""
+    """Return the sorted paths in a folder.
+
+    Raises:
+        PostprocError: BAT002, it cannot be read.
+    """
     try:
         return sorted(folder.iterdir())
     except OSError as error:
@@ -150,7 +154,13 @@ def _entries(folder: Path) -> list[Path]:
 
 
 def _file_type(path: Path) -> int | None:
-    """Return the type of the file a path leads to; None for a broken link, which is reported where it is read."""
+    """Return the type of the file a path leads to (``stat.S_IFMT``); None for a broken link.
+
+    A broken link is reported where it is read.
+
+    Raises:
+        PostprocError: BAT002, the type cannot be read.
+    """
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except OSError as error:
@@ -171,7 +181,10 @@ def _suffix(name: str) -> str:
 
 
 def _backups(files: Iterable[str]) -> set[str]:
-    """Return the folders that hold RAPID beside SYSPAR, BACKINFO or HOME; ``.`` is the root."""
+    """Return the backups among relative paths of files: folders with RAPID beside SYSPAR, BACKINFO or HOME.
+
+    The root itself is ``.``.
+    """
     beside: dict[str, set[str]] = {}
     for name in files:
         parts = PurePosixPath(name).parts
@@ -181,18 +194,30 @@ def _backups(files: Iterable[str]) -> set[str]:
 
 
 def _in_home(name: str, backups: Iterable[str]) -> bool:
-    """Tell whether a file is in the HOME folder of a backup."""
+    """Tell whether a file is in the HOME folder of a backup.
+
+    Args:
+        name: relative path of the file. backups: folders, relative too.
+    """
     return any(_below(name, backup, "home") for backup in backups)
 
 
 def _below(name: str, backup: str, part: str) -> bool:
-    """Tell whether a path is below the folder ``part``, in lower case, of a backup."""
+    """Tell whether a path is below the folder ``part`` (in any case) of a backup.
+
+    Args:
+        part: in lower case.
+    """
     parts, base = PurePosixPath(name).parts, PurePosixPath(backup).parts
     return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part
 
 
 def _task_folder(name: str) -> str | None:
-    """Return the folder of the task that a file belongs to: above PROGMOD or SYSMOD, or inside RAPID; else None."""
+    """Return the folder of the task that a file belongs to: above PROGMOD or SYSMOD, or inside RAPID; else None.
+
+    Args:
+        name: relative path of the file.
+    """
     parts = PurePosixPath(name).parts
     for depth, part in enumerate(parts[:-1]):
         if part.lower() in PARTS:
@@ -210,7 +235,7 @@ def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Ce
     """Return what the task of a folder moves, and its cell; None outside a backup.
 
     Args:
-        stated: configuration and cell of each backup, by its folder.
+        home: the task's folder. stated: configuration and cell of each backup, by its folder.
     """
     for backup, (configuration, cell) in stated.items():
         if _below(f"{home}/x", backup, "rapid"):
@@ -224,7 +249,11 @@ def _parent(place: str) -> str:
 
 
 def _moveless(folder: Path, members: Iterable[str]) -> bool:
-    """Tell whether no statement of these files moves an arm."""
+    """Tell whether no statement of the modules among these files moves an arm.
+
+    Args:
+        members: paths relative to the folder.
+    """
     sources = [Source(name, read_quietly(folder / name)) for name in members if _suffix(name) in ENDINGS]
     return not any(s.interpolation != "none" for s in read_program(sources).statements)
 
@@ -238,7 +267,11 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 
 
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
-    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown."""
+    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown.
+
+    Args:
+        name: of the task. files: its program files. driven: what it moves, and its cell; None outside a backup.
+    """
     if driven is None:
         return Task(name, tuple(files))
     from postproc.robot.cells.station import station_of
@@ -262,7 +295,7 @@ def _beside_others(
     """Return the task with the units that other tasks of its controller move, and their files.
 
     Args:
-        members: its files; others: what each other task of the controller drives, and its files.
+        members: its files; others: what each other task of the controller drives, and its files, by the task's folder.
     """
     station = task.station
     if station is None or not station.connected:
@@ -296,7 +329,11 @@ def _with_units_of_others(station: Station, task: Task) -> Station:
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
-    """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither."""
+    """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither.
+
+    Args:
+        names: relative paths of all files outside of backups.
+    """
     tasks: list[Task] = []
     copies = [name for name in names if _suffix(name) not in ENDINGS]
     taken: dict[str, str] = {}

@@ -30,8 +30,8 @@ class Converter:
     """Settings with all files read, ready to be sent to workers.
 
     Args:
-        model: pickled; fingerprint: hash of model, options, templates and effect code.
-        robot: library name of its arm; settings: where all of it comes from.
+        model: pickled. robot: library name of its arm. settings: where all of it comes from.
+        fingerprint: hash of model, options, templates, effect code and software. side_files: read-only modules.
     """
 
     model: bytes
@@ -57,7 +57,10 @@ def read_converter(settings: Settings, model: Model) -> Converter:
 
 
 def _software() -> tuple[Any, ...]:
-    """Return the texts of the package and the versions of libraries: code may change while its version does not."""
+    """Return the files of the package as bytes and the versions of libraries: all that may change a result.
+
+    Code may change while its version does not.
+    """
     files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
     return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
 
@@ -100,7 +103,11 @@ def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -
 
 
 def _read(path: Path) -> bytes:
-    """Return the bytes of a file; BAT002 where it cannot be read."""
+    """Return the bytes of a file.
+
+    Raises:
+        PostprocError: BAT002, it cannot be read.
+    """
     return read_source(path, "BAT002").data
 
 
