@@ -39,8 +39,10 @@ MOTION_STEPS = 5  # that an execution of a motion counts as
 
 @dataclass(frozen=True, slots=True)
 class AddedMotions:
-    """Motions and routines (by their keys) that were written into a program: following them takes no steps, so that the
-    program ends with them where it ends without them, and in these routines values that are assumed decide.
+    """Motions and routines (by their keys) that were written into a program.
+
+    Executing them counts no steps, so that the written program is followed as far as the original. In these routines a
+    value that is only assumed decides which way is taken.
     """
 
     motions: frozenset[StatementKey] = frozenset()
@@ -48,14 +50,19 @@ class AddedMotions:
 
     @classmethod
     def between(cls, program: Program, written: Program, motions: Iterable[StatementKey] = ()) -> AddedMotions:
-        """Return the routines that ``written`` has and ``program`` has not, with the given motions."""
+        """Return the given added motions, and the routines that ``written`` has and ``program`` has not.
+
+        Args:
+            motions: keys of the motion statements that were added.
+        """
         own = {routine.key for routine in program.all_routines()}
         return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - own)
 
 
 class Execution(ABC):
-    """Executes calls, motions and functions; the ``recorder`` keeps every motion as an event, ``diagnostics`` the
-    findings.
+    """Executes calls, motions and functions of a program.
+
+    The ``recorder`` keeps every motion as an event, ``diagnostics`` the findings.
     """
 
     def __init__(
@@ -188,7 +195,11 @@ class Execution(ABC):
             self.report_once(Diagnostic("RAP031", "info", text, source, span, help_, Matter.UNSEEN, name))
 
     def report_undeclared(self, data: Data, source: Source) -> None:
-        """Report once a name without declaration if that is why the load or displacement ``data`` is Unknown."""
+        """Report once a name without declaration if that is why a load or displacement is not known.
+
+        Args:
+            data: the load or displacement. source: the file of the statement that sets it.
+        """
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
             meant = meant_name(data.missing, (d.name for d in self.program.declarations))
             self.diagnostics.append(undeclared("data", data.missing, source, data.span, meant))
@@ -252,9 +263,12 @@ class Execution(ABC):
         return result
 
     def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: CallFrame, memory: Memory) -> None:
-        """Make data uncertain that the call may have written by reference through a parameter that is no sure one.
+        """Make data unknown, or assumed, that a call may have written through a parameter that is no sure reference.
 
         Such a parameter got an element with an unknown index, or one that the caller itself got by value.
+
+        Args:
+            pieces: arguments of the call. frame: of the call, with its parameters. memory: of the caller.
         """
         written, data = self.changes.of_routine.get(routine.key, frozenset()), memory.frame.routine.source.data
         for parameter, span in paired(routine.parameters, pieces):
@@ -278,7 +292,7 @@ class Execution(ABC):
         """The result of a function of the program, which is run; None if the program has no function of that name.
 
         Raises:
-            Unknown: the function has no known value here.
+            Unknown: the result is not known, or the function ends without one.
         """
         routine = self.program.routine(call.name, memory.frame.routine.module)
         if routine is None or routine.kind != "FUNC":

@@ -22,7 +22,11 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 
 
 class Flow(Loops):
-    """Executes statements; of the branches among the ``choices`` one arm is taken."""
+    """Executes statements in program order.
+
+    Where a condition is not known, each arm of the IF or TEST is run, and what they leave is joined; of a branch in
+    ``choices.forced`` only one arm is run.
+    """
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         """Run a routine's body on ``memory``, which then holds what is common to all ways out of the routine.
@@ -118,7 +122,11 @@ class Flow(Loops):
         return True
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
+        """Make data unknown that functions in a statement's expressions write, unless running the statement runs them.
+
+        Args:
+            functions: effect of these functions.
+        """
         self.forget_unseen(functions, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
@@ -131,7 +139,11 @@ class Flow(Loops):
         forget(memory, self.changes.through(functions, routine), Kind.WRITTEN_BY_FUNCTION)
 
     def forget_unseen(self, functions: StatementEffect, memory: Memory) -> None:
-        """Make data unknown that functions in none of the files may write in a statement's expressions."""
+        """Make data unknown that functions in none of the files may write in a statement's expressions.
+
+        Args:
+            functions: effect of the functions in these expressions.
+        """
         if functions.unseen:
             forget(memory, functions.keys, Kind.MAY_BE_WRITTEN, f"`{functions.unseen[-1]}`")
 
@@ -139,6 +151,9 @@ class Flow(Loops):
         """Report RAP036 for PERS data in a branch's conditions which nothing in these files writes, once per branch.
 
         Only branches that move the arm or write data count.
+
+        Args:
+            statement: IF or TEST. place: its file and byte offset.
         """
         if place in self.told or not self.changes.of_one(statement, memory.frame.routine):
             return
@@ -185,8 +200,9 @@ class Flow(Loops):
         self.report_once(Diagnostic("RAP035", "error", text, source, span, help_, Matter.TAUGHT_MOVED, name))
 
     def check_end(self, memory: Memory) -> None:
-        """Report ``--taught`` data whose value at the end of a run, where the next run begins, is not that in the
-        file.
+        """Report RAP035 for ``--taught`` data whose value at the end of a run is not that in the file.
+
+        The next run begins with that value.
         """
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():
@@ -199,7 +215,7 @@ class Flow(Loops):
             self.report_moved(*self.teaching.moved[key])
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
-        """Run IF or TEST: the arm that is known to be taken, else each that may be; False if none reaches the end."""
+        """Run IF or TEST: the arm that is known to be taken, else each that may be; False if none reaches its end."""
         place = (memory.frame.routine.source.path, statement.span[0])
         if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
@@ -245,11 +261,11 @@ class Flow(Loops):
         )
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
-        """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own
-        later.
+        """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own later.
 
         Args:
-            arms: data at the end of each arm by its number, None for no arm; left: an arm ends the routine.
+            statement: IF or TEST. left: an arm ends the routine.
+            arms: data at the end of each arm, by its number; None for the way on which no arm is taken.
         """
         routine, changes = memory.frame.routine, self.changes
         keys = changes.of_one(statement, routine)
@@ -261,7 +277,11 @@ class Flow(Loops):
             self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
 
     def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
-        """Whether nothing decides which arm of a branch is taken, and arm number ``arm`` may be the one."""
+        """Whether nothing decides which arm of an IF or TEST is taken, and a certain one may be.
+
+        Args:
+            arm: number of that arm; as many as there are arms: none of them is taken.
+        """
         verdicts = [self.chosen(statement, b.conditions, memory) if b.conditions else True for b in statement.branches]
         possible = arm == len(verdicts) or verdicts[arm] is not False
         return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
@@ -269,7 +289,10 @@ class Flow(Loops):
     def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
         """Run only the arm of a branch that ``choices.forced`` names; False if it does not reach its end.
 
-        What not every arm sets, or not to one value, becomes unknown.
+        Data that not every arm sets, or not always to the same value, becomes unknown.
+
+        Args:
+            statement: IF or TEST. place: its file and byte offset.
         """
         if not memory.trial and self.choices.again(place):
             memory.doubt()  # the arm may have come here by another choice

@@ -38,12 +38,12 @@ class _Stop(Exception):
 
 @dataclass(frozen=True, slots=True)
 class WorldMotion:
-    """One motion of a program in a world; a place that the world does not give is None.
+    """One motion of a program that is followed in a ``World``; a target or frame without value there is None.
 
     Goals are in the object frame, before the program displacement.
 
     Args:
-        begins: where the arm stands before it, where something else than the motion before has brought it there.
+        begins: where the arm stands before it, if something else than the motion before has brought it there.
     """
 
     statement: MotionStatement
@@ -68,9 +68,10 @@ def follow(
     It starts at its entry (main if None), then at each procedure that the pendant or code outside the files may start.
 
     Args:
+        entry: name of the routine that runs first.
         ordinals: numbers of the motion statements that the original program has; others (added ones) cost no steps, and
             no trap runs behind them.
-        changes: of the program, where they are known already.
+        changes: write effects of the program, worked out if None.
         added: routines that the original does not have, in which statements cost no steps.
     """
     follower = _Follower(program, world, ordinals, changes, added)
@@ -157,14 +158,14 @@ class _Follower(Flow):
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Mark data as written anew that functions in no file get; the program's own run where they are called."""
+        """Mark data as written once more that functions in no file may write; the program's own functions are run."""
         if not self.moves(statement, memory):
             self.forget_unseen(functions, memory)
 
     def unknown_turns(
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
     ) -> None:
-        """Do nothing: turns of a loop that are not followed, being more than ``MAX_TURNS``, are skipped in a world."""
+        """Do nothing: more than ``MAX_TURNS`` turns of a loop are skipped in a world."""
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         """Run a WHILE loop as long as the world says that its condition holds; False if its body is left.
@@ -183,8 +184,7 @@ class _Follower(Flow):
     # -- motions -------------------------------------------------------------------------------------------------------
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion, then run the procedure that it starts and the traps that the world lets interrupt behind
-        it.
+        """Record a motion, then run the procedure that it starts and the traps that interrupt the program behind it.
 
         Raises:
             _Stop: ``MOST_MOTIONS`` motions of the original program are recorded.
@@ -262,11 +262,10 @@ class _Follower(Flow):
         return routine
 
     def unseen(self, name: str, memory: Memory) -> None:
-        """Draw what code in no file does: it moves the arm in 30 % of calls, and runs a procedure of the files in 40
-        %.
+        """Draw what code in no file does: it moves the arm in 30 % of calls and runs a procedure of the files in 40 %.
 
         Args:
-            name: of the code, by which the world draws; such a procedure is not run inside another one run so.
+            name: of the code, by which the world draws. A procedure that such code runs does not run another one so.
         """
         drawn = self.world.next(f"unseen {name}")
         chance = drawn.random()

@@ -31,14 +31,14 @@ class Loops(Execution):
         """Run statements on ``memory``; True if their end is reached, False if something leaves before it."""
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
-        """Whether a condition holds; None if it is not known."""
+        """Whether the condition at this span holds, by data or else by the oracle; None if it is not known."""
         data = self.deciding(condition, memory)
         return data if isinstance(data, bool) else self.asked(condition, memory)
 
     def deciding(self, span: Span, memory: Memory) -> Data:
         """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
 
-        In a world, and in added routines, an assumed value counts as certain.
+        With an oracle that decides, and in added routines, an assumed value counts as certain.
         """
         data = self.data.value_or_not(span, memory)
         if self.oracle.decides or memory.frame.routine.key in self.added.routines:
@@ -52,7 +52,10 @@ class Loops(Execution):
         return self.oracle.condition(f"{routine.key} {words}")
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run a FOR loop on ``memory``; True if its end is reached, False if its body is left."""
+        """Run a FOR loop on ``memory``; True if its end is reached, False if its body is left.
+
+        If the bounds are not known or the turns too many, the body is followed once, with all that it changes unknown.
+        """
         hidden = memory.frame.bindings.get(loop.word)
         turns = self.turns(loop, memory)
         reached = True
@@ -104,7 +107,7 @@ class Loops(Execution):
         return True
 
     def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
-        """Whether the loop's body may change data that its condition names.
+        """Whether the loop may change data that its condition names; False if the condition cannot be read.
 
         Args:
             keys: of the data that the loop may change.
@@ -122,6 +125,7 @@ class Loops(Execution):
         """Follow the body of a loop of unknown turns once, with all data unknown that differs between turns.
 
         If it moves the arm, its beginning is followed again from its end, up to the first motion, as in a second turn.
+        In a program with far too many steps it is not followed; then all that it may change is unknown.
 
         Args:
             bindings: values of loop indices in the body; certain: the body is known to run at least once.
@@ -150,7 +154,11 @@ class Loops(Execution):
         memory.ends = self.recorder.either(memory.ends, begin)
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
-        """Keys of data that may differ from one turn of a loop to the next, found by trials; at worst all ``keys``."""
+        """Keys of data that may differ from one turn of a loop to the next, found by trials; at worst all ``keys``.
+
+        Args:
+            keys: of the data that the body may change.
+        """
         found: set[str] = {UNSEEN} & keys
         if not memory.trial and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
@@ -164,7 +172,7 @@ class Loops(Execution):
         """Keys whose values differ after one trial turn, in which no motion is recorded and nothing is kept.
 
         Args:
-            keys: to compare; unknown: keys of data that is unknown at the start of the turn.
+            keys: of the data to compare; unknown: keys of data that is unknown at the start of the turn.
         """
         trial = memory.aside()
         forget(trial, unknown, Kind.CHANGED_IN_LOOP)
@@ -186,7 +194,11 @@ def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
 
 
 def _differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
-    """Keys whose value changed; an unknown value that is replaced by another unknown one counts as unchanged."""
+    """Keys whose value changed; an unknown value that is replaced by another unknown one counts as unchanged.
+
+    Args:
+        before, after: values by key.
+    """
     return {key for key, now in after.items() if before[key] is not now and not _alike(before[key], now)}
 
 

@@ -30,7 +30,7 @@ from postproc.rapid.unknown import Kind, Unknown
 
 @dataclass(frozen=True)
 class Walk:
-    """The events in program order and what was found on the way (the findings of the events among it)."""
+    """The motions of a program in the order in which they run, and all findings on the way, also of motions."""
 
     events: list[MotionEvent]
     diagnostics: tuple[Diagnostic, ...]
@@ -55,7 +55,7 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
 
 
 def walk_program(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> Walk:
-    """The events that ``walk`` gives, with the findings made on the way.
+    """The motions that ``walk`` gives, with the findings made on the way; the arguments are the same.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -88,9 +88,12 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
 
 
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> Flow:
-    """The state after the routines are run in turn, repeated for every arm of branches that decide data motions need.
+    """The state after routines are run in turn, repeated for every arm of branches that decide data which motions need.
 
     No arm is chosen where that would be too many combinations or steps; the data is then unknown.
+
+    Args:
+        started: the routines.
     """
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
@@ -120,7 +123,7 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
     """Follow traps and handlers, then routines with motions or calls that no known way has reached.
 
     Args:
-        unknown: state at their start, by ``@`` key.
+        unknown: state at their start (``@`` keys), with nothing known.
     """
     for routine in flow.program.all_routines():
         if not routine.source.read_only:
@@ -133,7 +136,10 @@ def _follow_rest(flow: Flow, unknown: Mapping[str, Data]) -> None:
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
-    """The recorded events, marked if their statement also runs on ways that are not followed, to other places."""
+    """The recorded events, marked if their statement also runs, to other targets, on ways that are not followed.
+
+    Numbers in them whose values differ there are left out.
+    """
     events, recorder = flow.recorder.events, flow.recorder
     marked, unshared = recorder.elsewhere, _unshared(flow)
     for i, event in enumerate(events if marked or unshared else ()):
@@ -147,7 +153,10 @@ def _marked(flow: Flow) -> list[MotionEvent]:
 
 
 def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
-    """Names of numbers, by statement, with other values on ways not followed: no correction may depend on them."""
+    """Names of numbers whose values on ways not followed differ from those of all events, by statement key.
+
+    No correction may depend on them.
+    """
     events, found = flow.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if flow.recorder.others else {}
     for key, target, numbers in flow.recorder.others:
@@ -162,7 +171,7 @@ def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
 
 
 def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
-    """Run a routine as if it were started from outside, with unknown parameters; the memory at its end.
+    """Run a routine as if it were started from outside, with unknown parameters, and return the memory at its end.
 
     Args:
         state: at its start by ``@`` key; supposed: the routine has run before, only what is new in it counts.
@@ -174,7 +183,11 @@ def _start(flow: Flow, routine: Routine, state: Mapping[str, Data], supposed: bo
 
 
 def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file."""
+    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file.
+
+    Args:
+        state: at its start by ``@`` key.
+    """
     frame, values = unbound_frame(routine), dict(state)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, values, teaching=flow.teaching)
     for key in flow.changes.may_be_written if flow.teaching.names else ():
@@ -186,7 +199,11 @@ def _memory(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> Memory:
 
 
 def _interrupt(flow: Flow, routine: Routine, state: Mapping[str, Data]) -> None:
-    """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown."""
+    """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown.
+
+    Args:
+        state: at their start by ``@`` key.
+    """
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):
             continue
