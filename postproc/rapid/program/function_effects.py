@@ -52,7 +52,11 @@ def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | N
 
 
 def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
-    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions."""
+    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions.
+
+    Args:
+        functions: the pattern, as of ``writing_functions``. data: bytes of the statement's file.
+    """
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
             continue
@@ -72,8 +76,8 @@ def acting_functions(
     They wait, set a signal, move the arm or write data, or call a routine that does.
 
     Args:
-        routines: by key; changed: keys of the data that each changes.
-        calls: by key of each routine, the routines that it calls, with data passed by reference.
+        routines: by key; changed: keys of the data that each changes, by its key.
+        calls: by key of each routine, keys of the routines that it calls, with (parameter, data) passed by reference.
     """
     names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
     acting = set()
@@ -165,6 +169,6 @@ def _written(statement: Statement, routine: Routine, program: Program) -> tuple[
 
 
 def _keys(names: set[str], routine: Routine, program: Program) -> set[str]:
-    """Keys of the declared data that these names mean inside a routine; undeclared names are dropped."""
+    """Keys of the declared data that lower-case names mean inside a routine; undeclared names are dropped."""
     declared = (program.declaration(name, routine.module, routine.name) for name in names)
     return {declaration.key for declaration in declared if declaration is not None}
