@@ -80,7 +80,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float) -> str:
-    """Return how two programs differ, or why one cannot be read; empty where they are equal."""
+    """Return how two programs differ, or why one cannot be read; empty where they are equal.
+
+    Args:
+        tolerance_mm: distance between targets that still counts as equal.
+    """
     from postproc.diagnostics import PostprocError
 
     try:

@@ -97,7 +97,11 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
 
 
 def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
-    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states."""
+    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states.
+
+    Args:
+        name: of the arm, as the user writes it. turned: the three angles.
+    """
     import numpy as np
 
     from postproc.model.arm import Model
@@ -119,7 +123,11 @@ def _station(cell: Path | None, mounting: VectorText | None) -> Station | None:
 
 
 def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path | None, FitChoices, str]:
-    """Return arm, cell, choices of ``[fit]`` and the arm's origin: by options, else the nearest ``postproc.toml``."""
+    """Return arm, cell, choices of ``[fit]`` and the arm's origin: by options, else the nearest ``postproc.toml``.
+
+    Args:
+        data: table whose folder is the nearest. robot, cell: options; None if they are not given.
+    """
     from postproc.choices import FitChoices, find_settings, in_folder
 
     path, choices = find_settings(Path(data).parent) or (Path(), None)
@@ -135,7 +143,7 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
-    """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm; an error if hopeless."""
+    """Print DAT030 if a fit without instrument or tool frame is off by over 1 mm; raise it if by over 50 mm."""
     from postproc.effects.registry import effect_in_role
     from postproc.effects.roles import FRAMES
     from postproc.measure.checks.readings import HOPELESS_M
