@@ -225,7 +225,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events without the targets that the arm cannot run, and warnings for these; no warnings if the errors remain."""
+    """Events without the targets that the arm cannot run (by ``errors``), and warnings for these; or neither change."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:
