@@ -180,6 +180,9 @@ def _searched(here: Path) -> Iterator[Path]:
     """Yield a folder and those above it, up to the root of its repository or the user's home.
 
     Folders above it that anybody may write to are left out.
+
+    Args:
+        here: the folder.
     """
     home = real(Path.home())
     for folder in (here, *here.parents):

@@ -224,7 +224,7 @@ class Diagnostic:
 
     @property
     def finding(self) -> Finding:
-        """The same without the bytes of its file."""
+        """The diagnostic with line and column in place of the bytes of its file."""
         source, at = self.source, None if self.span is None else self.span[0]
         line, column = (None, None) if source is None or at is None else source.position(at)
         path, help_ = None if source is None else source.path, self.help or None

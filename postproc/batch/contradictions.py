@@ -62,7 +62,11 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
 
 
 def _backup(task: Task, place: Path) -> Path | None:
-    """Return the controller's backup that a task is part of: the folder above RAPID; None without one."""
+    """Return the controller's backup that a task is part of: the folder above RAPID; None without one.
+
+    Args:
+        place: a file of the task, or its folder.
+    """
     stated = task.robot is not None or task.unknown is not None or task.station is not None
     at = real(place)
     above = (folder.parent for folder in (at, *at.parents) if folder.name.lower() == "rapid")

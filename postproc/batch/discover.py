@@ -76,7 +76,11 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
 
 
 def task_around(module: Path) -> Task:
-    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of its own."""
+    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of the module alone.
+
+    Args:
+        module: path of its file.
+    """
     here = module.absolute()
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
@@ -203,10 +207,10 @@ def _in_home(name: str, backups: Iterable[str]) -> bool:
 
 
 def _below(name: str, backup: str, part: str) -> bool:
-    """Tell whether a path is below the folder ``part`` (in any case) of a backup.
+    """Tell whether a file is below a certain folder of a backup.
 
     Args:
-        part: in lower case.
+        name, backup: relative paths of the file and the backup. part: name of the folder, in lower case.
     """
     parts, base = PurePosixPath(name).parts, PurePosixPath(backup).parts
     return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part

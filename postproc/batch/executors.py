@@ -106,6 +106,6 @@ def _quiet() -> None:
 
 
 def _lost(address: str, reason: object) -> PostprocError:
-    """Return the error BAT007: the scheduler does not answer."""
+    """Return the error BAT007: the scheduler at this address does not answer, for this reason."""
     help_ = "write the address as the scheduler prints it, tcp://HOST:8786; run the same command again to go on"
     return PostprocError.of("BAT007", f"the scheduler `{address}` does not answer: {reason}", help=help_)

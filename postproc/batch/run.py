@@ -98,7 +98,11 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
 
 
 def _check_paths(plan: BatchPlan, shard: Shard, out: Path, report: Path | None) -> None:
-    """Raise PostprocError where the batch would write over one of its inputs, or outside its folder."""
+    """Raise PostprocError where the batch would write over one of its inputs, or outside its folder.
+
+    Args:
+        out: the folder of the tree. report: page beside it; then the tree has a page for each task.
+    """
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
     modules = [

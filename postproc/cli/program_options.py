@@ -50,7 +50,7 @@ class RobotOptions:
         return {"model": self.model and str(self.model), "robot": self.robot}
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
-        """Return the settings of programs in a folder: its ``postproc.toml``, then these options and `entry`."""
+        """Return the settings for a folder: its ``postproc.toml``, then these options and the routine `entry`."""
         from postproc.choices import StatedSettings, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())

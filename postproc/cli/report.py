@@ -62,7 +62,7 @@ def _lines(found: Sequence[Diagnostic]) -> str:
 
 
 def _colored(text: str, finding: Diagnostic) -> str:
-    """Return a rendered finding with severity, code and carets in the colour of its severity."""
+    """Return a finding's rendered text with severity, code and carets in the colour of its severity."""
     color, head = COLORS[finding.severity], len(finding.severity) + len(finding.code) + 2
     carets = re.sub(r"(?m)^( +\| *)(\^+)$", rf"\g<1>{color}\g<2>{RESET}", text[head:], count=1)
     return f"{color}{text[:head]}{RESET}{carets}"

@@ -117,7 +117,11 @@ def _certificate(
 
 
 def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:
-    """Return a section with one table of the same title."""
+    """Return a section with one table of the same title.
+
+    Args:
+        columns: headings. note: how to read the table.
+    """
     return Section(title, [DataTable(title, columns, rows)], note)
 
 

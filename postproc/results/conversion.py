@@ -212,7 +212,11 @@ def _count(document: Values, status: str) -> int:
 
 
 def _basis(found: Conversion, made: Mapping[str, str]) -> str:
-    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy."""
+    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy.
+
+    Args:
+        made: what the program was converted with (model, loads, options) as label and text.
+    """
     values = found.report
     known = values["expected_accuracy"]
     sure = (

@@ -83,7 +83,7 @@ def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | N
     """Return the number of local processes that the command line states, else the settings file of a folder, or None.
 
     Args:
-        scheduler: with one the settings file is not asked.
+        place: the folder. workers: stated number; None if it is not. scheduler: with one no settings file is asked.
     """
     from postproc.choices import find_settings
 

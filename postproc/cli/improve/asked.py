@@ -141,7 +141,7 @@ def opened(
     """Read the model and the tables, after refusing outputs that are inputs; prints arm, effects and noise.
 
     Args:
-        own: what holds of the arm beside the model file. table: how the tables are read.
+        data: files of the tables. own: what holds of the arm beside the model file. table: how the tables are read.
         outputs: files that will be written. also: a further table that the command reads, which no output may replace.
     """
     check_outputs((model, *data, also, *table.inputs, *own.effects, own.cell), *outputs)

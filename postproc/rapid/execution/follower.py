@@ -247,7 +247,11 @@ class _Follower(Flow):
             self.call_routine(routine, (), memory)
 
     def from_elsewhere(self, statement: Statement, arguments: int, memory: Memory) -> None:
-        """Carry out an instruction, or a routine in no file, which may move the arm or call procedures of the files."""
+        """Carry out an instruction, or a routine in no file, which may move the arm or call procedures of the files.
+
+        Args:
+            arguments: how many arguments the call has.
+        """
         super().from_elsewhere(statement, arguments, memory)
         if statement.word not in KNOWN:
             self.unseen(statement.word, memory)

@@ -103,7 +103,11 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``."""
+    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``.
+
+    Args:
+        branches: numbers of the arms of each branch, by its place.
+    """
     if prod(map(len, branches.values())) > MOST_WAYS:
         return []
     return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

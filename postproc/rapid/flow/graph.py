@@ -119,7 +119,11 @@ class _Drawing:
                 self.step(self.reader.steps(statement, self.routine))
 
     def label(self, word: str) -> int:
-        """Index of the block that begins at this label (lower case), which is made when it is first asked for."""
+        """Index of the block that begins at a label, which is made when it is first asked for.
+
+        Args:
+            word: the label in lower case.
+        """
         if word not in self.labels:
             self.labels[word] = self.block()
         return self.labels[word]

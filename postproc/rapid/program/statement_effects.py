@@ -103,7 +103,7 @@ class EffectReader:
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What functions do that the expressions of a statement call, if they may write or are in no file."""
+        """The effect of functions that the expressions of a statement call, if they may write or are in no file."""
         path = routine.source.path
         if path not in self.calling:
             return NO_EFFECT
@@ -113,7 +113,7 @@ class EffectReader:
         return found
 
     def _of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What functions that may write do in the expressions of a statement; its file has calls of such functions."""
+        """The effect of functions that may write in the expressions of a statement; its file has calls of such."""
         functions, places = self.calling[routine.source.path]
         if bisect_left(places, statement.span[0]) == bisect_left(places, statement.span[1]):
             return NO_EFFECT

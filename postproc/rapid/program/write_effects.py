@@ -98,7 +98,11 @@ class WriteEffects:
         return frozenset(data | within | SETTERS.keys())
 
     def may_be_written_any_time(self, key: str) -> bool:
-        """Whether a trap, a handler, a procedure that a motion starts or another task may write data at any moment."""
+        """Whether data may be written at any moment: by a trap, handler, other task, or procedure that a motion starts.
+
+        Args:
+            key: of the data.
+        """
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
@@ -140,7 +144,7 @@ class WriteEffects:
         return self._reader.own(statement, routine)
 
     def of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What functions do that a statement's own expressions call, if they may write or are in no file."""
+        """The effect of functions that a statement's own expressions call, if they may write or are in no file."""
         return self._reader.functions(statement, routine)
 
     def through(self, effect: StatementEffect, routine: Routine) -> frozenset[str]:

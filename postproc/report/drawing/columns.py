@@ -45,7 +45,10 @@ def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
 
 
 def chain_of(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
-    """Return what a page's scripts draw an arm from: nominal links and axes, the different tools, and each row's tool.
+    """Return what a page's scripts draw an arm from, by key.
+
+    ``name``, ``link`` and ``axis`` are those of the nominal arm, ``tools`` the different TCPs in the flange [m], and
+    ``tool`` the number of each row's TCP among them.
 
     Args:
         T_flange_tcp: (m, 4, 4) tool of each row.

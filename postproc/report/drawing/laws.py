@@ -227,6 +227,9 @@ def _residual(fit: Fit, k: int) -> Array:
     """Return (n,) how much more coordinate k would move to explain the residual [rad or m]; NaN where nothing shows it.
 
     l . r / (l^2 + s^2) with the residual r and the coordinate's lever l [m/rad or m/m], damped by s.
+
+    Args:
+        k: of `model.derivatives.places`.
     """
     error = fit.observed_error.copy()
     error[list(fit.set_aside)] = np.nan

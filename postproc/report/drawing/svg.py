@@ -22,7 +22,7 @@ class ChartAxes:
         self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40
 
     def places(self, x: Array, y: Array) -> Array:
-        """Return the pixels (n, 2) of values (n,), (n,)."""
+        """Return the pixels (n, 2), from the left and from the top, of values x (n,) and y (n,)."""
         (x0, x1), (y0, y1) = self.range_x, self.range_y
         across = self.left + (x - x0) / (x1 - x0) * self.width
         down = self.top + (y1 - y) / (y1 - y0) * self.height
@@ -91,7 +91,7 @@ def ring(place: Array, text: str) -> str:
 
 
 def ticks(low: float, high: float) -> Array:
-    """Return three to seven round values between two limits."""
+    """Return three to seven round values between two limits, for the ticks of an axis."""
     rough = (high - low) / 5
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(power * k for k in (1.0, 2.0, 5.0, 10.0) if power * k >= rough)
