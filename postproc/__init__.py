@@ -84,7 +84,11 @@ def __getattr__(name: str) -> Any:
 
 
 def read_program(*files: str | Path) -> Program:
-    """The program in one file, or in all files of a task."""
+    """Read the program in one file, or in all files of a task; findings are in its ``diagnostics``.
+
+    Raises:
+        PostprocError: a file cannot be read.
+    """
     from postproc.files import read_source
     from postproc.rapid.program.program import read_program as read_modules
 
@@ -95,6 +99,7 @@ def read_model(name: str | Path, effects: Iterable[str | Path] = ()) -> Model:
     """The model in a TOML file, or the shipped model of an arm of the library.
 
     Args:
+        name: path that ends in ``.toml``, or name of an arm.
         effects: Python files with effects that the model may use; their code is run.
 
     Raises:
@@ -125,6 +130,7 @@ def read_measurements(file: str | Path, robot: str | Model, column_map: str | Pa
     """A table of measured poses.
 
     Args:
+        file: CSV file.
         robot: the arm that was measured, by its name or file; or its model, whose external axes count then.
         column_map: TOML file that says what columns are called.
 
@@ -148,6 +154,9 @@ def compensate(program: Program | str | Path, model: Model, options: Options | N
 
     The result has ``output`` (bytes, None where the program is not safe to compensate), ``report`` (what ``--json``
     prints) and ``diagnostics``.
+
+    Args:
+        program: as read, or the path of its file. model: the real arm. options: the defaults if None.
     """
     from postproc.compensation.options import Options
     from postproc.convert import compensate_program
@@ -158,7 +167,11 @@ def compensate(program: Program | str | Path, model: Model, options: Options | N
 
 
 def diff(a: Program, b: Program, tolerance_mm: float = 0.001) -> ProgramDiff:
-    """Compare two programs by meaning, statement by statement."""
+    """Compare two programs by meaning, statement by statement.
+
+    Args:
+        tolerance_mm: distance between targets that still counts as equal.
+    """
     from postproc.rapid.diff.compare import compare_programs
 
     return compare_programs(a, b, tolerance_mm)
@@ -198,7 +211,7 @@ def fit(data: Measurements, robot: str, effects: Sequence[str] = BASE) -> Fit:
 
 
 def compare(model: Model, data: Measurements) -> Comparison:
-    """Where a model fails on measurements: ``.fit``, ``.error``, ``.trends``, ``.bound``."""
+    """Compare a model with measurements: ``.fit``, ``.error``, ``.trends`` and ``.bound`` say where it fails."""
     from postproc.identification import compare as comparison
 
     return comparison.compare(model, data)
@@ -228,7 +241,7 @@ def add(model: Model, effects: Sequence[str], data: Measurements) -> Addition:
 
 
 def text(result: Result) -> str:
-    """What the command prints that finds the same."""
+    """The text that the command line prints for a result."""
     from postproc.report.terminal import render_text
 
     return render_text(_shown(result))
@@ -242,6 +255,7 @@ def document(result: Result) -> dict[str, Any]:
 
 
 def _shown(result: Result) -> Document:
+    """The document of a result, as the command that finds the same shows it."""
     name, *arguments = _DOCUMENTS[type(result).__name__]
     draw = getattr(import_module(f"postproc.results.{name}"), f"{name}_document")
     return cast("Document", draw(*arguments, result))

@@ -28,19 +28,23 @@ def invert(T: Array) -> Array:
 
 
 def gravity_in(R: Array) -> Array:
-    """Return gravity (3,) [m/s^2] in axes that stand in the world by the rotation matrix R (3, 3)."""
+    """Return gravity (3,) [m/s^2] in the axes of a frame whose orientation in the world is R (3, 3)."""
     return np.asarray(R.T @ np.array([0.0, 0.0, -GRAVITY]))
 
 
 def constant(values: Array) -> Array:
-    """Return the values (n, ..), stored as one row where all rows are equal; the result must not be written to."""
+    """Return values (n, ..) that take the memory of one row if all are equal; the result must not be written to."""
     if not len(values) or not np.array_equal(values, np.broadcast_to(values[:1], values.shape), equal_nan=True):
         return values
     return np.broadcast_to(values[:1].copy(), values.shape)
 
 
 def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
-    """Return the whole turns [rad] to add to angles so that they are nearest to others; both broadcast."""
+    """Return the whole turns [rad] to add to angles [rad] so that they are nearest to others; both broadcast.
+
+    Args:
+        near: the others [rad].
+    """
     turns: Array = 2 * np.pi * np.round((near - angle) / (2 * np.pi))
     return turns
 

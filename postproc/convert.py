@@ -53,7 +53,7 @@ PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of 
 
 
 class _Refused(Exception):
-    """Ends a conversion: an error forbids it, or nothing in the program moves the arm (exit code 0)."""
+    """Ends a conversion with findings: an error forbids it, or nothing in the program moves the arm (exit code 0)."""
 
     def __init__(self, *findings: Diagnostic, exit_code: int = 1) -> None:
         self.findings, self.exit_code = findings, exit_code
@@ -64,9 +64,10 @@ class _Task:
     """What is converted: the program, its motions, and the model of the arm as far as it holds for the program.
 
     Args:
-        motion: None where no target is known before the program runs.
-        reach: what a function on the controller can correct.
-        measured: findings at data that the program measures.
+        events: the motions in order of execution.
+        motion: their path and timing; None where no target is known before the program runs.
+        reach: which statements a function on the controller can correct.
+        measured: findings at data that the program itself measures, by key of the data.
     """
 
     program: Program
@@ -85,7 +86,12 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Text:
-    """What is written: edits and drafts (without header and function) by path; the function, None if there is none."""
+    """The text that is written.
+
+    Args:
+        edits, drafts: of each file, by path, the edits without header and function, and the bytes with these edits.
+        function: that corrects targets on the controller, None if there is none.
+    """
 
     env: SandboxedEnvironment
     edits: Mapping[str, list[Edit]]
@@ -145,7 +151,7 @@ def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagn
     """The findings of a step, unchanged.
 
     Raises:
-        _Refused: an error is among them.
+        _Refused: an error is among them; the command ends with this exit code.
     """
     if has_errors(findings):
         raise _Refused(*findings, exit_code=exit_code)
@@ -165,7 +171,11 @@ def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[
 def _follow(
     program: Program, model: Model, options: Options
 ) -> tuple[tuple[list[MotionEvent], Mapping[str, Diagnostic]], list[Diagnostic]]:
-    """The motions in order of execution, with positions of the external axes, and findings at measured data by name."""
+    """The motions in order of execution, findings at data that the program measures (by its key), and all findings.
+
+    Raises:
+        _Refused: CMP002, nothing in the program moves the arm.
+    """
     station = model.station or Station()
     walked = walk_program(program, options.entry)
     events = place_events(walked.events, station)
@@ -181,7 +191,7 @@ def _follow(
 def _move(
     program: Program, events: list[MotionEvent], measured: Mapping[str, Diagnostic], model: Model, options: Options
 ) -> tuple[_Task, list[Diagnostic]]:
-    """Moves, samples and timing of the program, and findings.
+    """The task with moves, samples and timing of its program, and findings.
 
     If a function may correct targets on the controller, values that only the last run left, and those out of reach,
     count as unknown. So do targets that the arm cannot run, if they are few or a part of the program may be corrected
@@ -206,7 +216,7 @@ def _move(
 def _without_errors(
     events: list[MotionEvent], errors: Sequence[Diagnostic], reach: Reach, options: Options
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events without the targets that the arm cannot run, and warnings for these; no warnings if the errors remain."""
+    """Events without the targets that the arm cannot run (by ``errors``), and warnings for these; or neither change."""
     if options.run_time != "off":
         known, forgiven = without_unreachable(events, errors, reach, options.run_time == "all")
         if forgiven:
@@ -217,19 +227,19 @@ def _without_errors(
 
 
 def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
-    """The commanded poses along the whole way, and MOD005 if the model makes the tool weigh less than nothing."""
+    """The commanded joint angles along the whole way, and MOD005 if in the model the tool weighs less than nothing."""
     return invert_model(model, motion), doubt_flange_mass(model, motion)
 
 
 def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
-    """The plan of what is written where, and findings about corrections that are too large."""
+    """The plan of which targets are changed or added, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
     plan = Planner(task.model, motion, exact, task.events, task.program, on_controller=chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
 def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
-    """The corrected text, and the function for statements that changed numbers do not correct."""
+    """The corrected text, with the function on the controller for statements that changed numbers do not correct."""
     function, findings = _function(task, plan.not_by_numbers(task.program))
     env = environment(task.options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in task.program.sources}
@@ -241,9 +251,9 @@ def _write(task: _Task, plan: CorrectionPlan) -> tuple[_Text, list[Diagnostic]]:
 
 
 def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheController | None, list[Diagnostic]]:
-    """The function that corrects those of the statements it can, None if it is off or there are none.
+    """The function on the controller that corrects those of some statements (by key) that it can, and findings.
 
-    If it is off, the findings say how many statements it would correct.
+    None if it can correct none, or if it is off: the findings then say how many statements it would correct.
     """
     chosen = frozenset(key for key in keys if task.reach.takes(key))
     if not task.on:
@@ -255,7 +265,7 @@ def _function(task: _Task, keys: Iterable[StatementKey]) -> tuple[OnTheControlle
 def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[JudgedProgram, list[Diagnostic]]:
     """Follow the written text, compare its deviation with the original's, and judge every statement.
 
-    The findings include those of accuracy, joint limits, seams and other worlds.
+    The findings include those of accuracy, joint limits, seams, and of runs in which open conditions go other ways.
     """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
     before, after = _deviations(task, plan, text, watch)
@@ -348,7 +358,7 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
 
 
 def _outputs(task: _Task, text: _Text, judged: JudgedProgram) -> dict[str, bytes]:
-    """The bytes of every file that may change, with a header in each that is edited.
+    """The bytes of every file that may change, by path, with a header in each that is edited.
 
     Raises:
         _Refused: CMP004, the text with the function does not read back as the same program.

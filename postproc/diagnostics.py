@@ -80,16 +80,20 @@ class Source:
     def _characters(self) -> list[int]:
         """Numbers of characters before every block of ``_BLOCK`` bytes, for fast positions in long lines."""
         parts = (self.data[at : at + _BLOCK] for at in range(0, len(self.data), _BLOCK))
-        return [0, *accumulate(len(self._begun(part)) for part in parts)]
+        return [0, *accumulate(len(self._character_starts(part)) for part in parts)]
 
-    def _begun(self, part: bytes) -> bytes:
-        """Return the bytes at which a character begins, one for each character."""
+    def _character_starts(self, part: bytes) -> bytes:
+        """Return the bytes at which a character begins: one for each character.
+
+        Args:
+            part: a part of the file.
+        """
         return part if self.encoding == "latin-1" else part.translate(None, _CONTINUED)
 
     def _characters_before(self, offset: int) -> int:
         """Return the number of characters before a byte offset."""
         block = min(offset, len(self.data)) // _BLOCK
-        return self._characters[block] + len(self._begun(self.data[block * _BLOCK : offset]))
+        return self._characters[block] + len(self._character_starts(self.data[block * _BLOCK : offset]))
 
     def row(self, offset: int) -> int:
         """Return the line number, from 1, of a byte offset."""
@@ -114,7 +118,7 @@ class Source:
 
 
 class Matter(Enum):
-    """What a finding is about, where something is decided by it: its code and its words are for people alone."""
+    """What a finding is about, by which the package decides; the code and words of a finding are for people alone."""
 
     NO_MODULE = auto()  # a program file that is no RAPID text
     UNDECLARED = auto()  # data that has no value in any of the files
@@ -220,7 +224,7 @@ class Diagnostic:
 
     @property
     def finding(self) -> Finding:
-        """The same without the bytes of its file."""
+        """The diagnostic with line and column in place of the bytes of its file."""
         source, at = self.source, None if self.span is None else self.span[0]
         line, column = (None, None) if source is None or at is None else source.position(at)
         path, help_ = None if source is None else source.path, self.help or None
@@ -257,7 +261,11 @@ class PostprocError(Exception):
         *,
         exit_code: int = 2,
     ) -> Self:
-        """Build the exception from one finding of severity ``error``."""
+        """Build the exception from one finding of severity ``error``.
+
+        Args:
+            code, message, source, span, help: of the finding, as in ``Diagnostic``. exit_code: of the command.
+        """
         return cls(Diagnostic(code, "error", message, source, span, help), exit_code)
 
     def __str__(self) -> str:
@@ -282,5 +290,9 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:
-    """Join words as ``a``, ``a and b``, ``a, b and c``."""
+    """Join words as ``a``, ``a and b``, ``a, b and c``.
+
+    Args:
+        last: the word before the last one.
+    """
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

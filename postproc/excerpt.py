@@ -34,7 +34,7 @@ def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
     """Wrap a line between words, with further lines indented; a word longer than the width stays whole.
 
     Args:
-        width: columns of the terminal; None for no limit.
+        width: columns of the terminal; None for no limit. indent: of further lines, beside that of the first.
     """
     if width is None or columns(text) <= width:
         return text
@@ -53,7 +53,7 @@ def wrapped(text: str, width: int | None, indent: str = "  ") -> str:
 
 
 def underlined(before: str, marked: str, after: str, width: int | None) -> tuple[str, str]:
-    """Return a line of source, and carets below its marked part; a line that is too long is cut around it.
+    """Return a line of source, and a line with carets below its marked part; a line that is too long is cut around it.
 
     Args:
         before, marked, after: the parts of the line. width: columns that there are, None for as many as it takes.

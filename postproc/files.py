@@ -74,7 +74,9 @@ def read_source(name: str | Path, code: str = "", read_only: bool = False) -> So
 
 
 def place(path: Path, follow: bool = True) -> Place:
-    """Return a key that is equal for paths of one file: device and number of the nearest folder, and the names in it.
+    """Return a key that is equal for all paths of one file, also of one that does not exist yet.
+
+    It has device and number of the nearest existing folder, and the names below it.
 
     Args:
         follow: where the last part is a link, the file that it points to; False is the link itself.
@@ -92,7 +94,7 @@ def real(path: Path) -> Path:
 
 
 def _caseless(folder: Path) -> bool:
-    """Tell whether names that differ in case are one file in a folder, by trying this on the folder's own name."""
+    """Tell whether the file system takes names that differ in case for one; tried on the folder's own name."""
     other = folder.with_name(folder.name.swapcase()) if folder.name else folder
     return other.name != folder.name and other.is_dir() and other.samefile(folder)
 
@@ -141,9 +143,9 @@ def check_tree(
     """Refuse a tree of outputs that would leave its folder or overwrite an input, before anything in it is written.
 
     Args:
-        root: the folder.
-        names: files that are put into it, relative to it, with forward slashes; state: those that are kept open there,
-            in folders of their own.
+        root: the folder of the tree.
+        names: files of the tree, relative to the folder, with forward slashes.
+        state: files, relative too, that the batch keeps for itself there, in folders of their own.
         reads: all files that are read. beside: other files that will be written.
 
     Raises:
@@ -205,7 +207,7 @@ def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:
 
 
 def why(error: OSError) -> tuple[str, str]:
-    """Return what an error of the operating system says, and a help text."""
+    """Return what the operating system says of an error, and a help text."""
     help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
     return error.strerror or str(error), help_
 
@@ -222,6 +224,9 @@ def resource(*parts: str) -> Path:
 
     A wheel carries these folders inside the package. In a checkout (also when installed with ``pip install -e``, which
     leaves a stale copy in site-packages that must not be read) they stand beside it.
+
+    Args:
+        parts: of the path, from the package or the root of the checkout.
     """
     package = Path(__file__).resolve().parent
     packaged = package.joinpath(parts[0])

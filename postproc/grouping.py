@@ -31,8 +31,11 @@ def closure(start: Iterable[H], more: Callable[[H], Iterable[H]]) -> set[H]:
 
 
 def shared(path: str) -> Any:
-    """Return a property that reads a nested attribute such as ``shape.instruction``, for parts that many values share.
+    """Return a property that reads an attribute of an attribute, such as ``shape.instruction``.
 
-    It is read without a Python call, as fast as an attribute of the value's own.
+    Many values share the inner one. It is read without a Python call, as fast as an attribute of the value's own.
+
+    Args:
+        path: names of the attributes with a dot between them.
     """
     return property(attrgetter(path))

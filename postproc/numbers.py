@@ -18,5 +18,5 @@ def read_number(text: str) -> float:
 
 
 def mm(value: float, decimals: int = 6) -> float:
-    """Return metres in millimetres, or radians in milliradians, rounded for documents."""
+    """Return metres in millimetres, or radians in milliradians, rounded to some decimals for documents."""
     return round(float(value) * 1e3, decimals)

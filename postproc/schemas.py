@@ -39,7 +39,7 @@ def schema_of(kind: str) -> dict[str, Any]:
 
 
 class _DescribedSchema(GenerateJsonSchema):
-    """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
+    """Makes schemas in which each key has the description that the docstring of its class, or of a base, gives it."""
 
     def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
         """Return the schema of a table, with descriptions of its keys from the ``Args`` of its class and bases."""
@@ -87,7 +87,11 @@ def _parameter(declared: Parameter) -> dict[str, Any]:
 
 
 def _structure(declared: Structure, default: object) -> dict[str, Any]:
-    """Return the schema of a structural choice: an enumeration, a value, or a list for a tuple."""
+    """Return the schema of a structural choice: an enumeration, a value, or a list for a tuple.
+
+    Args:
+        default: its value by default, which tells the type.
+    """
     if declared.choices:
         return {"enum": list(declared.choices)}
     values = default if isinstance(default, tuple) else (default,)
@@ -97,7 +101,7 @@ def _structure(declared: Structure, default: object) -> dict[str, Any]:
 
 
 def _limits(low: float, high: float) -> dict[str, float]:
-    """Return the finite ones of two limits as keywords of JSON Schema."""
+    """Return the keywords ``minimum`` and ``maximum`` of JSON Schema, without limits that are infinite."""
     named = {"minimum": float(low), "maximum": float(high)}
     return {name: value for name, value in named.items() if np.isfinite(value)}
 

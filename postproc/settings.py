@@ -32,7 +32,7 @@ class Settings:
         side_files: modules with tools and frames that are read along and never written.
         another_arm: ``robot`` is meant to be another arm than that of ``model``.
         stated_in: settings files that these settings come from, found from the program's folder upwards.
-        inherited: keys that such a file decides, with their values as text.
+        inherited: (key, value as text) of what such a file states and no inner layer overrides.
         cell: file or backup that describes the external axes, in place of what else does.
         station: the arm in its cell, as a controller's configuration describes it.
     """
@@ -77,14 +77,21 @@ class Settings:
         cell = f"; cell `{self.cell}`" if self.cell is not None else ""
         return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}; {near}; scope {o.scope}"
 
-    def heritage(self, folder: Path) -> list[str]:
-        """Return a line on what a settings file above a folder states for it; empty for none."""
+    def inherited_line(self, folder: Path) -> list[str]:
+        """Return one line with the file and the ``key = value`` pairs in force from a settings file above a folder.
+
+        Empty if that file lies in the folder itself or decides nothing (what the command line states is not listed).
+        """
         keys = ", ".join(f"{key} = {value}" for key, value in self.inherited)
         above = keys and real(self.stated_in[0]).parent != real(folder)
         return [f"from `{self.stated_in[0]}`: {keys}"] if above else []
 
     def document(self, robot: str) -> dict[str, str]:
-        """Return the keys of documents on the arm, what names it, and the scope."""
+        """Return entries of documents on the arm, what names it, and the scope.
+
+        Args:
+            robot: name of the arm.
+        """
         return {"robot": robot, "robot_from": self.robot_from, "scope": self.options.scope}
 
 
@@ -120,7 +127,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     """Load the model that the settings name.
 
     Args:
-        program: what is converted, for people. unknown: why its controller does not name the arm, either.
+        program: name of what is converted, for people.
+        unknown: why its controller does not name the arm either; None for CLI013.
         bare: the program is only looked at, whatever its controller corrects by itself.
 
     Raises:
@@ -158,7 +166,11 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
 
 
 def _moved_to(model: Model, robot: Robot, name: str) -> Model:
-    """Return the model with another robot; the uncertainty of its fit is kept only if the geometry is equal."""
+    """Return the model with another robot; the uncertainty of its fit is kept only if the geometry is equal.
+
+    Args:
+        name: of the robot, as the settings state it.
+    """
     import numpy as np
 
     before = model.robot
@@ -167,7 +179,11 @@ def _moved_to(model: Model, robot: Robot, name: str) -> Model:
 
 
 def corrected_twice(settings: Settings, station: Station | None) -> list[Diagnostic]:
-    """Return KIN017 where the controller already corrects what the model of the arm's type would correct again."""
+    """Return KIN017 where the controller already corrects what the model of the arm's type would correct again.
+
+    Args:
+        station: the arm in its cell; None without one, and then nothing is found.
+    """
     if settings.model is not None or settings.options.already or station is None:
         return []
     if not station.cell_arm.calibrated:

@@ -114,7 +114,8 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
     A layer that names an arm, by its name or with a model, replaces all that outer layers say of the arm.
 
     Args:
-        root: where the layer's paths start. origin: its name for people; empty for the command line.
+        choices: what the inner layer states. root: folder at which its relative paths start.
+        origin: its name for people; empty for the command line.
     """
     named = {key: value for key in StatedSettings.model_fields if (value := getattr(choices, key)) is not None}
     given = {key: named[key] for key in SAME if key in named}
@@ -147,12 +148,15 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
 
 
 def in_folder(root: Path, name: str) -> str:
-    """Return the path of an arm's file, which starts at ``root``, if there is one; else the name as it is."""
+    """Return the path of an arm's file in a folder if there is one; else the name as it is, for the library."""
     return str(root / name) if (root / name).suffix and (root / name).is_file() else name
 
 
 def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
     """Return path and content of the nearest ``postproc.toml``, from a folder upwards; None where there is none.
+
+    Args:
+        place: the folder.
 
     Raises:
         PostprocError: CLI014, it cannot be read, or a key or value in it does not fit.
@@ -176,6 +180,9 @@ def _searched(here: Path) -> Iterator[Path]:
     """Yield a folder and those above it, up to the root of its repository or the user's home.
 
     Folders above it that anybody may write to are left out.
+
+    Args:
+        here: the folder.
     """
     home = real(Path.home())
     for folder in (here, *here.parents):
@@ -194,7 +201,11 @@ def _anybody_writes(folder: Path) -> bool:
 
 
 def settings_at(place: Path) -> Settings:
-    """Return the settings that the nearest ``postproc.toml`` states for a folder; defaults where there is none."""
+    """Return the settings that the nearest ``postproc.toml`` states for a folder; defaults where there is none.
+
+    Args:
+        place: the folder.
+    """
     found = find_settings(place)
     if found is None:
         return Settings()

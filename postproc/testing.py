@@ -18,7 +18,7 @@ UPDATE = "--approve-programs"
 
 
 class ApprovedProgram(Protocol):
-    """What the fixture ``approved_program`` gives a test."""
+    """What the fixture ``approved_program`` gives a test: a function of the paths of both programs."""
 
     def __call__(self, produced: str | Path, approved: str | Path, tolerance_mm: float = 0.001) -> None: ...
 
@@ -33,6 +33,9 @@ def programs(folder: str | Path) -> list[str]:
 
 def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm: float = 0.001) -> None:
     """Compare two programs statement by statement, as ``postproc diff`` does.
+
+    Args:
+        approved, produced: their files. tolerance_mm: distance between targets that still counts as equal.
 
     Raises:
         AssertionError: with every statement that differs, or because one of the files is not there.
@@ -53,7 +56,7 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
 
 @pytest.fixture
 def approved_program(pytestconfig: pytest.Config) -> ApprovedProgram:
-    """Fail where a produced program does not do what the approved one does.
+    """Provide a function that fails a test where a produced program does not do what the approved one does.
 
     With ``--approve-programs`` the produced program takes the place of an approved one that differs or is not there.
     """
@@ -80,7 +83,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float) -> str:
-    """Return how two programs differ, or why one cannot be read; empty where they are equal."""
+    """Return how two programs differ, or why one cannot be read; empty where they are equal.
+
+    Args:
+        tolerance_mm: distance between targets that still counts as equal.
+    """
     from postproc.diagnostics import PostprocError
 
     try:

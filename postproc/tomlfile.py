@@ -46,13 +46,13 @@ _TOKEN = re.compile(r"\"\"\".*?\"\"\"|'''.*?'''|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'
 
 
 class FileTable(BaseModel):
-    """A table of a file: no other keys; numbers are finite, and neither words nor truths."""
+    """A table of a file, which may have no other keys; numbers must be finite, and neither text nor true or false."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def _near(value: float) -> float:
-    """Return a length [mm]; refuse one beyond ten kilometres."""
+    """Return a length [mm]; refuse one beyond ten kilometres, which is a mistake in the unit."""
     if abs(value) > FARTHEST:
         raise PydanticCustomError("far", f"{value:g} mm is farther than {FARTHEST / 1e6:g} km", {"help": "give mm"})
     return value
@@ -75,7 +75,7 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
     """Parse a TOML file.
 
     Args:
-        code: of the error.
+        code: of the finding if it cannot be parsed.
 
     Raises:
         PostprocError: at the place where the file is not TOML.
@@ -115,7 +115,11 @@ def _error_span(source: Source, message: str) -> Span:
 
 @lru_cache(maxsize=8)
 def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
-    """Return by path the spans, in characters, of every key and its value; entries of [[tables]] have a number."""
+    """Return the spans, in characters, of every key and of its value, by the path of keys.
+
+    Args:
+        text: of a TOML file. In a path the name of an array of [[tables]] is followed by the number of the entry.
+    """
     places: dict[Keys, tuple[Span, Span]] = {}
     prefix: Keys = ()
     counts: dict[Keys, int] = {}
@@ -170,7 +174,11 @@ def _value_end(text: str, start: int) -> int:
 
 
 def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
-    """Return the byte span of a key, or of its value, or of the innermost part of its path that is in the file."""
+    """Return the byte span of a key, or of the innermost part of its path that is in the file; None if no part is.
+
+    Args:
+        keys: path of the key. value: return the span of the value in place of that of the key.
+    """
     text = source.data.decode("utf-8", "replace")
     places = locate(text)
     for length in range(len(keys), 0, -1):
@@ -185,7 +193,7 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
     """Validate the content of a file against a schema and return it as a value; no type is converted to another.
 
     Args:
-        code: of the errors.
+        content: as `parse_toml` gives it. source: the file. code: of the findings.
 
     Raises:
         PostprocError: one finding for each key or value that does not fit, at its place.
@@ -207,7 +215,11 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
 
 
 def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
-    """Yield every number and word of nested content, with its path."""
+    """Yield every number and text of nested content, each with the path of its keys.
+
+    Args:
+        keys: path of the content itself.
+    """
     if isinstance(content, dict | list):
         for key, value in content.items() if isinstance(content, dict) else enumerate(content):
             yield from _values(value, (*keys, key))
@@ -216,7 +228,7 @@ def _values(content: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
 
 
 def _odd(value: Any) -> str:
-    """Say what is wrong with any number or word: too large, or with the character 0; else empty."""
+    """Say what is wrong with a value: a number too large, or a text with the character 0; else empty."""
     if isinstance(value, str):
         return "no text holds the character 0" if "\0" in value else ""
     if not isinstance(value, int | float) or abs(value) <= LARGEST_NUMBER:  # NaN is in no order
@@ -225,7 +237,11 @@ def _odd(value: Any) -> str:
 
 
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
-    """Return the diagnostic for one error of pydantic, at its key."""
+    """Return the diagnostic for one error of pydantic, at its key.
+
+    Args:
+        schema: of the file. error: as pydantic describes it. code: of the diagnostic.
+    """
     keys: Keys = tuple(error["loc"])
     if error["type"] == "extra_forbidden":
         key, allowed = str(keys[-1]), _allowed(schema, keys[:-1])
@@ -249,7 +265,11 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
 
 
 def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
-    """Return the keys that the table at a path may have, sorted."""
+    """Return the keys that the table at a path may have, sorted; empty if there is no table in the schema.
+
+    Args:
+        loc: path of keys, from the whole file.
+    """
     current: Any = schema
     for key in loc:
         if (

@@ -11,7 +11,11 @@ Watch = Callable[[str, float], None]
 
 
 def unwatched(what: str, share: float) -> None:
-    """Do nothing: the `Watch` of work whose progress nobody wants to see."""
+    """Do nothing: the `Watch` of work whose progress nobody wants to see.
+
+    Args:
+        what: the present step. share: the part of the work that is done, 0 to 1.
+    """
 
 
 def told_of(
@@ -20,7 +24,7 @@ def told_of(
     """Yield the parts of a step, and report the progress after each.
 
     Args:
-        share: returns the share of the step that a part is.
+        share: returns which fraction of the step a part is. watch: is told the step and the share done so far.
         step: its name, and the shares of the whole work that are done when it begins and when it ends.
     """
     what, done, end = step

@@ -21,7 +21,7 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
     """Return the modules that a batch added to the tasks of a backup: name of the task's folder, and path inside it.
 
     Args:
-        path: of backinfo.txt. tasks: all of the batch. lines: of the journal, the newest last.
+        path: of backinfo.txt. tasks: all of the batch. lines: of its journal, the newest last.
     """
     home = PurePosixPath(path).parent.parent
     own = {task.name: {*task.files, page_of(task.name)} for task in tasks}
@@ -36,7 +36,11 @@ def added_modules(path: str, tasks: Iterable[Task], lines: Iterable[Line]) -> li
 
 
 def with_modules(data: bytes, modules: Iterable[tuple[str, str]]) -> bytes:
-    """Return the bytes of backinfo.txt with modules (task, path) added to their task's list, if it lacks them."""
+    """Return the content of backinfo.txt with modules added to the list of their task, if it lacks them.
+
+    Args:
+        data: the content as it is. modules: (name of the task's folder, path inside it).
+    """
     for task, module in modules:
         section = re.search(_TASK % re.escape(task.encode()), data)
         name = module.encode()

@@ -25,7 +25,9 @@ PROCESS = ("force", "moment", "already")
 
 
 def contradictions(settings: Settings, task: Task, place: Path, robot: Robot) -> list[Diagnostic]:
-    """Return BAT012, BAT019 and BAT020: contradictions to controller or data sheet; errors for a settings file.
+    """Return contradictions of settings to the controller's configuration (BAT012, BAT019) and the data sheet (BAT020).
+
+    They are errors if a settings file, and not the command line, states what contradicts.
 
     Args:
         place: a file of the task, or its folder. robot: the arm of the settings' model.
@@ -45,6 +47,7 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
     """Return BAT012 where the model's arm is not that of the controller; an info if the latter is not known.
 
     Args:
+        robot: name of the model's arm.
         inherited: keys that a settings file states; an arm or model from there makes it an error.
     """
     if task.unknown is not None:
@@ -59,7 +62,11 @@ def _against_arm(task: Task, robot: str, inherited: Collection[str]) -> list[Dia
 
 
 def _backup(task: Task, place: Path) -> Path | None:
-    """Return the controller's backup that a task is part of: the folder above RAPID; None without one."""
+    """Return the controller's backup that a task is part of: the folder above RAPID; None without one.
+
+    Args:
+        place: a file of the task, or its folder.
+    """
     stated = task.robot is not None or task.unknown is not None or task.station is not None
     at = real(place)
     above = (folder.parent for folder in (at, *at.parents) if folder.name.lower() == "rapid")
@@ -67,7 +74,11 @@ def _backup(task: Task, place: Path) -> Path | None:
 
 
 def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
-    """Return BAT019 where a settings file outside the backup states forces or corrected parts of its cell."""
+    """Return BAT019 where a settings file outside the backup states forces or corrected parts of its cell.
+
+    Args:
+        inherited: keys that a settings file states, with their values as text.
+    """
     keys = [key for key in PROCESS if key in inherited]
     if not keys or real(settings.stated_in[0]).is_relative_to(backup):
         return []

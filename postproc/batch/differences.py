@@ -22,6 +22,7 @@ def compare_folders(
     are compared as text. Hidden files and pages (``.html``) are left out.
 
     Args:
+        tolerance_mm, tolerance_deg: distance between targets, and angle between them, that count as equal.
         watch: called with each path and the fraction done.
 
     Raises:
@@ -52,7 +53,7 @@ def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDif
     """Compare two files: RAPID modules by meaning, all others by bytes.
 
     Args:
-        near: tolerances [mm], [deg].
+        path: of both, relative to their folders. near: tolerances [mm], [deg].
     """
     one, two = (read_source(file, "BAT002") for file in (a, b))
     if one.data == two.data:
@@ -68,7 +69,14 @@ def _compared(path: str, a: Path, b: Path, near: tuple[float, float]) -> FileDif
 
 
 def _programs_compared(one: Source, two: Source, near: tuple[float, float]) -> ProgramDiff:
-    """Compare two modules by meaning; raises PostprocError where one cannot be read or is encrypted."""
+    """Compare two modules by meaning.
+
+    Args:
+        near: tolerances [mm], [deg].
+
+    Raises:
+        PostprocError: one of them cannot be read or is encrypted.
+    """
     programs = [read_program(source) for source in (one, two)]
     for program in programs:
         if has_errors(program.diagnostics) or not program.modules:

@@ -76,7 +76,11 @@ def discover(folder: Path, output: Path | None = None) -> tuple[list[Task], list
 
 
 def task_around(module: Path) -> Task:
-    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of its own."""
+    """Return the task of the backup that a module belongs to, without its files; elsewhere a task of the module alone.
+
+    Args:
+        module: path of its file.
+    """
     here = module.absolute()
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
@@ -126,7 +130,7 @@ def files_below(folder: Path, output: Path | None = None) -> Iterator[str]:
     while waiting:
         here, around = waiting.pop()
         for path in _entries(here):
-            kind = _kind(path)
+            kind = _file_type(path)
             if kind == stat.S_IFDIR:
                 at = real(path)
                 # A link to a folder that it stands in would never end.
@@ -142,15 +146,25 @@ def in_output(path: Path, output: Path | None) -> bool:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """Return the sorted paths in a folder; BAT002 where it cannot be read."""
+    """Return the sorted paths in a folder.
+
+    Raises:
+        PostprocError: BAT002, it cannot be read.
+    """
     try:
         return sorted(folder.iterdir())
     except OSError as error:
         raise _unreadable(folder, error) from error
 
 
-def _kind(path: Path) -> int | None:
-    """Return the type of the file a path leads to; None for a broken link, which is reported where it is read."""
+def _file_type(path: Path) -> int | None:
+    """Return the type of the file a path leads to (``stat.S_IFMT``); None for a broken link.
+
+    A broken link is reported where it is read.
+
+    Raises:
+        PostprocError: BAT002, the type cannot be read.
+    """
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except OSError as error:
@@ -171,7 +185,10 @@ def _suffix(name: str) -> str:
 
 
 def _backups(files: Iterable[str]) -> set[str]:
-    """Return the folders that hold RAPID beside SYSPAR, BACKINFO or HOME; ``.`` is the root."""
+    """Return the backups among relative paths of files: folders with RAPID beside SYSPAR, BACKINFO or HOME.
+
+    The root itself is ``.``.
+    """
     beside: dict[str, set[str]] = {}
     for name in files:
         parts = PurePosixPath(name).parts
@@ -181,18 +198,30 @@ def _backups(files: Iterable[str]) -> set[str]:
 
 
 def _in_home(name: str, backups: Iterable[str]) -> bool:
-    """Tell whether a file is in the HOME folder of a backup."""
+    """Tell whether a file is in the HOME folder of a backup.
+
+    Args:
+        name: relative path of the file. backups: folders, relative too.
+    """
     return any(_below(name, backup, "home") for backup in backups)
 
 
 def _below(name: str, backup: str, part: str) -> bool:
-    """Tell whether a path is below the folder ``part``, in lower case, of a backup."""
+    """Tell whether a file is below a certain folder of a backup.
+
+    Args:
+        name, backup: relative paths of the file and the backup. part: name of the folder, in lower case.
+    """
     parts, base = PurePosixPath(name).parts, PurePosixPath(backup).parts
     return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part
 
 
 def _task_folder(name: str) -> str | None:
-    """Return the folder of the task that a file belongs to: above PROGMOD or SYSMOD, or inside RAPID; else None."""
+    """Return the folder of the task that a file belongs to: above PROGMOD or SYSMOD, or inside RAPID; else None.
+
+    Args:
+        name: relative path of the file.
+    """
     parts = PurePosixPath(name).parts
     for depth, part in enumerate(parts[:-1]):
         if part.lower() in PARTS:
@@ -210,7 +239,7 @@ def _drive(home: str, stated: dict[str, tuple[Backup, Cell]]) -> tuple[Drive, Ce
     """Return what the task of a folder moves, and its cell; None outside a backup.
 
     Args:
-        stated: configuration and cell of each backup, by its folder.
+        home: the task's folder. stated: configuration and cell of each backup, by its folder.
     """
     for backup, (configuration, cell) in stated.items():
         if _below(f"{home}/x", backup, "rapid"):
@@ -224,7 +253,11 @@ def _parent(place: str) -> str:
 
 
 def _moveless(folder: Path, members: Iterable[str]) -> bool:
-    """Tell whether no statement of these files moves an arm."""
+    """Tell whether no statement of the modules among these files moves an arm.
+
+    Args:
+        members: paths relative to the folder.
+    """
     sources = [Source(name, read_quietly(folder / name)) for name in members if _suffix(name) in ENDINGS]
     return not any(s.interpolation != "none" for s in read_program(sources).statements)
 
@@ -238,7 +271,11 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 
 
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
-    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown."""
+    """Return a task with the arm and station it drives, if any, and BAT013 if the arm's place is unknown.
+
+    Args:
+        name: of the task. files: its program files. driven: what it moves, and its cell; None outside a backup.
+    """
     if driven is None:
         return Task(name, tuple(files))
     from postproc.robot.cells.station import station_of
@@ -262,7 +299,7 @@ def _beside_others(
     """Return the task with the units that other tasks of its controller move, and their files.
 
     Args:
-        members: its files; others: what each other task of the controller drives, and its files.
+        members: its files; others: what each other task of the controller drives, and its files, by the task's folder.
     """
     station = task.station
     if station is None or not station.connected:
@@ -296,7 +333,11 @@ def _with_units_of_others(station: Station, task: Task) -> Station:
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
-    """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither."""
+    """Return the tasks of program folders (``.pgf``) and of single modules, and the files that are neither.
+
+    Args:
+        names: relative paths of all files outside of backups.
+    """
     tasks: list[Task] = []
     copies = [name for name in names if _suffix(name) not in ENDINGS]
     taken: dict[str, str] = {}

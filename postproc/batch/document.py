@@ -39,7 +39,8 @@ def batch_document(
 
     Args:
         name: of the folder or the jobs file.
-        made: model, loads and choices, where no jobs file states others. pages: link to the page of each task by name.
+        made: what programs were converted with (model, loads, options) as label and text, where a jobs file states no
+            others. pages: link to the page of each task by name.
     """
     tasks, count = sorted(batch.outcomes, key=_rank), batch.counts
     done = [t.figures for t in tasks if AFTER in t.figures]
@@ -110,7 +111,11 @@ def _task_values(outcome: TaskOutcome) -> Values:
 
 
 def _histogram(done: Sequence[Values]) -> str:
-    """Return an SVG histogram of the largest deviations of programs, before and after; empty where none is positive."""
+    """Return an SVG histogram of the largest deviations of programs, before and after; empty where none is positive.
+
+    Args:
+        done: figures of each program.
+    """
     lengths = {
         name: (kind, np.array([figures[key] for figures in done], dtype=float))
         for name, key, kind in (("before", BEFORE, "was"), ("after", AFTER, "is"))
@@ -124,7 +129,11 @@ def _link(path: str | None) -> str | None:
 
 
 def _sentence(count: Mapping[str, int], worst: TaskOutcome | None) -> str:
-    """Say how many programs are corrected, how many failed, and the largest deviation that remains."""
+    """Say how many programs are corrected, how many failed, and the largest deviation that remains.
+
+    Args:
+        count: ``Batch.counts``. worst: the task with that deviation; None where none was measured.
+    """
     total = count["compensated"] + count["unchanged"] + count["failed"]
     lead = f"{count['compensated']} of {total} programs are corrected"
     failed = (
@@ -153,12 +162,20 @@ def _row(outcome: TaskOutcome) -> tuple[object, ...]:
 
 
 def _finding(name: str, found: Finding) -> tuple[object, ...]:
-    """Return the row of a finding in a table: place, severity, code, message and help."""
+    """Return the row of a finding in a table: place, severity, code, message and help.
+
+    Args:
+        name: of its task; empty for the batch.
+    """
     return found.path or name, found.line, found.severity, found.code, found.message, found.help
 
 
 def _kinds(told: Sequence[tuple[str, Finding]]) -> list[tuple[object, ...]]:
-    """Return a row for every code among (task, finding), the most frequent first: count, programs, worst finding."""
+    """Return a row for every code, the most frequent first: count, programs, worst finding.
+
+    Args:
+        told: every finding with the name of its task.
+    """
     rows = []
     for same in sorted(grouped((found.code, (name, found)) for name, found in told).values(), key=len, reverse=True):
         name, worst = max(same, key=lambda one: one[1].length_mm)

@@ -23,7 +23,7 @@ class Pool:
         make: returns an executor of so many workers (a cluster has its own number); it is shut down after use. Raises
             BAT007 where the cluster is lost.
         workers: how many jobs run at once.
-        repeats: a job whose worker is lost has not been tried again; a scheduler does that by itself.
+        repeats: a job whose worker is lost is to be tried again; False for a scheduler that does so by itself.
     """
 
     make: Callable[[int], Executor]
@@ -65,7 +65,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
     """Provide the workers of a running Dask scheduler.
 
     Args:
-        timeout: [s] to wait for its answer.
+        address: of the scheduler. timeout: [s] to wait for its answer.
 
     Raises:
         PostprocError: BAT007, the library is missing or the scheduler does not answer.
@@ -106,6 +106,6 @@ def _quiet() -> None:
 
 
 def _lost(address: str, reason: object) -> PostprocError:
-    """Return the error BAT007: the scheduler does not answer."""
+    """Return the error BAT007: the scheduler at this address does not answer, for this reason."""
     help_ = "write the address as the scheduler prints it, tcp://HOST:8786; run the same command again to go on"
     return PostprocError.of("BAT007", f"the scheduler `{address}` does not answer: {reason}", help=help_)

@@ -30,8 +30,8 @@ class Converter:
     """Settings with all files read, ready to be sent to workers.
 
     Args:
-        model: pickled; fingerprint: hash of model, options, templates and effect code.
-        robot: library name of its arm; settings: where all of it comes from.
+        model: pickled. robot: library name of its arm. settings: where all of it comes from.
+        fingerprint: hash of model, options, templates, effect code and software. side_files: read-only modules.
     """
 
     model: bytes
@@ -52,12 +52,15 @@ def read_converter(settings: Settings, model: Model) -> Converter:
     environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
     sides = tuple(Source(str(path), _read(path), read_only=True) for path in settings.side_files)
-    stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
+    stated = (_software(), _model_parts(model), replace(settings.options, template_dir=None), code, templates)
     return Converter(pickle.dumps(model), model.robot.name, settings, _digest(stated), sides)
 
 
 def _software() -> tuple[Any, ...]:
-    """Return the texts of the package and the versions of libraries: code may change while its version does not."""
+    """Return the files of the package as bytes and the versions of libraries: all that may change a result.
+
+    Code may change while its version does not.
+    """
     files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
     return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
 
@@ -70,7 +73,7 @@ def _version(name: str) -> str:
         return ""
 
 
-def _stated(model: Model) -> tuple[Any, ...]:
+def _model_parts(model: Model) -> tuple[Any, ...]:
     """Return the parts of a model that decide its predictions, without how it was fitted."""
     effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
     return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
@@ -100,7 +103,11 @@ def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -
 
 
 def _read(path: Path) -> bytes:
-    """Return the bytes of a file; BAT002 where it cannot be read."""
+    """Return the bytes of a file.
+
+    Raises:
+        PostprocError: BAT002, it cannot be read.
+    """
     return read_source(path, "BAT002").data
 
 

@@ -66,7 +66,8 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Ba
     """Return what a batch converts and copies, for a folder, a list of modules (.pgf) or a jobs file.
 
     Args:
-        settings_at: settings for programs in a folder; a jobs file wins over them. output: folder of the outputs.
+        settings_at: returns the settings for programs in a folder; a jobs file overrides them.
+        output: folder of the outputs, in which nothing is looked for.
 
     Raises:
         PostprocError: BAT001 there is nothing to convert, BAT009 something is wrong in the jobs file.
@@ -101,7 +102,14 @@ def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Ba
 
 
 def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan:
-    """Return the plan of a jobs file; BAT009 where its jobs do not fit."""
+    """Return the plan of a jobs file.
+
+    Args:
+        source: the file. settings_at: returns the settings for programs in a folder. output: folder of the outputs.
+
+    Raises:
+        PostprocError: BAT009, a key does not fit, or two jobs have the same task or file.
+    """
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
@@ -113,7 +121,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     copies: set[str] = set()
     for index, job in enumerate(file.job):
         found, more = _found(source, root, index, job, output)
-        _named(source, index, job, found)
+        _check_only(source, index, job, found)
         for task in found:
             if job.files and task.name in tasks:
                 raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
@@ -128,8 +136,12 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> BatchPlan
     return BatchPlan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
 
 
-def _named(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
-    """Raise BAT009 where an entry of the job's ``only`` matches no task that was found."""
+def _check_only(source: Source, index: int, job: _Job, found: Sequence[Task]) -> None:
+    """Raise BAT009 where an entry of the job's ``only`` matches no task that was found.
+
+    Args:
+        source: the jobs file. index: of the job in it. found: all tasks of the job's folder.
+    """
     for name, pattern in zip(job.only, _patterns(job), strict=True):
         if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found):
             skipped = len(pattern) - len(name)
@@ -144,10 +156,13 @@ def _patterns(job: _Job) -> list[str]:
 
 
 def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> tuple[list[Task], list[str]]:
-    """Return the tasks of a job's folder or files, and the files that are only copied; BAT009 where there are none.
+    """Return the tasks of a job's folder or files, and the files that are only copied.
 
     Args:
-        index: of the job in the file.
+        source: the jobs file. root: its folder. index: of the job in it. output: folder of the outputs.
+
+    Raises:
+        PostprocError: BAT009, there are no such files, or they are outside of the jobs file's folder.
     """
     if (job.folder is None) == (not job.files):
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
@@ -178,7 +193,7 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> t
 
 
 def _below(tasks: Iterable[Task], copies: Iterable[str], folder: Path) -> tuple[list[Task], list[str]]:
-    """Return tasks and copies with the folder put before their names."""
+    """Return tasks and copies with the folder put before the names of their files."""
 
     def moved(names: Iterable[str]) -> tuple[str, ...]:
         """Return names with the folder before them."""
@@ -201,6 +216,7 @@ def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Sou
     """Return the settings of a task: of its folder, overridden by each layer, then completed by the arm it drives.
 
     Args:
+        root: folder of the batch. settings_at: returns the settings for programs in a folder.
         layers: the choices of the jobs file and of the job, each with its source.
     """
     settings = settings_at((root / task.files[0]).parent if task.files else root)
@@ -221,6 +237,10 @@ def _chosen(settings: Settings, choices: _Choices, source: Source) -> Settings:
 
 
 def _wrong(source: Source, index: int, text: str, help_: str, key: str | None = None) -> PostprocError:
-    """Return the error BAT009 at a job, or at a key of it."""
+    """Return the error BAT009 at a job, or at a key of it.
+
+    Args:
+        source: the jobs file. index: of the job in it. text, help_: of the finding.
+    """
     keys = ("job", index) if key is None else ("job", index, key)
     return PostprocError.of("BAT009", text, source, span_of(source, keys), help_)

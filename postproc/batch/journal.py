@@ -32,7 +32,8 @@ class Journal:
 
     Args:
         root: the output folder; part: which run writes here, ``all`` or the shard's name.
-        before: lines of earlier runs, the newest last; now: those of this run; held: what is kept though not seen now.
+        before: lines of earlier runs, the newest last; now: those of this run. log: the open file of the journal.
+        held: tasks and files whose earlier outputs stay, since their input cannot be read now.
         findings: about the journal itself.
     """
 
@@ -46,7 +47,7 @@ class Journal:
 
     @cached_property
     def written(self) -> Mapping[str, AbstractSet[str]]:
-        """Hashes that earlier runs wrote, by file."""
+        """SHA-256 hashes of all that earlier runs wrote to each file, by its path in the tree."""
         found: dict[str, set[str]] = {}
         for line in chain.from_iterable(self.before.values()):
             for path, hash_ in line.outputs.items():
@@ -57,15 +58,15 @@ class Journal:
         """Return the newest line of a task with this key, if its files are unchanged in the tree; else None.
 
         Args:
-            key: hash of all that the result depends on.
+            name: of the task. key: hash of all that the result depends on.
         """
         for line in reversed(self.before.get((False, name), [])):
-            if line.key == key and all(self.holds(path, hash_) for path, hash_ in line.outputs.items()):
+            if line.key == key and all(self.has(path, hash_) for path, hash_ in line.outputs.items()):
                 return line
         return None
 
-    def holds(self, path: str, hash_: str) -> bool:
-        """Tell whether a file of the tree has this SHA-256."""
+    def has(self, path: str, hash_: str) -> bool:
+        """Tell whether a file of the tree exists with this SHA-256."""
         return self._inside(path) and _hash(self.root / path) == hash_
 
     def _inside(self, path: str) -> bool:
@@ -73,12 +74,12 @@ class Journal:
         return real((self.root / path).parent).is_relative_to(real(self.root))
 
     def keep(self, line: Line) -> Line:
-        """Take over a line of an earlier run as one of this run, and return it."""
+        """Count a line of an earlier run as one of this run, and return it."""
         self.now[line.subject] = line
         return line
 
     def hold(self, name: str, copied: bool = False) -> None:
-        """Keep what earlier runs made of an input that cannot be read now, since it is not gone.
+        """Let ``close`` keep the earlier outputs of an input that cannot be read now, since it is not gone.
 
         Args:
             name: of the task, or with ``copied`` of the file.
@@ -86,7 +87,11 @@ class Journal:
         self.held.add((copied, name))
 
     def add(self, result: Result) -> Line:
-        """Write the files of a result, then its line; return it, with BAT016 for each file that was edited by hand."""
+        """Write the files of a result and its line in the journal.
+
+        Returns:
+            The line, with BAT016 for each file that was edited by hand and has been replaced.
+        """
         edited = [d.finding for path, data in result.outputs.items() for d in self.put(path, data)]
         hashes = {path: sha256(data).hexdigest() for path, data in sorted(result.outputs.items())}
         key = result.key if result.final else ""
@@ -94,10 +99,17 @@ class Journal:
         return replace(line, findings=(*line.findings, *edited))
 
     def copy(self, path: str, data: bytes) -> list[Diagnostic]:
-        """Write a copied file into the tree, if it is not there; return BAT016 for what was edited by hand since."""
+        """Write a copied file into the tree unless it is there already, and note it in the journal.
+
+        Args:
+            path: in the tree. data: its bytes.
+
+        Returns:
+            BAT016 for what was edited by hand and has been replaced.
+        """
         hash_ = sha256(data).hexdigest()
         line = Line(path, COPY, COPY, {path: hash_})
-        edited = [] if self.holds(path, hash_) else self.put(path, data)
+        edited = [] if self.has(path, hash_) else self.put(path, data)
         if line in self.before.get((True, path), []):
             self.keep(line)
         else:
@@ -105,7 +117,7 @@ class Journal:
         return edited
 
     def note(self, line: Line) -> Line:
-        """Append a line to the journal, unless its key is empty, and return it."""
+        """Count a line as one of this run and return it; append it to the journal unless its key is empty."""
         self.now[line.subject] = line
         if line.key:
             self.log.write(line.encoded())
@@ -113,7 +125,11 @@ class Journal:
         return line
 
     def put(self, path: str, data: bytes) -> list[Diagnostic]:
-        """Write a file of the tree; files in its way that no batch wrote are kept aside and reported as BAT016."""
+        """Write a file of the tree; what is in its way and was edited by hand is kept as a copy and reported as BAT016.
+
+        Args:
+            path: in the tree. data: its bytes.
+        """
         above = [name for parent in PurePosixPath(path).parents if (name := str(parent)) != "."]
         way = [name for name in above if _is_file(self.root / name)]
         target = self.root / path
@@ -122,7 +138,7 @@ class Journal:
             way += [p.relative_to(self.root).as_posix() for p in below]
         elif _hash(target) not in (None, sha256(data).hexdigest()):
             way.append(path)
-        edited = [d for name in way for d in self.spare(name)]
+        edited = [d for name in way for d in self.keep_edited(name)]
         try:
             for name in way:
                 (self.root / name).unlink()
@@ -133,8 +149,8 @@ class Journal:
         self.write(path, data)
         return edited
 
-    def spare(self, path: str) -> Iterator[Diagnostic]:
-        """Keep a copy of a file that is to be replaced, unless its bytes are those a batch wrote; yields BAT016."""
+    def keep_edited(self, path: str) -> Iterator[Diagnostic]:
+        """Copy a file that is to be replaced into folder ``edited`` and yield BAT016, if no batch wrote its bytes."""
         hash_ = _hash(self.root / path)
         if hash_ is not None and hash_ not in self.written.get(path, set()):
             kept = f"{STATE}/{EDITED}/{hash_[:8]}/{path}"  # each edit by itself
@@ -144,26 +160,35 @@ class Journal:
             yield Diagnostic("BAT016", "warning", text, help=help_, matter=Matter.EDITED)
 
     def write(self, path: str, data: bytes) -> None:
-        """Write a file of the tree atomically: under another name, then renamed; BAT004 if that fails."""
+        """Write a file of the tree atomically: under another name, then renamed.
+
+        Raises:
+            PostprocError: BAT004, that fails.
+        """
         try:
             write_whole(self.root / path, data, _unfinished(self.root, self.part))
         except OSError as error:
             raise _not_written(self.root / path, error) from error
 
     def remove(self, outputs: Mapping[str, str]) -> None:
-        """Delete files of the tree, by path and hash, if they are unchanged; folders that become empty go too."""
+        """Delete unchanged files of the tree, and folders that become empty.
+
+        Args:
+            outputs: SHA-256 of each file by its path; a file with another hash stays.
+        """
         for path, hash_ in outputs.items():
-            if self.holds(path, hash_):
+            if self.has(path, hash_):
                 (self.root / path).unlink()
                 for folder in (self.root / path).parents:
                     if folder == self.root or not _removed(folder):
                         break
 
     def close(self, owns: Callable[[str], bool], foreign: AbstractSet[str]) -> None:
-        """Delete outputs whose input is gone, and write the journal anew: sorted, with lines of this run and kept ones.
+        """Delete outputs whose input is gone, and write the journal anew, sorted: lines of this run and of held inputs.
 
         Args:
-            owns: whether a task or file belongs to this run; foreign: files that other runs put into the tree.
+            owns: whether a task or file belongs to this run, by its name.
+            foreign: paths that other runs put into the tree, which stay.
         """
         held = [self.before[one][-1] for one in self.held if one in self.before]
         lines = [line for line in self.now.values() if line.key] + held
@@ -181,6 +206,9 @@ class Journal:
 @contextmanager
 def open_journal(root: Path, part: str) -> Iterator[Journal]:
     """Lock an output folder (or one shard's part of it) for one run, and read the journals there.
+
+    Args:
+        part: ``all``, or the shard's name.
 
     Raises:
         PostprocError: BAT003 another run owns it, BAT004 it cannot be written.
@@ -232,7 +260,7 @@ def _removed(folder: Path) -> bool:
 
 
 def _is_file(path: Path) -> bool:
-    """Tell whether a path is a link, also a broken one, or anything else that is no folder."""
+    """Tell whether a path is a link, also a broken one, or exists and is no folder."""
     return path.is_symlink() or (path.exists() and not path.is_dir())
 
 

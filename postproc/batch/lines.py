@@ -24,8 +24,10 @@ class Line:
     """What was made of a task, or of a copied file.
 
     Args:
-        key: hash of all that the result depends on; empty where it would not be the same again. outputs: path to hash.
-        figures: of the result of a task.
+        name: of the task, or path of the file. status: ``copy`` for a copied file.
+        key: hash of all that the result depends on; ``copy`` for a copied file, empty for a result that the same input
+            might not give again.
+        outputs: SHA-256 of each written file by its path. figures: of the result of a task.
     """
 
     name: str
@@ -37,7 +39,7 @@ class Line:
 
     @property
     def subject(self) -> Subject:
-        """What the line is about."""
+        """Whether the line is about a copied file, and the name of that file or of the task."""
         return self.key == COPY, self.name
 
     def encoded(self) -> bytes:
@@ -70,7 +72,7 @@ def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
 
 
 def _line(content: Any) -> Line:
-    """Return a line that a batch may have written, which only names files inside the output folder.
+    """Return a line of a journal from its JSON content, after checking it; its files are all inside the output folder.
 
     Raises:
         KeyError, TypeError, ValueError: no batch writes that.
@@ -87,7 +89,11 @@ def _line(content: Any) -> Line:
 
 
 def _text(value: Any) -> str:
-    """Return the value; TypeError where it is no text."""
+    """Return the value, which is a text.
+
+    Raises:
+        TypeError: it is none.
+    """
     if not isinstance(value, str):
         raise TypeError("no text")
     return value
@@ -106,7 +112,11 @@ def _are_figures(figures: Mapping[str, Any]) -> bool:
 
 
 def _finding(content: Any) -> Finding:
-    """Return a finding as a line has it; KeyError, TypeError or ValueError where no batch writes that."""
+    """Return a finding from its JSON content in a line.
+
+    Raises:
+        KeyError, TypeError, ValueError: no batch writes that.
+    """
     code, severity, message = _text(content["code"]), content["severity"], _text(content["message"])
     path, help_ = (None if content[key] is None else _text(content[key]) for key in ("path", "help"))
     line, column, offset = content["line"], content["column"], content.get("offset")

@@ -18,7 +18,7 @@ def help_nearby(name: str, module: Path) -> str | None:
     """Return a help text that names the file near a module that gives the data a value; None if none does.
 
     Args:
-        name: of the data that is used without a value.
+        name: of the data that is used without a value. module: path of the file that uses it.
     """
     # Where it is used it may be part of something else; LOCAL data serves its own module alone.
     data = rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + re.escape(name.encode("latin-1", "replace"))

@@ -45,7 +45,8 @@ class Ready:
     """A checked plan of a batch, with the tasks of one shard and what each is converted with.
 
     Args:
-        out: the folder of the tree; nothing that will be written there is an input. pages: with a page for each task.
+        out: the folder of the tree; nothing that will be written there is an input. pages: each task gets a page there.
+        tasks: those of the shard.
         converters: by name of the task, or the error for which it cannot be converted.
         said: diagnostics on the settings of each task, by name.
     """
@@ -63,7 +64,7 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
     """Read models, effects and side files of a plan, and check what will be written.
 
     Args:
-        out: the folder of the tree; a run that was stopped goes on where it was.
+        out: the folder of the tree; a run that was stopped is continued there.
         report: page that is written besides the tree, which then holds a page for each task.
 
     Raises:
@@ -97,7 +98,11 @@ def get_ready(plan: BatchPlan, shard: Shard, out: Path, report: Path | None = No
 
 
 def _check_paths(plan: BatchPlan, shard: Shard, out: Path, report: Path | None) -> None:
-    """Raise PostprocError where the batch would write over one of its inputs, or outside its folder."""
+    """Raise PostprocError where the batch would write over one of its inputs, or outside its folder.
+
+    Args:
+        out: the folder of the tree. report: page beside it; then the tree has a page for each task.
+    """
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
     modules = [
@@ -124,7 +129,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
     """Convert the tasks of a plan into a tree that mirrors the folder, and copy the other files.
 
     Args:
-        tell: called with each outcome as soon as it is known.
+        pool: runs the conversions. tell: called with each outcome as soon as it is known.
 
     Raises:
         PostprocError: an output folder that cannot be written (BAT003, BAT004).
@@ -146,7 +151,7 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
             task = tasks[line.name]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
-            told = (*(d.finding for d in first), *(_named(plan.root, finding) for finding in line.findings))
+            told = (*(d.finding for d in first), *(_with_file_nearby(plan.root, finding) for finding in line.findings))
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line.outputs else None
             outcomes.append(TaskOutcome(task, line.status, cached, line.figures, told, arm, page))
@@ -181,7 +186,11 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
 
 
 def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page: bool) -> Job | Result:
-    """Return the job of a task, or a failed result where it cannot be read."""
+    """Return the job of a task, or a failed result where the task has errors or cannot be read.
+
+    Args:
+        root: folder of the batch. converter: or the error for which there is none. page: the task gets an HTML page.
+    """
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
     try:
@@ -192,8 +201,12 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _named(root: Path, finding: Finding) -> Finding:
-    """Return a finding; where a file nearby declares the data it lacks, its help names that file."""
+def _with_file_nearby(root: Path, finding: Finding) -> Finding:
+    """Return a finding; if it is about data that a file nearby declares, its help names that file.
+
+    Args:
+        root: folder of the batch.
+    """
     told = None
     if finding.matter is Matter.UNDECLARED and finding.path is not None:
         told = help_nearby(finding.name, root / finding.path)
@@ -201,9 +214,10 @@ def _named(root: Path, finding: Finding) -> Finding:
 
 
 def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, str]] = ()) -> list[Diagnostic]:
-    """Copy a file into the tree; return findings of what failed, and of an edited copy, which was kept beside it.
+    """Copy a file into the tree; return BAT002 if that fails, and BAT016 for an edited copy, which was kept beside it.
 
     Args:
+        root: folder of the batch. path: of the file, relative to it.
         modules: (task, path) to add to the lists, where the file is a backinfo.txt.
     """
     try:
@@ -217,17 +231,18 @@ def _copy(root: Path, path: str, journal: Journal, modules: Sequence[tuple[str, 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
     """Yield a result for every job, in the order in which they are done, whatever happens to its worker.
 
-    A job whose worker died is tried again with the others, then once alone; if that worker dies too, it fails.
+    In local processes a job whose worker died is tried again with the others, then once alone; if that worker dies too,
+    it fails.
     """
     waiting, before = iter(jobs), set[str]()
     while lost := (yield from _until_broken(waiting, pool)):
         if not pool.repeats:
             pool.make(pool.workers)  # the whole cluster may be gone: no task is to blame
-            yield from map(_killer, lost)
+            yield from map(_worker_died, lost)
             continue
         for job in lost:
             if job.name in before:
-                yield from map(_killer, (yield from _until_broken(iter([job]), Pool(pool.make, 1))))
+                yield from map(_worker_died, (yield from _until_broken(iter([job]), Pool(pool.make, 1))))
         again = [job for job in lost if job.name not in before]
         before |= {job.name for job in again}
         waiting = chain(again, waiting)
@@ -256,7 +271,14 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
 
 
 def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], pool: Pool) -> bool:
-    """Hand a job to the executor, and tell whether it still works; BAT021 where workers cannot be started."""
+    """Hand a job to the executor; return False if the executor no longer works.
+
+    Args:
+        running: gets the job by its future.
+
+    Raises:
+        PostprocError: BAT021, local workers cannot be started.
+    """
     try:
         running[executor.submit(convert, job)] = job
     except RuntimeError:  # a worker died between two jobs
@@ -270,7 +292,11 @@ def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], po
 
 
 def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Result]:
-    """Wait for at least one running job; yield results, and append jobs whose worker died to ``lost``."""
+    """Wait for at least one running job; yield results, and append jobs whose worker died to ``lost``.
+
+    Args:
+        running: jobs by their future; those that are done are taken out.
+    """
     done, _ = wait(running, return_when=FIRST_COMPLETED)
     for future in done:
         job = running.pop(future)
@@ -280,7 +306,7 @@ def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Re
             lost.append(job)
 
 
-def _killer(job: Job) -> Result:
+def _worker_died(job: Job) -> Result:
     """Return the failed result BAT008 of a job on which workers died again and again."""
     help_ = "it may need more memory than a worker has: use fewer workers, or convert it alone"
     found = Diagnostic("BAT008", "error", "workers died on this task again and again", help=help_)

@@ -31,12 +31,12 @@ class Task:
         name: its folder or file, relative to the root of the batch, with forward slashes.
         files: its program files, relative to the root.
         shared: files it reads and must not change.
-        beside: those of each other task of its controller, with which it shares PERS data.
+        beside: files of each other task of its controller, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        station: that arm in its cell, without where units of other tasks stand.
-        texts: its files, and moved_by_others: units that each other task of the controller moves, in lower case, with
-            that task's files.
+        station: that arm in its cell, without positions of units that other tasks move.
+        texts: paths of its files.
+        moved_by_others: for each other task of the controller the units that it moves, in lower case, and its files.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -53,7 +53,7 @@ class Task:
 
 
 def page_of(task: str) -> str:
-    """Return the path of a task's HTML page in the output tree."""
+    """Return the path of a task's HTML page in the output tree, from the task's name."""
     return f"{PAGES}/{task}.html"
 
 
@@ -71,9 +71,10 @@ class Job:
     """All that a worker needs to convert one task, as values.
 
     Args:
-        key: hash of everything the result depends on.
+        name: of the task. key: hash of everything the result depends on.
         model: the pickled model.
-        page: its HTML page in the output tree, None for none; made: what the page says of how it was made.
+        page: path of its HTML page in the output tree, None for none.
+        made: what the page says it was made with (model, loads, options) as label and text.
     """
 
     name: str
@@ -105,7 +106,7 @@ class Result:
 
 
 def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
-    """Return the path of a task's module for run time, relative to the root.
+    """Return the path of a task's module for run-time correction, relative to the root.
 
     It is among its system modules, else beside its first file, with the program's name before it if others are there.
 
@@ -122,13 +123,17 @@ def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
 
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
-    """Return the result of a task that has no outputs, with the diagnostics that say why."""
+    """Return the result of a task that has no outputs, with the diagnostics that say why.
+
+    Args:
+        name: of the task. key: hash of all that the result depends on. final: the same input would fail again.
+    """
     return Result(name, key, "failed", findings=tuple(d.finding for d in findings), final=final)
 
 
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """Part ``index`` (from 1) of ``count``; tasks and files belong to a part by their name, whatever they hold."""
+    """Part ``index`` (from 1) of ``count`` of a batch; a hash of its name decides to which a task or file belongs."""
 
     index: int = 1
     count: int = 1
@@ -176,7 +181,10 @@ class Batch:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Tasks by status, how many an earlier run had done, and how many exceed the tolerance somewhere."""
+        """Number of tasks by status, of those done in an earlier run, and of those that exceed the tolerance somewhere.
+
+        Keys: ``compensated``, ``unchanged``, ``failed``, ``cached``, ``beyond_tolerance``.
+        """
         statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
         count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
         beyond = sum(any(found.matter is Matter.OFF for found in o.findings) for o in self.outcomes)

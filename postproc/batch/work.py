@@ -78,7 +78,11 @@ def _page(job: Job, done: Conversion) -> bytes:
 
 @lru_cache(maxsize=16)
 def _model(data: bytes, thread: int) -> Model:
-    """Unpickle a model, once for each thread, since pinocchio's work space belongs to one thread."""
+    """Unpickle a model, once for each thread, since pinocchio's work space belongs to one thread.
+
+    Args:
+        data: the pickled model. thread: identity of the calling thread.
+    """
     import pickle
 
     return pickle.loads(data)

@@ -42,7 +42,8 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
     """Run a command for each program, write the joint SARIF log if asked for, and return the largest exit code.
 
     Args:
-        own: the options of this script. rest: options of the command, then programs; without these, all of the folder.
+        name: ``check``, ``diff`` or ``read``. own: the options of this script, by name.
+        rest: options of the command, then programs; without these, all of the folder.
     """
     first = next((i for i in range(len(rest)) if _all_programs(rest[i:])), len(rest))
     options, programs = rest[:first], [Path(word) for word in rest[first:]]
@@ -67,7 +68,7 @@ def _every(name: str, own: dict[str, Path], rest: list[str]) -> int:
 
 
 def _own_options(words: Sequence[str]) -> tuple[dict[str, Path], list[str]]:
-    """Split words into this script's options and all others."""
+    """Split the words of a command line into this script's options, by name, and all others."""
     parser = ArgumentParser(add_help=False, allow_abbrev=False, argument_default=SUPPRESS)
     for option in OWN:
         parser.add_argument(option, dest=option, type=Path, nargs="?")
@@ -82,6 +83,9 @@ def _all_programs(words: Sequence[str]) -> bool:
 
 def _in_folder(own: dict[str, Path]) -> list[Path]:
     """Return all programs of the folder ``--programs``.
+
+    Args:
+        own: the options of this script, by name.
 
     Raises:
         PostprocError: CLI016, there is none, or an approved output has no program any more.
@@ -109,7 +113,11 @@ def _below(folder: Path | None) -> list[Path]:
 
 
 def _command(name: str, program: Path, own: dict[str, Path]) -> list[str]:
-    """Return the words of the command for one program, with its approved output if there is a folder of these."""
+    """Return the words of the postproc command for one program, with its approved output if there is a folder of these.
+
+    Args:
+        name: ``check``, ``diff`` or ``read``. own: the options of this script, by name.
+    """
     inside, folder = Path(program.name), own.get("--programs")
     if folder is not None:
         if not program.absolute().is_relative_to(folder.absolute()):

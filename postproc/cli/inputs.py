@@ -34,8 +34,8 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
     """Load the model in a file.
 
     Args:
-        effects: Python files with effects that the model may use. cell: what carries the arm and its work, in place of
-            what the file says of that.
+        effects: Python files with effects that the model may use.
+        cell: file of what carries the arm and its work, in place of what the model file says of that.
 
     Raises:
         PostprocError: what is wrong with one of the files.
@@ -60,9 +60,10 @@ def load_model(path: Path, effects: Sequence[Path] = (), cell: Path | None = Non
 
 
 def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bool = True) -> str:
-    """Return a line on arm, effects and noise.
+    """Return a line on arm, effects and noise, from which a command starts.
 
     Args:
+        robot: name of the arm. effects: their keys.
         sigma: stated noise [m], None where the table tells it. weighed: False leaves the noise out.
     """
     noise = "; noise " + ("from the table" if sigma is None else f"{1e3 * sigma:g} mm per axis")
@@ -70,7 +71,7 @@ def assumed(robot: str, effects: Iterable[str], sigma: float | None, weighed: bo
 
 
 def short_names(*compared: str | Path) -> str:
-    """Return the names of files without their folders, joined by blanks."""
+    """Return the names of files without their folders, joined by blanks, for a title."""
     return " ".join(Path(file).name for file in compared)
 
 

@@ -82,10 +82,11 @@ ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
 def parse_numbers(option: str, text: str, count: int, such_as: str, between: str = ",") -> list[float]:
-    """Parse ``count`` finite numbers in one word.
+    """Parse numbers in one word.
 
     Args:
         option, such_as: its name and an example, for the message. between: the separator.
+        count: how many there must be, all of them finite.
 
     Raises:
         PostprocError: another number of them, or something else (CLI006).
@@ -102,6 +103,9 @@ def parse_numbers(option: str, text: str, count: int, such_as: str, between: str
 
 def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vector:
     """Parse three numbers with commas between them, ``200,-200,-200``.
+
+    Args:
+        option, such_as: its name and an example, for the message.
 
     Raises:
         PostprocError: anything else (CLI006).

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) -> None:
     """Refuse outputs that are inputs before anything is done; the robot file beside a model counts as an input.
 
+    Args:
+        inputs, outputs: files; None is skipped.
+
     Raises:
         PostprocError: as `check_writes`.
     """
@@ -75,8 +78,9 @@ def present(
     """Print a result on stdout, as text or as JSON, and write its page where ``report`` names one.
 
     Args:
-        form: ``json``, or ``sarif`` for the findings alone. text: with a document on stdout the text on stderr.
-        aside: stdout is taken, the text goes to stderr. root: where the paths of findings start.
+        json: print the document as JSON. form: the same as a word, ``json``, or ``sarif`` for the findings alone.
+        text: with a document on stdout, also print the text on stderr.
+        aside: stdout is taken, the text goes to stderr. root: folder at which the paths of findings start.
     """
     if report is not None:
         from postproc.report.page import render_page
@@ -94,6 +98,9 @@ def present(
 
 def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:
     """Write several files, or none of them: if one fails, those before are restored.
+
+    Args:
+        files: path (None for stdout) and bytes of each.
 
     Raises:
         PostprocError: as ``write``.
@@ -114,10 +121,11 @@ def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:
-    """Write a model file, with the comments of the file ``like``, or else of the one that it replaces.
+    """Write a model file; comments of an older file survive.
 
     Args:
         target: None for stdout, where it goes unless stdout is taken (``silent``).
+        like: the file whose comments are kept; None for the one that is replaced.
     """
     from postproc.model.rewrite import render_model
     from postproc.tomlfile import parse_toml

@@ -52,7 +52,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
 
 
 def _lines(found: Sequence[Diagnostic]) -> str:
-    """Return the line numbers of findings, if they are all in one file; else an empty text."""
+    """Return a clause with the line numbers of findings, if they are all in one file; else an empty text."""
     places = [(d.source.path, d.source.position(d.span[0])[0]) for d in found if d.source and d.span]
     if not places or len({path for path, _ in places}) > 1:
         return ""
@@ -62,7 +62,7 @@ def _lines(found: Sequence[Diagnostic]) -> str:
 
 
 def _colored(text: str, finding: Diagnostic) -> str:
-    """Return a rendered finding with severity, code and carets in the colour of its severity."""
+    """Return a finding's rendered text with severity, code and carets in the colour of its severity."""
     color, head = COLORS[finding.severity], len(finding.severity) + len(finding.code) + 2
     carets = re.sub(r"(?m)^( +\| *)(\^+)$", rf"\g<1>{color}\g<2>{RESET}", text[head:], count=1)
     return f"{color}{text[:head]}{RESET}{carets}"
@@ -108,6 +108,7 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
 
     Args:
         what: what it does, as a clause that follows the command. words: of the command after ``postproc``.
+        lead: the word before it.
     """
     told = ["-" if str(word) == STDIN else str(word) for word in words]
     # Not wrapped: what a terminal breaks by itself is copied whole.
@@ -115,10 +116,11 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
 
 
 def print_document(document: Mapping[str, Any], form: str = "json", root: Path = Path()) -> None:
-    """Print a document on stdout as JSON with the version that wrote it, or its findings as SARIF (``form``).
+    """Print a document on stdout as JSON with the version that wrote it, or its findings as SARIF.
 
     Args:
-        root: where the paths of its findings start; those of SARIF start at the working folder.
+        form: ``json`` or ``sarif``.
+        root: folder at which the paths of its findings start; those of SARIF start at the working folder.
     """
     if form == "sarif":
         from postproc.report.sarif import findings_in, sarif

@@ -156,5 +156,5 @@ class TaskOptions(ConvertOptions):
     run_time_module: Path | None = None
 
     def _stated(self) -> dict[str, Any]:
-        module = self.run_time_module and str(self.run_time_module)
-        return {**super()._stated(), "run_time": self.run_time, "run_time_module": module}
+        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
+        return {**super()._stated(), "run_time": self.run_time, "run_time_module": self.run_time_module}

@@ -35,11 +35,15 @@ def read_program_file(name: str) -> Source:
 
 
 def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
-    """Read modules that a program uses and that are never changed, without the program itself."""
+    """Read modules that a program uses and that are never changed, without the program itself.
+
+    Args:
+        files: the modules. program: name of the program's file, which is left out if it is among them.
+    """
     return [read_source(str(path), read_only=True) for path in files if real(path) != real(Path(program))]
 
 
-def still_there(source: Source) -> None:
+def check_unchanged(source: Source) -> None:
     """Refuse to overwrite a program whose file was changed while it was converted.
 
     Raises:
@@ -64,7 +68,7 @@ def _named(finding: Diagnostic) -> Diagnostic:
 
 
 def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Settings, Model]:
-    """Return the final settings of a program and the model of its arm, which may be that of its backup; prints both.
+    """Return the settings of a program, completed by its controller's backup, and the model of its arm; print both.
 
     Args:
         program: file name; stdin stands in the current folder.
@@ -86,7 +90,7 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
         unknown = task.unknown if settings.names_arm else task.unknown or arm_nearby(program, Path(program))
         arm = read_arm(settings, program, unknown, bare=bare)
     say(settings.headline(arm.robot.name))
-    for line in settings.heritage(Path(program).parent):
+    for line in settings.inherited_line(Path(program).parent):
         say(line)
     found = contradictions(settings, task, Path(program), arm.robot)
     if has_errors(found):

@@ -29,7 +29,8 @@ class Reporter:
     """Prints a line for each task that is done; on a terminal only for failures, beside a line of progress.
 
     Args:
-        watch: of a terminal, which shows how far the batch is; None elsewhere.
+        total: number of tasks. started: by the monotonic clock [s].
+        watch: shows on a terminal how far the batch is; None elsewhere.
     """
 
     total: int
@@ -68,7 +69,11 @@ class Reporter:
 
 @contextmanager
 def reporting(total: int) -> Iterator[Reporter]:
-    """Provide a reporter for a batch; on a terminal it also shows progress and remaining time."""
+    """Provide a reporter for a batch; on a terminal it also shows progress and remaining time.
+
+    Args:
+        total: number of tasks.
+    """
     if not sys.stderr.isatty():
         yield Reporter(total)
         return
@@ -113,7 +118,7 @@ def watching(what: str = "", lines: int = 0) -> Iterator[Watch]:
     """Show the progress of work that takes over a second: each second on a terminal, elsewhere at growing intervals.
 
     Args:
-        what: name of the work. lines: length of what is worked on, for a rate; 0 where that says nothing.
+        what: name of the work. lines: length of the program that is worked on, for a rate; 0 for no rate.
     """
     terminal, done, work = sys.stderr.isatty(), threading.Event(), _Work(what, lines)
 
@@ -148,4 +153,4 @@ def arm_lines(ready: Ready) -> Iterator[str]:
     for line, count in lines.items():
         yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
     converters = (found for found in ready.converters.values() if not isinstance(found, PostprocError))
-    yield from dict.fromkeys(line for found in converters for line in found.settings.heritage(ready.plan.root))
+    yield from dict.fromkeys(line for found in converters for line in found.settings.inherited_line(ready.plan.root))

@@ -84,7 +84,11 @@ def _close_stdout() -> None:
 
 
 def _call(app: App, arguments: Sequence[str]) -> object:
-    """Call the command of a command line; usage errors become CLI001."""
+    """Call the command of a command line and return its result.
+
+    Raises:
+        PostprocError: CLI001, the command line cannot be understood.
+    """
     from cyclopts import CycloptsError
     from cyclopts.exceptions import UnusedCliTokensError
 

@@ -46,11 +46,11 @@ class DataTable:
     """Rows of words and numbers, shown where there are any; a column without a value in any row is not.
 
     Args:
-        label: what it holds. brief: rows that a terminal prints where not all are asked for, None for all of them.
-        links: a column, and for each row the address to which its cell leads on a page. view: of the scene, in which a
-            page draws the same rows, empty where they stand as they are.
-        beneath: columns from here on stand on lines of their own below their row in a terminal. decimals: of the
-            numbers in a terminal, None for those that the largest of a column leaves.
+        label: what it holds. brief: indices of rows that a terminal prints where not all are asked for, None for all.
+        links: a column, and for each row the address to which its cell leads on a page.
+        view: name of a view of the scene in which a page draws the same rows; empty for a plain table.
+        beneath: columns from here on stand on lines of their own below their row in a terminal.
+        decimals: of the numbers in a terminal; None for as many as the size of the largest number of a column allows.
     """
 
     label: str
@@ -65,7 +65,11 @@ class DataTable:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One of the figures that are compared with each other; value: None where it is not known; note: beside it."""
+    """One of the figures that are compared with each other.
+
+    Args:
+        value: None where it is not known. note: text beside the bar.
+    """
 
     name: str
     value: float | None
@@ -74,11 +78,12 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class Bars:
-    """Figures of one kind, on a page as bars.
+    """Figures of one kind, on a page as bars, in a terminal as lines.
 
     Args:
-        floor: the noise, at which the bars can end at best, None where it is not known. aside: name of a level that is
-            no step of the same way. steps: names of levels that lead to this step of the scene.
+        floor: the noise, below which no bar can fall, None where it is not known.
+        aside: name of a bar that is drawn in grey, as it is no step from the first bar to the noise.
+        steps: names of bars at which a click shows their step in the scene of the page.
     """
 
     bars: Sequence[Bar]
@@ -93,8 +98,8 @@ class Chart:
     """Pictures on a page, as SVG.
 
     Args:
-        draw: makes them, none where there is nothing to draw. least: pixels that one of several side by side needs, 0
-            where they stand one after another.
+        draw: returns them; none where there is nothing to draw.
+        least: width [pixels] that each of several side by side needs; 0 for pictures below each other.
     """
 
     draw: Callable[[], Sequence[str]]
@@ -103,7 +108,7 @@ class Chart:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the page draws of its scene, by the name that the template of the scene knows."""
+    """A part of the scene that a page draws here, by the name that the template of the scene has for it."""
 
     name: str
 
@@ -135,11 +140,11 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What scripts of a page draw, and redraw where the reader chooses.
+    """What scripts of a page draw from numbers, and redraw where the reader chooses another step or row.
 
     Args:
-        name: of its template and of the element that carries the data; data: makes its plain values.
-        controls: view that stays in sight, with what changes the page; empty where there is none.
+        name: of its template and of the element that carries the data. data: returns these plain values.
+        controls: name of the view with the controls, which stays in sight; empty where there is none.
     """
 
     name: str
@@ -153,7 +158,8 @@ class Document:
 
     Args:
         title: the command and what it was asked of. values: what ``--json`` prints (docs/documents.md).
-        sentence: what the result is; figures: at most a few that matter; basis: what the result rests on.
+        sentence: what the result is. figures: at most a few that matter. basis: what the result rests on.
+        scene: what scripts of its page draw; None for a page without.
     """
 
     title: str

@@ -86,12 +86,20 @@ def _html(block: Block, scene: str) -> str:
 
 
 def _view(scene: str, name: str) -> Markup:
-    """Render the element that a scene's scripts fill for a view, with its controls."""
+    """Render the element that a scene's scripts fill for a view, with its controls.
+
+    Args:
+        scene: name of the scene and of its template. name: of the view.
+    """
     return render(f"{scene}.html.j2", view=name)
 
 
 def render(template: str, **values: Any) -> Markup:
-    """Render a template of ``templates/report`` as HTML."""
+    """Render a template of ``templates/report`` as HTML.
+
+    Args:
+        values: variables of the template, by name.
+    """
     return Markup(_environment().get_template(template).render(**values))
 
 
@@ -126,7 +134,7 @@ def table(block: DataTable) -> str:
 
 
 def grid(charts: Sequence[str], least: int) -> str:
-    """Place charts side by side, as many in a row as fit with at least ``least`` pixels each."""
+    """Return HTML with charts side by side, as many in a row as fit with at least ``least`` pixels each."""
     return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
 
 

@@ -30,13 +30,17 @@ def sarif(findings: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def findings_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return all findings of a document, those of its tasks included."""
+    """Return all findings of a document, those of its tasks (in that of a batch) included."""
     parts = [document, *document.get("tasks", ())]
     return [finding for part in parts for finding in part.get("diagnostics", ())]
 
 
 def _rule(code: str, explained: str) -> dict[str, Any]:
-    """Return the SARIF rule of a code, with its explanation in Markdown split into title and text."""
+    """Return the SARIF rule of a code.
+
+    Args:
+        explained: its section in Markdown, whose heading becomes the title and whose rest the help.
+    """
     head, _, text = explained.partition("\n")
     title = head.removeprefix(f"## {code}").strip()
     return {"id": code, "shortDescription": {"text": title}, "help": {"text": text.strip() or title}}

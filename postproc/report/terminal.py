@@ -39,7 +39,11 @@ def render_text(document: Document, every: bool = False) -> str:
 
 
 def _section(section: Section, every: bool) -> list[str]:
-    """Return the lines of a section under its title; empty where no block has any."""
+    """Return the lines of a section under its title; empty where no block has any.
+
+    Args:
+        every: print all rows of tables.
+    """
     lines: list[str] = []
     for block in section.blocks:
         drawn = list(_lines(block, every))
@@ -48,7 +52,11 @@ def _section(section: Section, every: bool) -> list[str]:
 
 
 def _lines(block: Block, every: bool) -> Iterator[str]:
-    """Yield the lines of a block; charts and views have none."""
+    """Yield the lines of a block; charts and views have none.
+
+    Args:
+        every: print all rows of tables.
+    """
     match block:
         case Sentence(text):
             yield text
@@ -64,7 +72,7 @@ def _lines(block: Block, every: bool) -> Iterator[str]:
 
 
 def _bars(block: Bars) -> Iterator[str]:
-    """Yield a line for each bar, and one for the noise."""
+    """Yield a line for each bar, and one for the noise, with value and note."""
     rows = [(level.name, level.value, level.note) for level in block.bars]
     rows.append(("noise", block.floor, ""))
     width = max(len(name) for name, *_ in rows)
@@ -74,7 +82,11 @@ def _bars(block: Bars) -> Iterator[str]:
 
 
 def _table(block: DataTable, every: bool) -> Iterator[str]:
-    """Yield the lines of a table: only its brief rows unless ``every``, then how many are left out."""
+    """Yield the lines of a table, and how many rows are left out.
+
+    Args:
+        every: print all rows, else those of ``brief`` alone.
+    """
     chosen = range(len(block.rows)) if every or block.brief is None else block.brief
     if not chosen:
         return
@@ -91,7 +103,11 @@ def _table(block: DataTable, every: bool) -> Iterator[str]:
 
 
 def _column(block: DataTable, k: int, chosen: Sequence[int]) -> list[str]:
-    """Return heading and chosen cells of column k, of one width; numbers are right-aligned with common decimals."""
+    """Return heading and some cells of column k, of one width; numbers are right-aligned with common decimals.
+
+    Args:
+        chosen: indices of the rows that are printed.
+    """
     cells = [row[k] for row in block.rows]
     right = all(c is None or is_number(c) for c in cells)
     largest = max((abs(c) for c in cells if isinstance(c, float) and math.isfinite(c)), default=0.0) or 1.0

@@ -84,7 +84,7 @@ def addition_document(name: str, found: Addition) -> Document:
 
 
 def addition_values(found: Addition) -> dict[str, Any]:
-    """Return the ``postproc/fit/1`` document with the error after each added effect, and without each single effect."""
+    """Return the ``postproc/fit/1`` document, with the error after each added effect and the error without each one."""
     return {
         **fit_values(found.fit, error_values(found.before)),
         found.fit.observed.key("floor"): mm(found.floor),
@@ -115,16 +115,16 @@ def addition_sentence(found: Addition) -> str:
 
 
 def _way(share: float | None, noise: bool) -> str:
-    """Say which share of the way to the noise, or to a smooth function's error, a step goes; empty for None.
+    """Return ``, 80 % of the way to the noise``: what a step achieves of the possible improvement; empty for None.
 
     Args:
-        noise: whether the noise is known.
+        share: that part, as a fraction. noise: the noise is known; otherwise the goal is a smooth function's error.
     """
     return "" if share is None else f", {100 * share:.0f} % of the way to {'the noise' if noise else 'that bound'}"
 
 
 def _rungs(found: Addition) -> list[Rung]:
-    """Return the steps of the addition, each with its model evaluated on the same measurements."""
+    """Return the steps of the addition for the page, each with its model evaluated on the same measurements."""
     rungs = []
     for k, step in enumerate(found.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)

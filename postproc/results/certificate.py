@@ -37,7 +37,7 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     where a fitted model is accurate enough.
 
     Args:
-        name: of the program. made: model, loads and choices by label.
+        name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     document, made = plain(found.report), made or {}
     facts = [("program", name)]
@@ -114,7 +114,7 @@ def _certificate(
     parts: Sequence[Section] = (),
     basis: str = "",
 ) -> Document:
-    """Assemble a certificate.
+    """Assemble a certificate; it is "good" where the verdict is that the tolerance is kept on the arm.
 
     Args:
         verdict: None where it is left to who signs. facts: what was examined, as (what, with).
@@ -128,12 +128,16 @@ def _certificate(
 
 
 def _part(title: str, columns: Sequence[str], rows: Sequence[Row], note: str = "") -> Section:
-    """Return a section with one table of the same title."""
+    """Return a section with one table of the same title.
+
+    Args:
+        columns: headings. note: how to read the table.
+    """
     return Section(title, [DataTable(title, columns, rows)], note)
 
 
 def _digests(found: Conversion) -> list[tuple[str, str]]:
-    """Return the SHA-256 of the original and the corrected bytes of each file, with its path if there are several."""
+    """Return rows (``original`` or ``corrected``, SHA-256 of the file); if there are several, also with the path."""
     sources = {o.statement.source.path: o.statement.source.data for o in found.outcomes}
     several = len(sources) > 1
     rows = []
@@ -159,18 +163,22 @@ def _seam(seam: Values, tolerance: float, kept: bool) -> Row:
 
 
 def _fall(before: float | None, after: float | None) -> tuple[str, str]:
-    """Return two deviations [mm] as texts; None is "not measured"."""
+    """Return the deviations [mm] before and after correction as texts; None becomes "not measured"."""
     first, last = ("not measured" if value is None else f"{value:.3f}" for value in (before, after))
     return first, last
 
 
 def _kept(kept: bool) -> str:
-    """Return the word for whether a tolerance is kept."""
+    """Return "kept" or "not kept"."""
     return "kept" if kept else "not kept"
 
 
 def _sure(document: Values) -> str:
-    """Say in a sentence how well the model is known to match the real arm."""
+    """Say how accurate the fitted model is (95 %), or that the model was not fitted to this arm.
+
+    Args:
+        document: that of the conversion.
+    """
     known, estimated = document["expected_accuracy"], stiffness_estimate(document)
     if known is not None:
         return f"The fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)."

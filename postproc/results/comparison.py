@@ -149,7 +149,7 @@ def _trend_values(trend: Trend) -> Values:
 
 
 def _each(found: Comparison) -> dict[str, dict[str, float]]:
-    """Return rms and mean of the error [mm or mrad] for every axis, or joint, that was measured."""
+    """Return rms and mean of the error [mm or mrad] by axis (``x``) or joint (``1``), without those not measured."""
     names = [str(j) for j in range(1, 7)] if found.fit.observed.name == "joint" else "xyz"
     pairs = zip(names, found.error.T, strict=True)
     some = [(name, column[np.isfinite(column)]) for name, column in pairs]
@@ -171,13 +171,18 @@ def workspace_section(observed: str, title: str, program: bool = False) -> list[
     """Return the section of the residual in space; an empty list where no position was measured.
 
     Args:
+        observed: what was measured: ``position``, ``orientation`` or ``joint``. title: of the section.
         program: also show six poses as targets of a program, as each step of the model would correct them.
     """
     return [Section(title, [View("program" if program else "space")], IN_SPACE)] if observed == "position" else []
 
 
 def _sentence(found: Comparison, values: Values) -> str:
-    """Say how far the arm is from the model, at worst, and how large the noise is."""
+    """Say how far the arm is from the model, at worst, and how large the noise is.
+
+    Args:
+        values: the document of the comparison.
+    """
     kind = found.fit.observed
     noise, axes = values[kind.key("noise")], values[kind.key(f"per_{kind.each}")]
     told = "the noise is not known" if noise is None else f"the noise is {noise:.3f} {kind.unit} per {kind.each}"
@@ -191,17 +196,22 @@ def _sentence(found: Comparison, values: Values) -> str:
 
 
 def _without(rows: list[int]) -> str:
-    """Say how many outlying rows the figures leave out; empty for none."""
+    """Return a clause on how many outlying rows the figures leave out; empty for none.
+
+    Args:
+        rows: numbers of these rows in the table.
+    """
     if not rows:
         return ""
     return f", without {'a row that lies' if len(rows) == 1 else f'{len(rows)} rows that lie'} far from everything else"
 
 
 def _without_physics(error: float, bound: float, noise: float | None, unit: str) -> str:
-    """Say how near a smooth function of the channels comes, compared with error and noise.
+    """Say whether the error is only noise; else, how far a smooth function of the channels would lower it.
 
     Args:
-        error, bound, noise: rms of the model, of a smooth function on held-out rows, and of the noise, in ``unit``.
+        error, bound, noise: rms of the model, of a smooth function on held-out rows, and of the noise, in ``unit``;
+            noise is None where it is not known.
     """
     if noise is not None and error < 1.2 * noise:
         return "What is left is of the size of the noise."
@@ -220,7 +230,7 @@ def _worst(values: Values, error: str, unit: str) -> DataTable:
     """Return the table of the worst poses.
 
     Args:
-        error: key of the error in an entry of ``worst``.
+        values: the document. error: key of the error in an entry of ``worst``. unit: of that error.
     """
     rows = [(w["pose_id"], w["row"], w.get("file"), w[error]) for w in values["worst"]]
     columns = ("pose", "row", "file", f"off [{unit}]")
@@ -228,7 +238,11 @@ def _worst(values: Values, error: str, unit: str) -> DataTable:
 
 
 def _figures(values: Values, found: Comparison) -> list[Block]:
-    """Return the tables of figures: by axis or joint, then percentiles and ISO 9283."""
+    """Return two tables: rms and mean by axis or joint; percentiles, worst pose and ISO 9283 figures.
+
+    Args:
+        values: the document of the comparison.
+    """
     kind = found.fit.observed
     within, along = values[kind.key("percentiles")], values[kind.key(f"per_{kind.each}")]
     single = [
@@ -246,7 +260,11 @@ def _figures(values: Values, found: Comparison) -> list[Block]:
 
 
 def iso_figures(values: Values) -> list[tuple[str, Any]]:
-    """Return the ISO 9283 figures [mm] of a comparison with their labels; empty where no position was measured."""
+    """Return ISO 9283 figures as (label, value [mm]); empty where no position was measured.
+
+    Args:
+        values: the document of the comparison.
+    """
     iso = values.get("iso9283")
     if not iso:
         return []
@@ -259,6 +277,10 @@ def iso_figures(values: Values) -> list[tuple[str, Any]]:
 
 
 def _follows(values: Values) -> DataTable:
-    """Return a table of the share of the residual's variance that each channel explains."""
+    """Return a table of the share of the residual's variance that each channel explains.
+
+    Args:
+        values: the document of the comparison.
+    """
     rows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in values["channels"]]
     return DataTable("shares", ("channel", "at", "explains"), rows, range(min(FOLLOWED, len(rows))))

@@ -42,7 +42,7 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
     """Describe the conversion of a program, for terminal and page.
 
     Args:
-        name: of the program. made: model, loads and choices by label.
+        name: of the program. made: what it was converted with (model, loads, options) as label and text.
     """
     values, moved = found.report, found.plan is not None
     findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in values["diagnostics"]]
@@ -140,38 +140,50 @@ def _seam_values(seam: Seam) -> Values:
 
 
 def _mm(value: float) -> float:
-    """Return metres in millimetres, with two decimals more than RAPID text has."""
+    """Convert metres to millimetres with five decimals, two more than RAPID text has."""
     return mm(value, 5)
 
 
 def made_section(made: Mapping[str, str]) -> Section:
-    """Return the folded section that says with what a result was made, and by which version."""
+    """Return the folded section that says with what a result was made, and by which version.
+
+    Args:
+        made: (model, loads, options) as label and text.
+    """
     rows = [*made.items(), ("postproc", __version__)]
     return Section("How this was made", [DataTable("how this was made", ("what", "with"), rows, brief=())], folded=True)
 
 
 def _seams(values: Values) -> DataTable:
-    """Return the table of seams with their deviations."""
+    """Return the table of seams with their deviations, from the document of the conversion."""
     rows = [[seam[key] for key in SEAM] for seam in values.get("welds", ())]
     return DataTable("seams", list(SEAM.values()), rows, view="seams")
 
 
 def _statements(values: Values, moved: bool) -> DataTable:
-    """Return the table of motion statements; with ``moved`` (the motion is known) a page draws it with its scene."""
+    """Return the table of motion statements from the document.
+
+    Args:
+        moved: the motion is known, so that a page shows the table beside its picture of the path.
+    """
     rows = [[row[key] for key in STATEMENT] for row in values["statements"]]
     return DataTable("statements", STATEMENT, rows, (), view="statements" if moved else "")
 
 
 def _path(found: Conversion) -> Values:
-    """Return the data of the page's scene of the path."""
+    """Return the numbers from which a page draws the path of a conversion that has a plan."""
     from postproc.report.drawing.path import path_data
 
     return path_data(found)
 
 
 def _figures(values: Values) -> list[Figure]:
-    """Return three figures: deviation before, deviation after, and statements by status."""
-    arc, where = _welds(values)
+    """Return three figures: deviation before, deviation after, and statements by status.
+
+    Args:
+        values: the document of the conversion.
+    """
+    arc, where = _main_figures(values)
     words = {"compensated": "corrected", "run_time": "at run time", "unchanged": "unchanged"}
     counts = [f"{count} {word}" for status, word in words.items() if (count := _count(values, status))]
     before, after = (values[f"max_{arc}error_{when}_mm"] for when in ("before", "after"))
@@ -184,7 +196,11 @@ def _figures(values: Values) -> list[Figure]:
 
 
 def _run_time(found: Values) -> Section:
-    """Return the section on how the function for run time was checked; empty without one."""
+    """Return the section on the module that corrects targets on the controller: what its check found.
+
+    Args:
+        found: ``run_time`` of the document; empty without such a module, and then the section has nothing to show.
+    """
     rows = [(key.removesuffix("_mm").replace("_", " "), value) for key, value in found.items() if value is not None]
     note = "What `compensate` found with the function on targets of its region; lengths in mm."
     return Section("Corrected on the controller", [DataTable("run time", ("what", "value"), rows)], note)
@@ -196,7 +212,11 @@ def _count(document: Values, status: str) -> int:
 
 
 def _basis(found: Conversion, made: Mapping[str, str]) -> str:
-    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy."""
+    """Say what the result rests on: arm, tolerances, scope, added targets, cycle time and known accuracy.
+
+    Args:
+        made: what the program was converted with (model, loads, options) as label and text.
+    """
     values = found.report
     known = values["expected_accuracy"]
     sure = (
@@ -205,7 +225,7 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         else unknown_accuracy(found.diagnostics)
     )
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
-    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _welds(values)[0] else []
+    air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _main_figures(values)[0] else []
     parts = [
         f"Arm `{values['robot']}`" + (f", {made['model']}" if "model" in made else ""),
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
@@ -219,7 +239,11 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
-    """Say that nothing tells how near the real torch comes to the path, and why."""
+    """Say that how near the real torch comes to the path is not known, since the model was not fitted to this arm.
+
+    Args:
+        findings: of the conversion; where they say that parts of a model do not hold here, that is the reason given.
+    """
     whole = all(d.matter is not Matter.NOT_WHOLE for d in findings)
     why = "the model was not fitted to measurements of this arm" if whole else "not all of the model holds here"
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
@@ -238,12 +262,12 @@ def _sentence(found: Conversion) -> str:
         f"{what} corrected on the controller, where {'its' if through == 1 else 'their'} targets become known."
     )
     if through and not (corrected and values["measured_statements"]):
-        return f"{on_controller}{_unseen(values)}"
+        return f"{on_controller}{_unmeasured(values)}"
     if not corrected:
-        return f"Nothing was corrected.{_unseen(values)}"
-    arc, where = _welds(values)
+        return f"Nothing was corrected.{_unmeasured(values)}"
+    arc, where = _main_figures(values)
     before, after = values[f"max_{arc}error_before_mm"], values[f"max_{arc}error_after_mm"]
-    beside = elsewhere(values)
+    beside = unsteady_deviations(values)
     fell = f"At most {after:.3f} mm of deviation remain {where}{' at steady speed' if beside else ''}, "
     fell += f"where there were {before:.3f} mm{'; up to ' * bool(beside)}{' and '.join(beside)}."
     if not values["measured_statements"]:
@@ -253,34 +277,56 @@ def _sentence(found: Conversion) -> str:
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     estimated = f" On the arm: {said}." if (said := stiffness_estimate(values).replace("`", "")) else ""
-    return "".join([fell, _unseen(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
+    return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
 
 
 def stiffness_estimate(values: Values) -> str:
-    """Say how much deflection remains if the stiffness is estimated; empty if it is not."""
+    """Say how much deflection remains if the stiffness is only estimated; empty if it is known.
+
+    Args:
+        values: the document of the conversion.
+    """
     return estimated_stiffness(values["expected_remaining_fraction"], values["max_error_before_mm"])
 
 
-def _unseen(values: Values) -> str:
-    """Say how many lines or arcs no figure counts as their ends are not known, after a blank; empty for none."""
+def _unmeasured(values: Values) -> str:
+    """Return a sentence, after a blank, on how many lines or arcs have no known ends and count in no figure; or empty.
+
+    Args:
+        values: the document of the conversion.
+    """
     count = values["unmeasured_statements"]
     what = f"{count} lines or arcs are" if count > 1 else "1 line or arc is"
     return f" {what} in no figure: where they begin or end is not known." if count else ""
 
 
 def shown_on_the_arm(document: Values, tolerance_mm: float) -> bool:
-    """Tell whether the remaining deviation plus the fitted model's own 95 % error is within a tolerance [mm]."""
+    """Tell whether a tolerance [mm] is kept on the real arm: by remaining deviation plus the fitted model's 95 % error.
+
+    False for a model that was not fitted. The deviation is that in welds, if there are any.
+
+    Args:
+        document: that of the conversion.
+    """
     known, after = document["expected_accuracy"], document["max_arc_error_after_mm"]
     after = document["max_error_after_mm"] if after is None else after
     return known is not None and after + known["within_95_percent_mm"] <= tolerance_mm
 
 
-def elsewhere(document: Values) -> list[str]:
-    """List deviations above the tolerance outside of steady speed: at speed changes and jumps of the correction."""
+def unsteady_deviations(document: Values) -> list[str]:
+    """List, as phrases, deviations above the tolerance at changes of speed and at jumps of the correction.
+
+    Args:
+        document: that of the conversion.
+    """
     places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
     return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 
 
-def _welds(document: Values) -> tuple[str, str]:
-    """Return the prefix of the main figures' keys, and where they hold: in welds if there are any, else everywhere."""
+def _main_figures(document: Values) -> tuple[str, str]:
+    """Return which figures count, as prefix of their keys and words for where: in welds if there are any, else all.
+
+    Args:
+        document: that of the conversion.
+    """
     return ("arc_", "while the arc burns") if document["max_arc_error_after_mm"] is not None else ("", ALONG)

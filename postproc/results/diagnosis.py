@@ -36,7 +36,13 @@ from postproc.report.drawing.residuals import channel_sections, suspect_chart
 from postproc.report.drawing.steps import Rung, distance_chart, steps_data
 from postproc.results.addition import BASE
 from postproc.results.comparison import workspace_section
-from postproc.results.fit import held, noise_values, parameter_table, parameter_values, structure_values
+from postproc.results.fit import (
+    noise_values,
+    parameter_table,
+    parameter_values,
+    structure_values,
+    undetermined_sentences,
+)
 from postproc.results.sentences import NAMED, doubts, headline, title
 from postproc.results.wording import FREE, p_text, place
 
@@ -82,8 +88,8 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
         figures=_figures(d, values),
         sections=[
             _ladder(d, values, steps),
-            Section("Also to know", [*map(Sentence, doubts(d)), *held(d.told)]),
-            _found(d, values),
+            Section("Also to know", [*map(Sentence, doubts(d)), *undetermined_sentences(d.told)]),
+            _found(d),
             _remaining(d),
             *([_held_out(d.hold_out)] if d.hold_out is not None else []),
             *workspace_section(kind.name, "Where it is off", program=bool(d.missing)),
@@ -99,7 +105,7 @@ def diagnosis_document(name: str, d: Diagnosis) -> Document:
     )
 
 
-def _known(value: float | None) -> float | None:
+def _mm_or_none(value: float | None) -> float | None:
     """Convert metres to millimetres (radians to milliradians); None where the value is None or not finite."""
     return None if value is None or not np.isfinite(value) else mm(value)
 
@@ -112,17 +118,17 @@ def diagnosis_values(d: Diagnosis) -> Values:
         "observed": d.base.observed.name,
         "verdict": d.verdict,
         **noise_values(d.final),
-        key("rms"): _known(d.base.rms),
-        key("held_out_rms"): _known(d.base.held_out_rms),
-        f"{key('rms')}_after": _known(d.final.rms),
-        f"{key('held_out_rms')}_after": _known(d.final.held_out_rms),
+        key("rms"): _mm_or_none(d.base.rms),
+        key("held_out_rms"): _mm_or_none(d.base.held_out_rms),
+        f"{key('rms')}_after": _mm_or_none(d.final.rms),
+        f"{key('held_out_rms')}_after": _mm_or_none(d.final.held_out_rms),
         "missing": [
             {
                 "effect": m.key,
                 "form": m.label,
-                f"{key('held_out_rms')}_after": _known(m.held_out_after),
+                f"{key('held_out_rms')}_after": _mm_or_none(m.held_out_after),
                 "p_value": m.p_value,
-                **_smooth(d, m.key),
+                **_kind_values(d, m.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameter_values(d.told, m.key),
@@ -139,18 +145,22 @@ def diagnosis_values(d: Diagnosis) -> Values:
             {"channel": s.channel, "where": s.where, "share": round(s.share, 4), "pattern": s.pattern}
             for s in d.suspects
         ],
-        key("floor"): _known(d.floor),
-        f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
-        "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
-        key("bound"): _known(d.bound),
+        key("floor"): _mm_or_none(d.floor),
+        f"{key('held_out_rms')}_unnamed": _mm_or_none(d.unnamed),
+        "searched": {"rows": len(d.searched.data), key("held_out_rms"): _mm_or_none(d.searched.held_out_rms)},
+        key("bound"): _mm_or_none(d.bound),
         "hold_out": None if d.hold_out is None else _hold_out(d.hold_out),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
 
 
-def _smooth(d: Diagnosis, key: str) -> Values:
-    """Tell whether an effect is a cause or a smooth function, and how many parameters of it the data determines."""
+def _kind_values(d: Diagnosis, key: str) -> Values:
+    """Return ``is`` of an effect: ``cause`` or ``smooth correction``, the latter with its ``effective_parameters``.
+
+    Args:
+        key: of the effect. Effective parameters are those that the data determines.
+    """
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
         return {"is": "cause"}
@@ -171,7 +181,7 @@ def _curve_values(curve: JointCurve) -> Values:
 
 
 def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
-    """Return an entry of ``candidates``.
+    """Return an entry of ``candidates``: an effect that was tried alone.
 
     Args:
         key: of the effect; c: its best form, None for an effect that this data cannot test.
@@ -181,7 +191,7 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
     return {
         "effect": key,
         "form": "" if c is None else c.label,
-        f"{d.base.observed.key('rms')}_after": _known(after),
+        f"{d.base.observed.key('rms')}_after": _mm_or_none(after),
         "p_value": 1.0 if c is None else float(c.p_value),
         "evidence": None if c is None or not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": why is None,
@@ -190,7 +200,10 @@ def _candidate(d: Diagnosis, key: str, c: Candidate | None) -> Values:
 
 
 def _hold_out(asked: Intervention) -> Values:
-    """Return the entry ``hold_out``: the error on each level of a channel that was not fitted, before and after."""
+    """Return the entry ``hold_out``: for each level of a channel the error of a fit without it, before and after.
+
+    After means: with the effects that were found.
+    """
     return {
         "channel": asked.channel,
         "levels": [
@@ -208,7 +221,11 @@ def _hold_out(asked: Intervention) -> Values:
 
 
 def _figures(d: Diagnosis, values: Values) -> list[Figure]:
-    """Return the main figures: error now, noise, the verdict, and the error with what was found."""
+    """Return the main figures: error now, noise, the verdict, and the error with what was found.
+
+    Args:
+        values: the document of the diagnosis.
+    """
     kind = d.base.observed
     error = kind.key("held_out_rms")
     return [
@@ -221,7 +238,11 @@ def _figures(d: Diagnosis, values: Values) -> list[Figure]:
 
 
 def verdict_figures(values: Values) -> list[Figure]:
-    """Return the missing effects as a figure, or the verdict and the effects where these do not explain all."""
+    """Return the missing effects as a figure, or the verdict and the effects where these do not explain all.
+
+    Args:
+        values: the document of the diagnosis.
+    """
     each = [(m["effect"], _alike(m)) for m in values["missing"]]
     several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
     missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
@@ -231,7 +252,11 @@ def verdict_figures(values: Values) -> list[Figure]:
 
 
 def _alike(missing: Values) -> list[str]:
-    """Return keys of effects that explain the data as well as a missing one."""
+    """Return keys of effects that explain the data as well as a missing one does, without those not seen beside it.
+
+    Args:
+        missing: an entry of ``missing`` of the document.
+    """
     return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
@@ -239,7 +264,8 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     """Return the section with the error after each missing effect, from the model as it came down to the noise.
 
     Args:
-        steps: returns the data of the page's scene; beside it stand the effects' curves, or the strongest pattern.
+        values: the document. steps: returns ``steps_data``, from which the page draws; beside the bars stand the
+            effects' curves, or the strongest pattern.
     """
     kind, floor = d.base.observed, values[d.base.observed.key("floor")]
     rungs = [Bar(BASE, 1e3 * d.base.held_out_rms)]
@@ -268,7 +294,7 @@ def _ladder(d: Diagnosis, values: Values, steps: Any) -> Section:
     )
 
 
-def _found(d: Diagnosis, values: Values) -> Section:
+def _found(d: Diagnosis) -> Section:
     """Return the section with a row for each missing effect (form, p value, held-out error) and its parameters."""
     kind, rows = d.base.observed, []
     for m in d.missing:
@@ -279,13 +305,13 @@ def _found(d: Diagnosis, values: Values) -> Section:
         parameter_table(d.told, [m.key for m in d.missing]),
     ]
     for m in d.missing:
-        if _smooth(d, m.key)["is"] != "cause":
+        if _kind_values(d, m.key)["is"] != "cause":
             blocks += [Sentence(curve_text(curve)) for curve in curves(d.told, m.key)]
     return Section("What is missing", blocks, "`postproc add` writes the model that has it.")
 
 
 def curve_text(curve: JointCurve) -> str:
-    """Say where a joint's curve is lowest and highest.
+    """Return a text on where a joint's curve is lowest and highest, and the median of its standard deviation.
 
     ``joint 2 along q2: -0.21 mrad near -40 deg, 0.33 mrad near 65 deg, ± 0.02``.
     """
@@ -301,7 +327,11 @@ def _remaining(d: Diagnosis) -> Section:
 
 
 def suspect_table(suspects: Sequence[Any]) -> DataTable:
-    """Return a table with a row for each pattern at a place, and all channels that show it."""
+    """Return a table with a row for each pattern at a place, and all channels that show it.
+
+    Args:
+        suspects: values with ``where``, ``pattern``, ``share`` and ``channel``.
+    """
     channels = grouped(((s.where, s.pattern, s.share), s.channel) for s in suspects)
     rows = [
         (where, joined(some), pattern, f"{100 * share:.0f} %") for (where, pattern, share), some in channels.items()
@@ -310,7 +340,11 @@ def suspect_table(suspects: Sequence[Any]) -> DataTable:
 
 
 def _held_out(asked: Intervention) -> Section:
-    """Return the section on how held-out levels of a channel are predicted, and which effects fail there."""
+    """Return the section on how held-out levels of a channel are predicted, and which effects fail there.
+
+    Args:
+        asked: the channel, and for each level the errors of fits without it.
+    """
     rows = [(level.name, level.rows, mm(level.before), mm(level.after)) for level in asked.levels]
     columns = (asked.channel, "rows", f"as it came [{asked.unit}]", f"with what was found [{asked.unit}]")
     doubtful = [(key, asked.fails(key)) for key in asked.levels[0].without]
@@ -324,7 +358,11 @@ def _held_out(asked: Intervention) -> Section:
 
 
 def _ranking(d: Diagnosis, values: Values) -> Section:
-    """Return the folded section that ranks all effects, each added alone to the model as it came."""
+    """Return the folded section that ranks all effects, each added alone to the model as it came.
+
+    Args:
+        values: the document of the diagnosis.
+    """
     kind, rows = d.base.observed, []
     for c in values["candidates"]:
         form, why = place(c["form"]), c["why_not"] or ""
@@ -335,6 +373,10 @@ def _ranking(d: Diagnosis, values: Values) -> Section:
 
 
 def brief_ranking(ranked: Sequence[Candidate]) -> list[int]:
-    """Return the indices of candidates that a terminal prints: three to eight with p below 0.05, and the user's own."""
+    """Return the indices of candidates that a terminal prints: three to eight with p below 0.05, and the user's own.
+
+    Args:
+        ranked: the best first.
+    """
     first = max(FEWEST, sum(c.p_value < TELLING for c in ranked[:MOST]))
     return [i for i, c in enumerate(ranked) if i < first or c.key not in LIBRARY]

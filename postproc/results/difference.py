@@ -101,12 +101,12 @@ def folders_document(first: str, second: str, files: Sequence[FileDiff], near: t
 
 
 def _tolerance(mm: float, deg: float) -> str:
-    """Say which tolerance holds."""
+    """Return the sentence that states the tolerances."""
     return f"Tolerance {mm:g} mm and {deg:g} deg."
 
 
 def _counted(counts: Mapping[str, int]) -> str:
-    """List the counts that are not zero with their names."""
+    """Return the counts that are not zero with their names, or "nothing differs"."""
     return ", ".join(f"{n} {kind}" for kind, n in counts.items() if n) or "nothing differs"
 
 
@@ -132,7 +132,11 @@ def _file_row(f: FileDiff) -> Sequence[object]:
 
 
 def _row(d: Values) -> Sequence[object]:
-    """Return the row of a difference in the table, from its entry in the document."""
+    """Return the row of a difference in the table.
+
+    Args:
+        d: its entry in ``differences`` of the document.
+    """
     arc = ["at the circle point"] if d["at_circle_point"] else []
     conf = [f"conf {list(d['conf'][0])} -> {list(d['conf'][1])}"] if d["conf"] else []
     others = [*arc, *conf, *(f"{a['role']}: {a['a'] or '-'} -> {a['b'] or '-'}" for a in d["arguments"])]

@@ -15,7 +15,7 @@ from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
-from postproc.results.wording import held_text, parameter_rows
+from postproc.results.wording import parameter_rows, parameters_text
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -49,13 +49,13 @@ def fit_document(name: str, fit: Fit) -> Document:
 
 def known_of(fit: Fit) -> list[Sentence]:
     """Return sentences on undetermined parameters, rows left out, and what to know before relying on the fit."""
-    return [*held(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
+    return [*undetermined_sentences(fit), *left_out(fit), *map(as_sentence, cautions(fit))]
 
 
-def held(fit: Fit) -> list[Sentence]:
+def undetermined_sentences(fit: Fit) -> list[Sentence]:
     """Return sentences on the parameters that the data did not determine, and on those that stopped at a bound."""
     kinds = (("Not determined by this data and held", fit.held), ("Stopped at a bound", fit.at_bound))
-    return [Sentence(f"{what}: {held_text(fit, which)}") for what, which in kinds if which]
+    return [Sentence(f"{what}: {parameters_text(fit, which)}") for what, which in kinds if which]
 
 
 def left_out(fit: Fit) -> list[Sentence]:
@@ -83,7 +83,7 @@ def parameter_table(fit: Fit, keys: Iterable[str], brief: bool = False) -> DataT
     """Return a table of the fitted parameters of some effects [mm, mrad]; of an effect with many, only their number.
 
     Args:
-        brief: a terminal prints them only where all rows are asked for.
+        keys: of the effects. brief: a terminal prints the table only where all rows are asked for.
     """
     rows = [row for key in keys for row in parameter_rows(fit, key)]
     return DataTable("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows, () if brief else None)
@@ -93,7 +93,7 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
     """Return the ``postproc/fit/1`` document; keys of figures end in the unit of what was observed.
 
     Args:
-        before: errors of the model that was extended, None for a first fit.
+        before: ``error_values`` of the model to which effects were added, None for a first fit.
     """
     return {
         "schema": "postproc/fit/1",
@@ -121,7 +121,10 @@ def error_values(fit: Fit | FitFigures) -> dict[str, float]:
 
 
 def noise_values(fit: Fit) -> Values:
-    """Return the noise of one measured number, the arm's repeatability in it, and where it is known from."""
+    """Return entries of a document: the noise of one measured number, the arm's repeatability in it, and their origin.
+
+    Noise and repeatability are in mm or mrad, as their keys say, and None where they are not known.
+    """
     key, noise = fit.observed.key, fit.parts.level
     return {
         key("noise"): None if noise is None else mm(noise),
@@ -131,7 +134,13 @@ def noise_values(fit: Fit) -> Values:
 
 
 def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
-    """Return by parameter of an effect [value, standard deviation] of each entry; None where it was not fitted."""
+    """Return the entries of each parameter of an effect as [value, standard deviation], in SI units.
+
+    The standard deviation is None for an entry that was not fitted. Empty where the model has no such effect.
+
+    Args:
+        key: of the effect.
+    """
     effect = fit.model.effect(key)
     if effect is None:
         return {}
@@ -141,7 +150,11 @@ def parameter_values(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
 
 
 def structure_values(fit: Fit, key: str) -> Values:
-    """Return the structural choices of an effect, which are searched and not fitted: a joint, a harmonic order."""
+    """Return the structural choices of an effect, which are searched and not fitted: a joint, a harmonic order.
+
+    Args:
+        key: of the effect; without it in the model the result is empty.
+    """
     effect = fit.model.effect(key)
     return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
 

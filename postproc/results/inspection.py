@@ -27,7 +27,7 @@ def inspection_document(name: str, found: Inspection, stated: Mapping[str, str])
     """Describe what a program moves, for terminal and page.
 
     Args:
-        name: of the program. stated: keys of the document on the arm and what names it.
+        name: of the program. stated: entries of the document that say which arm it is, and what names it.
     """
     ends = filter(None, (_start(found.start), *map(_nearest, found.nearest)))
     rows = DataTable("statements", COLUMNS, [_row(row) for row in found.rows], beneath=7, decimals=1)

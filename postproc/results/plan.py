@@ -7,7 +7,7 @@ from typing import Any
 from postproc.identification.planning.plan import APART, MeasuringPlan
 from postproc.report.blocks import Document
 from postproc.results.fit import parameter_name
-from postproc.results.wording import held_text
+from postproc.results.wording import parameters_text
 
 LEAST = 3.0
 """Standard deviations below which a difference does not stand out at all."""
@@ -60,7 +60,7 @@ def plan_sentence(plan: MeasuringPlan) -> str:
             "second."
         )
     never = (
-        f" No pose determines {held_text(plan.fit, plan.never)}: others do the same, or no load moves them."
+        f" No pose determines {parameters_text(plan.fit, plan.never)}: others do the same, or no load moves them."
         if plan.never
         else ""
     )
@@ -68,6 +68,6 @@ def plan_sentence(plan: MeasuringPlan) -> str:
         return f"The data so far determines what poses can determine.{never}"
     hardly = " More than 1 is as good as unknown: little moves there on any pose." if plan.after > 1.0 else ""
     return (
-        f"Least is known of {held_text(plan.fit, plan.worst)}: to ± {plan.before:.2g} times the ordinary size of "
+        f"Least is known of {parameters_text(plan.fit, plan.worst)}: to ± {plan.before:.2g} times the ordinary size of "
         f"such a parameter now, to ± {plan.after:.2g} times with these {n} poses.{hardly}{never}"
     )

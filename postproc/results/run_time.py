@@ -41,7 +41,11 @@ def check_document(name: str, robot: str, done: Conditions, found: Check) -> Doc
 
 
 def _document(title: str, values: Values, sentence: str, lines: Sequence[str]) -> Document:
-    """Return the ``postproc/runtime/1`` document with a sentence and further lines."""
+    """Return the ``postproc/runtime/1`` document with a sentence and further lines.
+
+    Args:
+        title: what follows ``postproc runtime`` in the title. values: entries beside the schema.
+    """
     return Document(
         title=f"postproc runtime {title}",
         values={"schema": SCHEMA, **values},

@@ -114,7 +114,7 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
 
 
 def _would_tell(d: Diagnosis) -> str:
-    """Say why the noise is not known, and what would tell it."""
+    """Return a clause on why the noise is not known and which measurements would tell it."""
     lacks = (
         "the arm's own repeatability is not known" if d.base.noise.instrument else "no pose was measured often enough"
     )
@@ -122,7 +122,7 @@ def _would_tell(d: Diagnosis) -> str:
 
 
 def to_record(d: Diagnosis) -> list[str]:
-    """Return the columns that the table lacks, where the patterns explain less than 90 % of what is above the noise.
+    """Return columns that the table lacks and should have, if patterns explain below 90 % of what is above the noise.
 
     The approach side of a joint and the payload move every arm. Where they are not recorded, their influence looks like
     a function of other columns, which explains some of it.
@@ -146,7 +146,7 @@ def doubts(d: Diagnosis) -> Iterator[str]:
 
 
 def _extent(d: Diagnosis, s: Suspect) -> str:
-    """Say by how much [mrad] a pattern turns a joint, from lowest to highest row; empty for other places."""
+    """Return a clause on how far [mrad] a pattern turns a joint between its extreme rows; empty for other places."""
     if not s.where.startswith("joint") or s.place.shape[2] != 1:
         return ""
     turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
@@ -176,7 +176,7 @@ def _named(d: Diagnosis, m: Candidate) -> str:
 
 
 def _any_of(keys: Iterable[str]) -> str:
-    """Return keys joined by commas and "or"."""
+    """Return keys in backticks, joined by commas and "or"."""
     return joined([f"`{key}`" for key in keys], "or")
 
 
@@ -187,7 +187,7 @@ def _is_free(d: Diagnosis, m: Candidate) -> bool:
 
 
 def title(d: Diagnosis, m: Candidate) -> str:
-    """Return what an effect is, as a phrase; for a free function its effective parameters and held-out error."""
+    """Return what an effect is: its title, or of a free function the effective parameters and the held-out error."""
     effect = d.final.model.effect(m.key)
     if _is_free(d, m):
         # It can follow anything smooth: what it follows is no cause.

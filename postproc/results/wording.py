@@ -23,6 +23,9 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
 
     Names are such as ``half_gap[2]`` or ``mass[body 3]``; lengths, angles and times are in thousandths, what is derived
     from them (rad/(N m), m/s, 1/K) in millionths.
+
+    Args:
+        key: of the effect.
     """
     effect = fit.model.effect(key)
     if effect is None:
@@ -36,7 +39,8 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
 def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
     """Return rows of effect, ``half_gap[2]``, ``0.109 ± 0.001`` and ``mrad`` for every fitted parameter.
 
-    Where there are more than ``most``, one row has their number.
+    Args:
+        key: of the effect. most: of an effect with more parameters, one row tells only how many they are.
     """
     values = list(fitted_values(fit, key))
     if len(values) > most:
@@ -48,6 +52,9 @@ def place(label: str) -> str:
     """Return the forms of an effect as one phrase.
 
     ``joint 2; joint 3`` is ``joints 2 and 3``; ``joint 2, order 6; joint 2, order 7`` is ``joint 2, orders 6 and 7``.
+
+    Args:
+        label: of a candidate: its forms with semicolons between them.
     """
     label = label.replace("joints 1, 2, 3, 4, 5 and 6", "all joints")
     parts = [re.fullmatch(r"(joint|body) (\d(?: and \d)*)(?:, order (\d+))?", part) for part in label.split("; ")]
@@ -63,23 +70,31 @@ def place(label: str) -> str:
 
 
 def _several(word: str, numbers: Sequence[str]) -> str:
-    """Return a noun with its numbers, in the plural for several: ``joints 2 and 3``."""
+    """Return a noun with its numbers, in the plural for several: ``joints 2 and 3``.
+
+    Args:
+        word: ``joint``, ``body`` or ``order``.
+    """
     plural = {"joint": "joints", "body": "bodies", "order": "orders"}[word]
     return f"{word if len(numbers) == 1 else plural} {joined(numbers)}"
 
 
-def held_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:
+def parameters_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:
     """Return parameters by effect, in one text: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``.
 
     Args:
-        which: (effect key, index in its vector).
+        which: the parameters, as (effect key, index in its vector).
     """
     names = {e.key: [name for name, _ in _entries(e)] for e in fit.model.effects}
     return grouped(f"{key} {names[key][i]}" for key, i in which)
 
 
 def grouped(names: Iterable[str]) -> str:
-    """Join names of entries of the same array: ``turn[x y z], shift[body 2, z; body 3, x]``."""
+    """Return one text in which entries of an array stand together: ``turn[x y z], shift[body 2, z; body 3, x]``.
+
+    Args:
+        names: such as ``turn[x]``.
+    """
     found: dict[str, list[str]] = {}
     for name in names:
         array, _, index = name.partition("[")
@@ -112,12 +127,12 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
 
 
 def _choice(value: object) -> str:
-    """Return a structural choice as text."""
+    """Return a structural choice, a word or a number, as text."""
     return value if isinstance(value, str) else f"{value:g}"
 
 
 def _readable(unit: str) -> tuple[float, str]:
-    """Return the factor from an SI unit to a readable one, and the readable one: thousandths or millionths."""
+    """Return the factor from an SI unit to thousandths or millionths of it, and the name of those: 1e3, ``mrad``."""
     if unit in ("m", "rad", "s"):
         return 1e3, f"m{unit}"
     if unit.startswith(("m/", "rad/")):
@@ -128,7 +143,7 @@ def _readable(unit: str) -> tuple[float, str]:
 
 
 def with_sigma(value: float, sigma: float) -> str:
-    """Return a value with its standard deviation, with the digits that the latter leaves: ``0.109 ± 0.001``."""
+    """Return a value with its standard deviation, with the digits that the latter makes certain: ``0.109 ± 0.001``."""
     if not sigma > 0 or not 1e-3 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.2g}"
     digits = max(0, 1 - int(np.floor(np.log10(sigma))))

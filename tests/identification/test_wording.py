@@ -29,7 +29,7 @@ from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
 from postproc.results.fit import fit_values, parameter_values
 from postproc.results.sentences import doubts, headline, of_little_worth
-from postproc.results.wording import fitted_values, grouped, held_text, p_text, parameter_rows, place
+from postproc.results.wording import fitted_values, grouped, p_text, parameter_rows, parameters_text, place
 from tests.identification.cells import base_fit, cell
 
 POSITIONS = observations(rotation=False, joint=False)[0]
@@ -112,7 +112,7 @@ def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
     moved = fit_model(base_fit(data).model, data, [LinkGeometry(), Session(session=("tue",))])
     assert "shift[session tue, x]" in [name for name, *_ in fitted_values(moved, "session")]
     shown = [name for name, *_ in fitted_values(moved, "link_geometry")]
-    held = held_text(moved, moved.held)
+    held = parameters_text(moved, moved.held)
     assert "tool_frame turn[x y z]" in held
     for key, i in moved.held:
         if key == "link_geometry":  # shift_m (7, 3), then turn_rad (7, 3)

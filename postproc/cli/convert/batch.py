@@ -80,7 +80,11 @@ def run(
 
 
 def _workers(place: Path, workers: int | None, scheduler: str | None) -> int | None:
-    """Return the number of local processes: stated on the command line, else in the settings file; None if neither."""
+    """Return the number of local processes that the command line states, else the settings file of a folder, or None.
+
+    Args:
+        place: the folder. workers: stated number; None if it is not. scheduler: with one no settings file is asked.
+    """
     from postproc.settings_files import find_settings
 
     stated = find_settings(place) if workers is None and scheduler is None else None

@@ -9,7 +9,7 @@ from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFi
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
+from postproc.cli.programs import check_unchanged, named_files, read_lent, read_program_file, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
 from postproc.process import load_scipy
@@ -64,7 +64,7 @@ def run(
     if result.output is not None:
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
-            still_there(source)
+            check_unchanged(source)
         module = None if result.module is None or beside is None else (beside, result.module)
         quiet = form is not None
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)

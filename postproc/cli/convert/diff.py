@@ -51,10 +51,13 @@ def run(
 
 
 def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
-    """Compare two programs; returns the document and whether they are equal.
+    """Compare two programs by meaning.
 
     Args:
-        near: tolerances [mm], [deg].
+        a, b: names of their files, or ``-``. near: tolerances [mm], [deg].
+
+    Returns:
+        The document, and whether the programs are equal.
     """
     from postproc.rapid.diff.compare import compare_programs
     from postproc.results.difference import difference_document
@@ -66,10 +69,13 @@ def _files(a: str, b: str, near: tuple[float, float]) -> tuple[Document, bool]:
 
 
 def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -> tuple[Document, bool]:
-    """Compare two folders; returns the document and whether all files are equal.
+    """Compare two folders.
 
     Args:
         near: tolerances [mm], [deg]. report: page to write, which must be outside of both folders.
+
+    Returns:
+        The document, and whether all files are equal.
     """
     from postproc.batch.differences import compare_folders
     from postproc.results.difference import folders_document
@@ -83,7 +89,11 @@ def _folders(a: Path, b: Path, near: tuple[float, float], report: Path | None) -
 
 
 def _read(name: str) -> Program:
-    """Read a program and print its findings; raises PostprocError for errors."""
+    """Read a program and print its findings.
+
+    Raises:
+        PostprocError: there is an error among them, or the file cannot be read.
+    """
     from postproc.rapid.program.program import read_program
 
     program = read_program(read_source(name))

@@ -21,7 +21,9 @@ LINES = rb"[^\n]*\n|[^\n]+"
 
 
 def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
-    """Return the file of the module for run time; None where there is none, or nothing is written and it has no name.
+    """Return the file of the module that corrects targets at run time.
+
+    None where there is none, or if nothing is written and no file is named.
 
     Args:
         target: where the program goes, None for stdout. nothing: no file will be written.
@@ -79,7 +81,11 @@ def finish(
 def show_result(
     name: str, result: Conversion, settings: Settings, report: Path | None, certificate: Path | None
 ) -> None:
-    """Print the result on stderr, and write the report and the certificate where their paths are given."""
+    """Print the result on stderr, and write the report and the certificate where their paths are given.
+
+    Args:
+        name: of the program.
+    """
     from postproc.results.conversion import conversion_document
     from postproc.settings import made_with
 

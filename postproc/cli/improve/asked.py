@@ -43,7 +43,11 @@ class ArmOptions:
         return [cls for file in self.effects for cls in load_effect_file(file)]
 
     def words(self, *drafts: Path) -> list[str]:
-        """Return the options as they are written on a command line, with further files of effects."""
+        """Return the options as they are written on a command line.
+
+        Args:
+            drafts: further files of effects.
+        """
         cell = [] if self.cell is None else ["--cell", str(self.cell)]
         return [*(word for file in (*self.effects, *drafts) for word in ("--effects", str(file))), *cell]
 
@@ -88,7 +92,7 @@ class TableOptions:
 
         Args:
             data: CSV files; ``-`` is stdin. robot: the arm that was measured.
-            measured: False where the table need not say what was measured. at: the arm in its cell.
+            measured: False where the table need not say what was measured. at: the arm in its cell, None without one.
 
         Raises:
             PostprocError: what is wrong with one of the files.
@@ -137,7 +141,8 @@ def opened(
     """Read the model and the tables, after refusing outputs that are inputs; prints arm, effects and noise.
 
     Args:
-        outputs: files that will be written. also: a table that is read besides.
+        data: files of the tables. own: what holds of the arm beside the model file. table: how the tables are read.
+        outputs: files that will be written. also: a further table that the command reads, which no output may replace.
     """
     check_outputs((model, *data, also, *table.inputs, *own.effects, own.cell), *outputs)
     arm = load_model(model, own.effects, own.cell)

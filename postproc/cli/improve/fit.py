@@ -96,7 +96,11 @@ def _effects(effects: str) -> tuple[list[str], list[type[Effect]]]:
 
 
 def _nominal(arm: Robot, name: str, station: Station | None, turned: tuple[float, ...]) -> Model:
-    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states."""
+    """Return the arm without effects, its base turned by roll, pitch, yaw [deg], or as its cell states.
+
+    Args:
+        name: of the arm, as the user writes it. turned: the three angles.
+    """
     import numpy as np
 
     from postproc.model.arm import Model

@@ -38,11 +38,11 @@ def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[S
 
 
 class _Rewritten:
-    """The statements up to a place of a body, as what their jumps do.
+    """The statements of a body up to a place, with loops and branches in place of their jumps.
 
     Args:
-        labels, ahead: where in ``steps`` labels stand, and conditional jumps to labels that have not come yet; what
-            has become part of a loop or branch since is no longer there.
+        labels, ahead: by label, where in ``steps`` it stands, and where a conditional jump to it that has not come yet.
+            What has become part of a loop or branch since is no longer there.
         sizes: how many statements each of the steps holds, with those inside; spare: how many may still be looked at.
     """
 
@@ -79,16 +79,16 @@ class _Rewritten:
         self.sizes[at:] = [len(statements_in([step])) if step.branches else 1 for step in steps]
 
     def place(self, places: Mapping[str, tuple[int, Statement]], word: str) -> int | None:
-        """Index in ``steps`` of the label ``word``, or of the jump to it; None if it is not there any more.
+        """Index in ``steps`` of a label, or of the jump to it; None if it is not there any more.
 
         Args:
-            places: ``labels`` or ``ahead``.
+            places: ``labels`` or ``ahead``. word: the label in lower case.
         """
         at, statement = places.get(word, (0, None))
         return at if at < len(self.steps) and self.steps[at] is statement else None
 
     def looks(self, at: int) -> bool:
-        """Take all statements from step ``at`` on from the budget ``spare``; whether that is not used up."""
+        """Count all statements from step ``at`` on against the budget ``spare``; whether there is some of it left."""
         self.spare -= sum(self.sizes[at:])
         return self.spare >= 0
 
@@ -112,7 +112,11 @@ class _Rewritten:
         return place is not None and place < at
 
     def loops(self, statement: Statement, jump: Jump) -> bool:
-        """Replace the steps between a label and the jump back to it by a loop; False if that is not possible."""
+        """Replace the steps between a label and the jump back to it by a loop; False if that is not possible.
+
+        Args:
+            statement: that holds the jump. jump: the GOTO, and what the statement does before it.
+        """
         at = self.labels[jump[0].word][0]
         if not self.looks(at):
             return False
@@ -154,7 +158,11 @@ class _Rewritten:
 
 
 def _jump(statement: Statement) -> Jump | None:
-    """The GOTO that a statement is, or with which its only branch ends, and what that branch does before; else None."""
+    """The GOTO that a statement is, or with which its only branch ends; None for other statements.
+
+    Returns:
+        The GOTO, and the statements of the branch before it.
+    """
     if statement.kind == "goto":
         return statement, ()
     if statement.kind != "if" or len(statement.branches) != 1 or not statement.branches[0].body:

@@ -16,7 +16,7 @@ _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robt
 
 
 def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
-    """Report RAP023 for PERS data whose value at some motion only the running program has.
+    """Return RAP023 for PERS data whose value at some motion only the running program has.
 
     The help offers ``--taught``, except for data that the program moves, which is found by following it once more.
 
@@ -47,10 +47,10 @@ def with_advice(
     program: Program,
     measured: Mapping[str, Diagnostic],
 ) -> list[Diagnostic]:
-    """The findings, those about statements left unchanged (CMP005) with the help that makes the missing data known.
+    """The findings; of those about statements left unchanged (CMP005) the help says how to make the missing data known.
 
     Args:
-        measured: findings of ``say_measured`` by key of the data.
+        events: of the program. measured: findings of ``say_measured`` by key of the data.
     """
     told: dict[tuple[Source | None, Span | None], str] = {
         (event.statement.source, event.statement.span): measured[declaration.key].help
@@ -65,7 +65,8 @@ def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offere
     """The finding RAP023 for one data at one motion.
 
     Args:
-        unknown: why it is not known; offered: names of data for which the help offers ``--taught``.
+        event: the motion. unknown: why the data is not known there.
+        offered: names of data for which the help offers ``--taught``.
     """
     name = declaration.name
     help_ = f"set it from a CONST before the first motion, as in `{name}:={name}0;`"

@@ -23,11 +23,11 @@ Ends = Mapping[int, Mapping[str, Data] | None]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What is known of a branch.
+    """What is known of an IF or TEST that moves nothing and of which several arms are possible.
 
     Args:
-        arms: that are possible; keys: what they may change; values: what each arm leaves.
-        left: an arm ends the routine.
+        arms: numbers of the possible ones. keys: of the data that they may change.
+        values: by arm, the data that it leaves, by key. left: an arm ends the routine.
         certain: keys that every arm sets, to the same value whenever it is taken: in a loop, too, they have what one of
             the arms sets. A counter has not, nor what one arm sets and another leaves.
     """
@@ -40,11 +40,13 @@ class Choice:
 
 
 class SplitBranches:
-    """The arms of such branches.
+    """IF and TEST statements that set data, move nothing, and are decided by what only the controller knows.
+
+    Each arm of them can be followed in a walk of its own.
 
     Args:
-        forced: the arm that is taken, by its number; as many as there are arms: none of them.
-        found: what is known of each branch, from walks before too.
+        forced: number of the arm that is taken in this walk, by place; as many as there are arms: none of them.
+        found: what is known of each branch, also from earlier walks, by place.
     """
 
     def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
@@ -54,7 +56,7 @@ class SplitBranches:
         self.taken: set[Place] = set()
 
     def again(self, place: Place) -> bool:
-        """Whether the forced branch at this place has been executed before in this walk; records that it is now."""
+        """Record that the forced branch at this place is executed; whether it has been before in this walk."""
         before = place in self.taken
         self.taken.add(place)
         return before
@@ -87,7 +89,7 @@ class SplitBranches:
         self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
 
     def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
-        """The arms, by place, of branches not forced, that decide data which some motion needs."""
+        """The possible arms, by place, of branches not forced that decide data which some motion needs."""
         undecided = {
             unknown.root.key for event in events for unknown in event.unknowns if unknown.root.kind is Kind.UNDECIDED
         }
@@ -101,7 +103,11 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``."""
+    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``.
+
+    Args:
+        branches: numbers of the arms of each branch, by its place.
+    """
     if prod(map(len, branches.values())) > MOST_WAYS:
         return []
     return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

@@ -43,7 +43,7 @@ class _Routine:
     """A routine while its states are worked out.
 
     Args:
-        moves: whether the arm may stand elsewhere behind it; handled: the same of its handlers.
+        moves: whether it may move the arm, calls included; handled: whether its handlers may.
         exit: the state at its end, from ``ENTRY``; states: at the begin of each block.
     """
 
@@ -56,8 +56,9 @@ class _Routine:
 
 
 class Arrivals:
-    """Where the arm may come from, for every motion statement.
+    """After which motions each motion statement may run, whatever the data of the program are.
 
+    A ``State`` has the motions that may have been the last, each with the keys of data that may be written since.
     ``open`` is whether anything but constants of the text decides which way the program takes.
     """
 
@@ -83,7 +84,11 @@ class Arrivals:
         self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_unseen()
 
     def before(self, key: StatementKey) -> State:
-        """Motions that may come last before a statement, with what may be written since; empty if none leads there."""
+        """Motions that may come last before a statement, with what may be written since; empty if none leads there.
+
+        Args:
+            key: of the motion statement.
+        """
         if self._adrift:
             return LOST
         routine, state = self._before.get(key, ("", {}))
@@ -91,8 +96,9 @@ class Arrivals:
 
     @cached_property
     def resumed_behind_errors(self) -> frozenset[str]:
-        """Keys of routines in which a failing statement may be passed over by TRYNEXT, in a handler of their own or of
-        a routine that their errors reach.
+        """Keys of routines in which a statement that fails may be passed over by TRYNEXT.
+
+        TRYNEXT stands in a handler of their own, or of a routine that their errors reach.
         """
 
         def reached(key: str) -> set[str]:
@@ -104,8 +110,12 @@ class Arrivals:
         return frozenset(closure((key for key, routine in self._routines.items() if routine.graph.skips), reached))
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
-        """Whether neither data that ``text`` names at a statement nor the program displacement may have been written
-        since the last motion before it, on any way that leads there.
+        """Whether data in a text has, on any way to a statement, the value that it had at the motion before.
+
+        Neither it nor the program displacement may have been written since.
+
+        Args:
+            text: of an expression at the statement.
         """
         since = NOTHING.union(*self.before(statement.key).values())
         if not since and not self.changes.volatile and not self.changes.unseen_any_time:
@@ -116,7 +126,11 @@ class Arrivals:
         return all(self._holds(name, routine, since) for name in identifiers(text.encode("latin-1")))
 
     def _holds(self, name: str, routine: Routine, since: frozenset[str]) -> bool:
-        """Whether a name in a routine keeps its value although everything in ``since`` may have been written."""
+        """Whether a name in a routine keeps its value although other data may have been written.
+
+        Args:
+            name: in lower case. since: keys of all that may have been written.
+        """
         if self.program.routine(name, routine.module) is not None and since - {CALLED}:
             return False  # a function of the program's own may read anything
         parameter = next((p for p in routine.parameters if p.name == name), None)
@@ -154,7 +168,7 @@ class Arrivals:
             routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
 
     def _summarise(self) -> None:
-        """Compute the states of all routines, relative to their entry, until none changes."""
+        """Compute ``states`` and ``exit`` of all routines, relative to their entry, until none changes."""
         pending = dict.fromkeys(self._routines)
         while pending:
             key, _ = pending.popitem()

@@ -30,7 +30,7 @@ class Constants:
         """Value of the expression at a span in a routine; None if anything else than constants of the text decides it.
 
         Args:
-            hidden: lower-case names of loop counters in force.
+            hidden: lower-case names of the counters of loops around it, which are no constants.
         """
         hidden |= {parameter.name for parameter in routine.parameters}
         scope = _Scope(self.program, self.declared, (routine.module, routine.name), hidden)
@@ -43,16 +43,17 @@ class Constants:
         """Whether the condition at a span holds; None if more than constants decides it.
 
         Args:
-            hidden: lower-case names of loop counters in force.
+            hidden: lower-case names of the counters of loops around it, which are no constants.
         """
         value = self.value(routine, span, hidden)
         return value if isinstance(value, bool) else None
 
     def is_case(self, routine: Routine, subject: Span, cases: tuple[Span, ...], hidden: frozenset[str]) -> bool | None:
-        """Whether the TEST expression at ``subject`` equals one of the values at ``cases``; None if it is open.
+        """Whether the TEST expression equals one of the values of a CASE; None if more than constants decides it.
 
         Args:
-            hidden: lower-case names of loop counters in force.
+            subject: span of the expression. cases: spans of the values.
+            hidden: lower-case names of the counters of loops around it, which are no constants.
         """
         value, verdict = self.value(routine, subject, hidden), False
         for case in cases:
@@ -101,7 +102,11 @@ class _Scope:
         raise Unknown(Kind.UNDECIDED)
 
     def call(self, call: Call) -> Value | None:
-        """Return None, so that a built-in function is evaluated; raise Unknown for the program's own."""
+        """Return None for a built-in function, so that it is evaluated.
+
+        Raises:
+            Unknown: the function is one of the program's.
+        """
         if self.program.routine(call.name, self.place[0]) is not None:
             raise Unknown(Kind.UNDECIDED)
         return None

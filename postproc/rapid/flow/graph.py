@@ -15,7 +15,7 @@ EXIT = 1  # the block at which all ways end by which a routine is left
 
 @dataclass(slots=True)
 class FlowBlock:
-    """Steps that run one after the other, and the blocks of which one runs then."""
+    """Steps that run one after the other, and the indices of the blocks of which one runs then."""
 
     steps: list[Step] = field(default_factory=list)
     then: list[int] = field(default_factory=list)
@@ -26,7 +26,7 @@ class Graph:
     """The flow of a routine, which begins at its first block and ends at ``EXIT``.
 
     Args:
-        handlers: where its handlers begin; inside: blocks from there on belong to handlers.
+        handlers: index of the first block of each handler; inside: blocks from this index on belong to handlers.
         retries, skips: whether a handler may repeat the statement that failed, or go on behind it; raises: or leave the
             error to the caller's.
         open: whether anything but constants of the text decides on a way.
@@ -44,7 +44,11 @@ class Graph:
 
 
 def draw(routine: Routine, reader: StepReader, constants: Constants) -> Graph:
-    """The flow graph of a routine's body and handlers."""
+    """The flow graph of a routine's body and handlers.
+
+    Args:
+        reader: gives the steps of a statement. constants: decide conditions and bounds of loops.
+    """
     return _Drawing(routine, reader, constants).graph
 
 
@@ -115,13 +119,17 @@ class _Drawing:
                 self.step(self.reader.steps(statement, self.routine))
 
     def label(self, word: str) -> int:
-        """Index of the block that begins at this label (lower case), which is made when it is first asked for."""
+        """Index of the block that begins at a label, which is made when it is first asked for.
+
+        Args:
+            word: the label in lower case.
+        """
         if word not in self.labels:
             self.labels[word] = self.block()
         return self.labels[word]
 
     def out(self, statement: Statement) -> None:
-        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle: nothing follows it; its kind is noted as a flag."""
+        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle, behind which nothing runs; note the first three."""
         text = self.routine.source.data[slice(*statement.span)].lower()
         self.graph.retries |= text.startswith(b"retry")
         self.graph.skips |= text.startswith(b"trynext")
@@ -201,7 +209,11 @@ class _Drawing:
 
 
 def _turns(bounds: Sequence[Data | None]) -> int | None:
-    """How often a FOR loop runs: 0, 1, or 2 for two turns and more; None if a bound (None) is not constant."""
+    """How often a FOR loop runs: 0, 1, or 2 for two turns and more; None if a bound is not constant.
+
+    Args:
+        bounds: first and last value of the index and, if it is given, the step; None if not constant.
+    """
     numbers = [bound for bound in bounds if isinstance(bound, float)]
     if len(numbers) < len(bounds):
         return None

@@ -26,7 +26,10 @@ REFERRED = "%*"  # some data that was handed over by reference
 
 
 def joined(states: Iterable[State]) -> State:
-    """The state where ways meet: all their motions, each with all that may be written since; ``LOST`` if one is."""
+    """The state where ways meet: all their motions, each with all that may be written since.
+
+    ``LOST`` if one of them is, or if there are more than ``MOST_WAYS`` motions.
+    """
     found: dict[StatementKey, Writes] = {}
     for state in states:
         if ANYWHERE in state:
@@ -52,7 +55,10 @@ def bounded(writes: Writes) -> Writes:
 
 
 def entered(state: State) -> State:
-    """The caller's state as the called routine has it at its begin: parameters and counters are renamed."""
+    """The caller's state as the called routine has it at its begin.
+
+    The caller's parameters and loop counters have no names there: see ``_beyond``.
+    """
     return {key: bounded(_beyond(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
 
 
@@ -87,6 +93,9 @@ def substituted(state: State, entry: State) -> State:
 
 
 def _beyond(writes: Writes) -> Writes:
-    """Keys on the other side of a call: parameters and loop counters become ``CALLED`` and ``REFERRED``."""
+    """Keys on the other side of a call.
+
+    There ``CALLED`` stands for parameters and loop counters of this side, with ``REFERRED`` if parameters are written.
+    """
     here = frozenset(k for k in writes if k[0] not in "%#")
     return here | {CALLED, REFERRED} if any(k[0] == "%" for k in writes) else here | {CALLED}

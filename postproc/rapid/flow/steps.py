@@ -21,7 +21,11 @@ LEAVING = MOVING | word_set("clearpath storepath restopath startmoveretry pathre
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """A motion; ``unresolved_start``: it ends nobody knows where, as a search does."""
+    """A motion.
+
+    Args:
+        unresolved_start: nobody knows where it ends, as of a search: the next motion starts there.
+    """
 
     statement: MotionStatement
     unresolved_start: bool = False
@@ -29,18 +33,18 @@ class Go:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Something that may write data."""
+    """Something that may write data of these keys."""
 
     keys: Writes
 
 
 @dataclass(frozen=True, slots=True)
 class CallStep:
-    """One of some routines runs, by their keys.
+    """A call that runs one of some routines.
 
     Args:
-        unseen: perhaps one that is in none of the files, which may move the arm to anywhere.
-        keys: what the call may write, as the caller calls it.
+        routines: their keys. unseen: perhaps one that is in none of the files, which may move the arm to anywhere.
+        keys: what the call may write, as the caller names it.
     """
 
     routines: tuple[str, ...]
@@ -108,13 +112,19 @@ class StepReader:
 
 
 def _call(effect: StatementEffect, keys: Writes) -> CallStep:
-    """The step of a call; ``keys`` is what it may write, with what the called routines write."""
+    """The step of a call.
+
+    Args:
+        effect: of the call. keys: what it may write, with what the called routines write.
+    """
     return CallStep(tuple(sorted({key for key, _ in effect.calls})), bool(effect.unseen), keys - {"@moves", UNSEEN})
 
 
 def comes_back(trap: Routine, reader: StepReader) -> bool:
-    """Whether a trap leaves the arm where it was: all motions stand between ``StorePath`` and ``RestoPath``, and the
-    last goes to the place where the arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
+    """Whether a trap leaves the arm where it was.
+
+    All motions stand between ``StorePath`` and ``RestoPath``, and the last goes to the place where the arm stood
+    (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
     """
     stored, last = False, None
     for statement in trap.body:

@@ -58,7 +58,10 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
 
 
 class MotionReader:
-    """Reads the motion statements of one file; what stands beside the targets once for all that read alike."""
+    """Reads the motion statements of one file.
+
+    Statements that differ in their targets alone share one ``StatementShape``, which is made once.
+    """
 
     def __init__(self, source: Source) -> None:
         """Start without shapes; all statements are read from this file."""
@@ -72,7 +75,7 @@ class MotionReader:
         Positional arguments beyond the signature get the role ``extra``.
 
         Args:
-            word: the instruction in lower case; module, routine: names of where it stands.
+            word: the instruction in lower case; module, routine: names of those in which it stands.
         """
         signature = SIGNATURES[word]
         data, start = self.source.data, span[0]
@@ -97,9 +100,10 @@ class MotionReader:
 
 
 def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
-    """The arguments with spans relative to the end of the target before each (or to ``start``, that of the statement).
+    """The arguments with spans relative to the end of the target before each (or to the start of the statement).
 
     Args:
+        pieces: arguments with byte offsets in the file. start: offset of the statement.
         ends: where the targets end, counted from ``start``.
     """
     found = []
@@ -139,7 +143,11 @@ def component_path(data: bytes, span: Span) -> tuple[str, ...]:
 
 
 def paired(parameters: Sequence[RoutineParameter], pieces: Iterable[Piece]) -> Iterator[tuple[RoutineParameter, Span]]:
-    """Each parameter that a call passes, with the span of its argument: optional ones by name, others in order."""
+    """Each parameter that a call passes, with the span of its argument: optional ones by name, others in order.
+
+    Args:
+        pieces: arguments of the call, as ``read_arguments`` gives them.
+    """
     by_name = {p.name: p for p in parameters if p.optional}
     required = iter(p for p in parameters if not p.optional)
     for option, span, _ in pieces:

@@ -54,7 +54,11 @@ def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | N
 
 
 def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
-    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions."""
+    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions.
+
+    Args:
+        functions: the pattern, as of ``writing_functions``. data: bytes of the statement's file.
+    """
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
             continue
@@ -158,6 +162,6 @@ def _written(statement: Statement, routine: Routine, program: Program) -> tuple[
 
 
 def _keys(names: set[str], routine: Routine, program: Program) -> set[str]:
-    """Keys of the declared data that these names mean inside a routine; undeclared names are dropped."""
+    """Keys of the declared data that lower-case names mean inside a routine; undeclared names are dropped."""
     declared = (program.declaration(name, routine.module, routine.name) for name in names)
     return {declaration.key for declaration in declared if declaration is not None}

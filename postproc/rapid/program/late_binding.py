@@ -24,11 +24,11 @@ Template = tuple[str | None, ...]
 
 @dataclass(frozen=True, slots=True)
 class LateCall:
-    """A call by name.
+    """A call of a routine by a name that is a text: ``%name%`` or ``CallByVar``.
 
     Args:
-        name: span of the text; number: of what CallByVar puts behind it.
-        template: of the routine's name; pieces: arguments of the call.
+        name: span of the text. number: span of the number that CallByVar puts behind it; None for ``%name%``.
+        template: of the routine's name, see ``text_template``. pieces: arguments of the call.
     """
 
     name: Span
@@ -73,7 +73,11 @@ def text_template(expression: bytes) -> Template:
 
 
 def _joined(parts: Sequence[str | None]) -> Template:
-    """The template with neighbouring literals joined, and without a module's name in front (``module:name``)."""
+    """The template with neighbouring literals joined, and without a module's name in front (``module:name``).
+
+    Args:
+        parts: literals in lower case, None for what is computed at run time.
+    """
     joined: list[str | None] = []
     for part in parts:
         if part is not None and ":" in part:
@@ -106,8 +110,10 @@ def may_be(template: Template, name: str) -> bool:
 
 
 def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
-    """Module data whose name fits the first argument of GetDataVal, SetDataVal or SetAllDataVal and that has the type
-    of the data passed (any if unknown), as in ``SetDataVal "p"+ValToStr(n),pNew``; nothing for other statements.
+    """Module data that GetDataVal, SetDataVal or SetAllDataVal may mean by a text; nothing for other statements.
+
+    Its name fits the first argument, and it has the type of the data passed (any if unknown), as in
+    ``SetDataVal "p"+ValToStr(n),pNew``.
     """
     if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
         return

@@ -25,7 +25,7 @@ ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """PERS data that other tasks of the controller declare too: lower-case names, and lower-case types.
+    """PERS data that other tasks of the controller declare too, by lower-case (name, type).
 
     Args:
         shared: all of it. written: what another task may write at any time, or declares with another value.
@@ -47,6 +47,7 @@ class Program:
         diagnostics: what is wrong or not understood.
         motions: the same motion statements by their key.
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
+        routines: by lower-case (module, name); what the whole task sees by ("", name) too.
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
         arm: that runs it, for functions that need one; None where it is not known.
         elsewhere: what other tasks of its controller have of its data.
@@ -89,7 +90,11 @@ class Program:
         )
 
     def place(self, source: Source, offset: int) -> tuple[str, str]:
-        """Names of the module and the routine that contain this byte of a file; empty where it lies outside of them."""
+        """Names of the module and the routine that contain a byte of a file; empty where it lies outside of them.
+
+        Args:
+            offset: of the byte.
+        """
         for module in self.modules:
             if module.source.path == source.path and module.span[0] <= offset < module.span[1]:
                 inside = (r.name for r in module.routines if r.span[0] <= offset < r.span[1])
@@ -115,7 +120,7 @@ def names_of(routine: Routine) -> frozenset[str]:
 
 
 def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:
-    """Every statement of a body in text order, those inside blocks too."""
+    """Every statement of a body in text order, those inside of its branches and loops too."""
     found: list[Statement] = []
     done = 0
     for i, statement in enumerate(body):
@@ -128,7 +133,7 @@ def statements_in(body: Sequence[Statement]) -> Sequence[Statement]:
 
 
 def statements_of(routine: Routine) -> Sequence[Statement]:
-    """Every statement of a routine and of its handlers in text order, those inside blocks too."""
+    """Every statement of a routine and of its handlers in text order, those inside of branches and loops too."""
     if not routine.handlers:
         return statements_in(routine.body)
     return [statement for body in (routine.body, *routine.handlers) for statement in statements_in(body)]
@@ -257,7 +262,7 @@ def _named_twice(modules: Sequence[Module]) -> Iterator[Diagnostic]:
 
 
 def _no_module(code: str, text: str, source: Source, help_: str) -> Diagnostic:
-    """The finding, an error, that a file holds no module that can be read."""
+    """The finding, an error with a code, text and help, that a file holds no module that can be read."""
     return Diagnostic(code, "error", text, source, None, help_, Matter.NO_MODULE)
 
 

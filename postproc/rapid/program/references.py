@@ -60,6 +60,9 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
     """All uses of data that may hold a target and of every parameter, by key; data that is not used is missing.
 
     Uses of components that have nothing to do with targets (the speed in a record beside one) are left out.
+
+    Args:
+        changes: write effects of the program.
     """
     found: dict[str, list[Use]] = {}
     records = known_records(program.modules)
@@ -90,13 +93,21 @@ def declaration_uses(program: Program, changes: WriteEffects) -> Mapping[str, tu
 
 
 def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
-    """Add a use to those of the declared data if it may read or write a target; nothing for None."""
+    """Add a use to those of declared data if it may read or write a target; nothing if the declaration is None.
+
+    Args:
+        found: uses by key of the data. records: fields of each record type.
+    """
     if declaration is not None and _touches_target(use, declaration.type, records):
         found.setdefault(declaration.key, []).append(use)
 
 
 def _touches_target(use: Use, kind: str, records: Records) -> bool:
-    """Whether a use of data of type ``kind`` may read or write a robtarget, not only components beside one."""
+    """Whether a use of data may read or write a robtarget, not only components beside one.
+
+    Args:
+        kind: type of the data. records: fields of each record type.
+    """
     named = _COMPONENTS.match(use.source.data, use.span[1])
     components = re.findall(IDENTIFIER, named[1]) if named else []
     for component in components:
@@ -111,11 +122,10 @@ def _touches_target(use: Use, kind: str, records: Records) -> bool:
 
 
 def _holds_target(kind: str, records: Records, depth: int) -> bool:
-    """Whether a type is ``robtarget`` or a record that contains one; records deeper than ``MOST_LEVELS`` count as
-    such.
+    """Whether a type is ``robtarget`` or a record that contains one; too deeply nested records count as such.
 
     Args:
-        kind: type in lower case; depth: how many records it stands in.
+        kind: type in lower case. records: fields of each record type. depth: in how many records it is nested.
     """
     inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
     return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
@@ -141,7 +151,11 @@ def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]
 def _of_statement(
     program: Program, changes: WriteEffects, routine: Routine, statement: Statement
 ) -> Iterator[tuple[str, Use]]:
-    """Uses of data in a statement that is no motion, as pairs of lower-case name and use."""
+    """Uses of data in a statement that is no motion, as pairs of lower-case name and use.
+
+    Args:
+        changes: write effects of the program.
+    """
     source = routine.source
     own = {p.name for p in routine.parameters}
     spans: tuple[Span, ...] = statement.parts
@@ -177,7 +191,7 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
 
 
 def _is_plain(text: bytes) -> bool:
-    """Whether a text is only a name, with an index or components at most."""
+    """Whether an argument is only a name, with an index or components at most."""
     return _PLAIN.fullmatch(text.strip()) is not None
 
 

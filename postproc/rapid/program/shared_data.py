@@ -41,7 +41,11 @@ def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...
 
 @lru_cache(maxsize=16)
 def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, str]]]:
-    """Values of the global PERS data that a task declares, and name and type of those that it may write."""
+    """What a task does to global PERS data: the values that it declares, and (name, type) of what it may write.
+
+    Args:
+        files: all files of the task.
+    """
     values = _values(files)
     if not values:
         return values, frozenset()
@@ -51,7 +55,7 @@ def _shared_by(files: tuple[Source, ...]) -> tuple[Values, frozenset[tuple[str, 
 
 
 def _values(sources: Iterable[Source]) -> Values:
-    """Texts, without blanks, of all values that these files give global PERS data, by lower-case name and type."""
+    """All values that files give global PERS data, as text without blanks, by lower-case (name, type)."""
     found: Values = {}
     for source in sources:
         for _, declared in _shared(source):
@@ -61,7 +65,7 @@ def _values(sources: Iterable[Source]) -> Values:
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
-    """Report RAP037 for data that motion statements name and another task may change, at the first of these."""
+    """Return RAP037 for data that motion statements name and another task may change, at the first of them."""
     found: dict[str, Diagnostic] = {}
     for statement in program.statements if program.elsewhere.written else ():
         for name, span in names_at(statement.source, statement.span):

@@ -22,7 +22,11 @@ SEARCHED = "where a search stops is known only at run time"
 
 
 def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
-    """The roles of the circular form of an instruction: ``via`` stands in front of ``to``."""
+    """The roles of the circular form of an instruction: ``via`` stands in front of ``to``.
+
+    Args:
+        roles: of the positional arguments of its linear form.
+    """
     at = roles.index("to")
     return (*roles[:at], "via", *roles[at:])
 
@@ -55,7 +59,11 @@ def _arcs(number: str) -> list[Signature]:
 
 
 def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:
-    """Signatures without arguments, one for each name in ``names``; ``why`` says why their targets never change."""
+    """Signatures without arguments of instructions whose targets never change.
+
+    Args:
+        names: of the instructions, with blanks between them. why: the reason that the user is told.
+    """
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 

@@ -13,7 +13,11 @@ SURE = 0.8  # of two long names that mean different things, most letters are the
 
 
 def if_not(meant: str, otherwise: str) -> str:
-    """Help text: the "did you mean" question (if any) followed by what to do otherwise."""
+    """Help text: the "did you mean" question (if any) followed by what to do otherwise.
+
+    Args:
+        meant: the question, or an empty text. otherwise: what to do, as an imperative clause.
+    """
     return f"{meant} If not, {otherwise}" if meant else otherwise
 
 
@@ -27,7 +31,11 @@ def meant_name(name: str, known: Iterable[str]) -> str:
 
 
 def meant_data(program: Program, name: str, types: frozenset[str], module: str, routine: str) -> str:
-    """A "did you mean" question with data of one of the types (any if empty) that a routine sees, or an empty text."""
+    """A "did you mean" question with data that a routine sees and whose name is similar, or an empty text.
+
+    Args:
+        types: that the data may have; any if empty. module, routine: names of those that use it.
+    """
     of_type = (d for d in program.declarations if not types or d.type in types)
     seen = (d.name for d in of_type if program.declaration(d.name, module, routine) is not None)
     predefined = (n for n, (type_, _) in PREDEFINED.items() if not types or type_ in types)

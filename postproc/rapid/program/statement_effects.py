@@ -30,7 +30,7 @@ class StatementEffect:
 
     Args:
         keys: of what is written: declarations, ``@`` state, parameters of the routine as ``%name``, ``UNSEEN``.
-        calls: routines of the program that may run.
+        calls: keys of the program's routines that may run, with (parameter, data) passed by reference.
         unseen: names of what runs and is in none of the files.
     """
 
@@ -44,12 +44,12 @@ _MOVES = StatementEffect(frozenset({"@moves"}))
 
 
 class EffectReader:
-    """Reads the effects of statements.
+    """Reads the effects of statements of a program, and notes from all of them who writes what.
 
-    Of all that is read it keeps who writes what: ``paths`` are the components that are written of a declaration, by its
-    key (an empty path for all of it), ``writers`` the names of instructions in no file that write it (an empty name for
-    the program itself), ``lasting`` the keys of data that an instruction goes on writing, ``started`` the keys of
-    routines that a motion starts.
+    ``paths`` has the components that are written of a declaration, by its key (an empty path for all of it).
+    ``writers`` has the names of instructions in no file that write it (an empty name for the program itself).
+    ``lasting`` has the keys of data that an instruction goes on writing, ``started`` those of routines that a motion
+    starts.
     """
 
     def __init__(self, program: Program) -> None:
@@ -68,7 +68,11 @@ class EffectReader:
         self._functions: dict[tuple[str, Span], StatementEffect] = {}
 
     def own(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What a statement of a routine does itself: a motion, call or assignment, or text that cannot be read."""
+        """What a motion, call, assignment or unreadable text does, without functions in its expressions.
+
+        Args:
+            routine: in which it stands.
+        """
         if statement.kind not in ("assign", "call", "opaque"):
             return NO_EFFECT
         motion = self.program.motions.get((routine.source.path, statement.span[0]))
@@ -85,7 +89,7 @@ class EffectReader:
         return reading.effect()
 
     def _of_motion(self, motion: MotionStatement, routine: Routine) -> StatementEffect:
-        """That a motion moves the arm, what a search writes, and the procedure that it starts."""
+        """The effect of a motion: it moves the arm, a search writes what it finds, and a procedure may be started."""
         data, roles = routine.source.data, motion.roles
         if "found" not in roles and "procedure" not in roles:  # as nearly all
             return _MOVES
@@ -99,7 +103,7 @@ class EffectReader:
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What the functions do that the expressions of a statement call: those that may write, or are in no file."""
+        """The effect of functions that the expressions of a statement call, if they may write or are in no file."""
         path = routine.source.path
         if path not in self.calling:
             return NO_EFFECT
@@ -109,7 +113,7 @@ class EffectReader:
         return found
 
     def _of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What the writing functions do that are called in the expressions of a statement in a file with such calls."""
+        """The effect of functions that may write in the expressions of a statement; its file has calls of such."""
         functions, places = self.calling[routine.source.path]
         if bisect_left(places, statement.span[0]) == bisect_left(places, statement.span[1]):
             return NO_EFFECT
@@ -122,17 +126,23 @@ class EffectReader:
         return reading.effect()
 
     def key_of(self, name: str, routine: Routine, path: tuple[str, ...] = (), writer: str = "") -> str | None:
-        """The key of what is written where a routine writes to a name: of data or a parameter; None for all else.
+        """Key of the data or parameter to which a routine writes by a name; notes it; None for constants and all else.
 
         Args:
-            path: components of the data that are written; writer: as in ``writers``.
+            path: components of the data that are written.
+            writer: name of the instruction in no file that writes it; empty for the program itself.
         """
         if any(p.name == name for p in routine.parameters):
             return "%" + name
         return self.written(self.program.declaration(name, routine.module, routine.name), path, writer)
 
     def written(self, declaration: Declaration | None, path: tuple[str, ...] = (), writer: str = "") -> str | None:
-        """The key of declared data that is written, whose writer is noted; None for constants and for None."""
+        """Note that declared data is written, and return its key; None for constants and without a declaration.
+
+        Args:
+            path: components of the data that are written.
+            writer: name of the instruction in no file that writes it; empty for the program itself.
+        """
         if declaration is None or declaration.storage == "CONST":
             return None
         self.paths.setdefault(declaration.key, set()).add(path)
@@ -157,13 +167,18 @@ class _Reading:
         self.unseen: list[str] = []
 
     def effect(self) -> StatementEffect:
-        """All that was added."""
+        """Return all that was added."""
         if not self.keys and not self.calls:
             return NO_EFFECT
         return StatementEffect(frozenset(self.keys), frozenset(self.calls), tuple(self.unseen))
 
     def add(self, name: str, path: tuple[str, ...] = (), writer: str = "") -> None:
-        """Add what a name means, data or parameter, as written by ``writer`` (see ``EffectReader.writers``)."""
+        """Add that the data or parameter of a name is written.
+
+        Args:
+            path: components of the data that are written.
+            writer: name of the instruction in no file that writes it; empty for the program itself.
+        """
         key = self.reader.key_of(name, self.routine, path, writer)
         if key is not None:
             self.keys.add(key)
@@ -177,7 +192,7 @@ class _Reading:
         """Add a call of a routine with these arguments; for one in no file (None) that it may write all of them.
 
         Args:
-            writer: name of a routine in no file.
+            pieces: the arguments. writer: name of a routine in no file.
         """
         data = self.routine.source.data
         if called is None:
@@ -188,7 +203,11 @@ class _Reading:
         self.calls.add((called.key, tuple((name, argument_name(data, span)) for name, span in by_reference)))
 
     def late_call(self, template: Template, pieces: Sequence[Piece]) -> None:
-        """Add a call by name: of every procedure whose name fits the template, and perhaps of one in no file."""
+        """Add a call by name: of every procedure whose name fits the template, and perhaps of one in no file.
+
+        Args:
+            pieces: arguments of the call.
+        """
         found = self.reader.fitting(template)
         for called in found:
             self.hand_over(called, pieces, "")

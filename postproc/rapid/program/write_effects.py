@@ -28,7 +28,8 @@ class WriteEffects:
         calling: paths of files in which functions are called that may write or are in none of the files.
         unseen: names of routines in none of the files.
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
-        elsewhere: keys of data that another task may write at any time; volatile: that any code may write so.
+        shared: keys of data that other tasks declare too; elsewhere: that another task may write at any time.
+        volatile: keys of data that any code may write at any moment: other tasks, traps, handlers.
         unseen_any_time: code in none of the files may run at any moment.
     """
 
@@ -86,8 +87,10 @@ class WriteEffects:
 
     @cached_property
     def exposed(self) -> frozenset[str]:
-        """Keys of all that code in none of the files may write: module data that is not LOCAL, data written by
-        routines that it may call (all but main and LOCAL ones), and all state.
+        """Keys of all that code in none of the files may write.
+
+        That is module data that is not LOCAL, data written by routines that it may call (all but main and LOCAL ones),
+        and all state.
         """
         data = {d.key for d in self.program.declarations if _is_exposed(d)}
         called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}
@@ -95,7 +98,11 @@ class WriteEffects:
         return frozenset(data | within | SETTERS.keys())
 
     def may_be_written_any_time(self, key: str) -> bool:
-        """Whether a trap, a handler, a procedure that a motion starts or another task may write data at any moment."""
+        """Whether data may be written at any moment: by a trap, handler, other task, or procedure that a motion starts.
+
+        Args:
+            key: of the data.
+        """
         return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
@@ -129,15 +136,23 @@ class WriteEffects:
         return changed
 
     def of_call(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """The routines that a call itself may run, without the functions in its arguments, and what it may write."""
+        """The effect of a call: routines it may run, and what it may write; without functions in its arguments.
+
+        Args:
+            routine: in which it stands.
+        """
         return self._reader.own(statement, routine)
 
     def of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What the functions do that a statement's own expressions call: those that may write, or are in no file."""
+        """The effect of functions that a statement's own expressions call, if they may write or are in no file."""
         return self._reader.functions(statement, routine)
 
     def through(self, effect: StatementEffect, routine: Routine) -> frozenset[str]:
-        """Keys that the routines may change which an effect in a routine calls."""
+        """Keys of what is changed by the routines that a statement, or the functions in it, calls.
+
+        Args:
+            effect: of the statement or the functions. routine: in which the statement stands.
+        """
         changed: set[str] = set()
         self._add_calls(changed, effect.calls, self.of_routine, routine)
         return frozenset(changed)
@@ -153,10 +168,11 @@ class WriteEffects:
     def _add_calls(
         self, changed: set[str], calls: Iterable[CalledWith], below: Mapping[str, Set[str]], routine: Routine
     ) -> None:
-        """Add to ``changed`` what called routines change, their parameters by reference as the data passed.
+        """Add to ``changed`` what called routines change; for their parameters by reference, the data passed.
 
         Args:
-            below: what each routine changes, by its key; routine: that calls them.
+            calls: keys of routines, with (parameter, data) passed by reference.
+            below: what each routine changes, by its key. routine: that calls them.
         """
         for called, passed in calls:
             keys = below[called]
@@ -167,13 +183,17 @@ class WriteEffects:
 
 
 def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
-    """Whether the program may go on behind a handler: a statement in its body is RETRY, TRYNEXT or RETURN."""
+    """Whether the program may go on behind a handler: a statement in it is RETRY, TRYNEXT or RETURN.
+
+    Args:
+        body: of the handler. routine: that has it.
+    """
     data = routine.source.data
     return any(data[slice(*statement.span)].lower().startswith(_GOES_ON) for statement in statements_in(body))
 
 
 def named_writers(writers: Iterable[str]) -> str:
-    """The first two names, sorted and in backticks, joined by "and", for messages."""
+    """Two names at most, the first in order, in backticks and joined by "and", for messages."""
     return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
 
 

@@ -52,8 +52,9 @@ def scatter(
 
     Args:
         noise: half width of a grey band about zero. bins: means to draw.
-        marks: indices of points that are ringed, each with the text it shows. curve: drawn with twice its deviation.
-        across: the range of y, where charts are to be compared; None fits it to the points.
+        marks: indices of points that are ringed, each with the text it shows.
+        curve: drawn with a band of twice its standard deviation.
+        across: lowest and highest y of the axis, where charts are to be compared; None fits it to the points.
     """
     good = np.isfinite(x) & np.isfinite(y)
     if not good.any():
@@ -73,7 +74,7 @@ def scatter(
     if bins is not None:
         parts += _means(frame, bins)
     if curve is not None:
-        parts += _law(frame, curve, columns)
+        parts += _curve(frame, curve, columns)
     parts += [ring(places[i], text) for i, text in marks if good[i]]
     return frame.draw(parts, x_label, y_label)
 
@@ -82,7 +83,7 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
     """Return an SVG chart of the share of poses [%] at or below each distance, a curve for each name.
 
     Args:
-        curves: by name, style class and (n,) distances [unit]; NaN is left out.
+        curves: by name, class in the style sheet and (n,) distances [unit]; NaN is left out.
     """
     known = {name: (kind, np.sort(values[np.isfinite(values)])) for name, (kind, values) in curves.items()}
     known = {name: (kind, values) for name, (kind, values) in known.items() if len(values)}
@@ -126,7 +127,7 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
     """Return an SVG histogram of positive values over a logarithmic axis, with bars of each name beside each other.
 
     Args:
-        values: by name, style class and (n,) values [unit]; zero, negative and NaN are left out.
+        values: by name, class in the style sheet and (n,) values [unit]; zero, negative and NaN are left out.
     """
     known = {name: (kind, v[np.isfinite(v) & (v > 0)]) for name, (kind, v) in values.items()}
     every = np.concatenate([np.zeros(0), *(v for _, v in known.values())])
@@ -151,7 +152,11 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
 
 
 def _noise(frame: ChartAxes, noise: float) -> str:
-    """Return the band from -noise to noise as an SVG rectangle."""
+    """Return the band from -noise to noise as an SVG rectangle.
+
+    Args:
+        noise: in the unit of y.
+    """
     top, bottom = max(frame.y(noise), frame.top), min(frame.y(-noise), frame.top + frame.height)
     place = f'x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}"'
     return f'<rect {place} class="noise"/>'
@@ -171,8 +176,12 @@ def _means(frame: ChartAxes, bins: Bins) -> list[str]:
     return parts
 
 
-def _law(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
-    """Return a curve with a band of twice its standard deviation as SVG; with ``columns``, a bar at each value of x."""
+def _curve(frame: ChartAxes, curve: DrawnCurve, columns: bool) -> list[str]:
+    """Return a curve with a band of twice its standard deviation as SVG.
+
+    Args:
+        columns: x has few values; then each has a bar at the height of the curve, without a band.
+    """
     low, high = frame.range_y
     if columns:
         ends = [np.stack([curve.x + side, curve.y]) for side in (-0.3, 0.3)]

@@ -15,14 +15,14 @@ STEPS = 65_000  # of a packed column between its smallest and its largest value
 
 
 def exact(values: ArrayLike) -> dict[str, Any]:
-    """Encode numbers for a page's scripts: floats in single precision, whole numbers in 32 bits."""
+    """Encode an array for a page's scripts: floats in single precision, whole numbers in 32 bits."""
     array = np.asarray(values)
     whole = array.dtype.kind in "biu"
     return _column(array.astype("<i4" if whole else "<f4"), "i4" if whole else "f4")
 
 
 def packed(values: ArrayLike) -> dict[str, Any]:
-    """Encode numbers for a page's scripts in two bytes each, to a 65,000th of their range; NaN stays NaN."""
+    """Encode an array for a page's scripts in two bytes a number, to a 65,000th of their range; NaN stays NaN."""
     array = np.asarray(values, dtype=float)
     known = np.isfinite(array)
     low, high = (float(array[known].min()), float(array[known].max())) if known.any() else (0.0, 0.0)
@@ -32,7 +32,11 @@ def packed(values: ArrayLike) -> dict[str, Any]:
 
 
 def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
-    """Return an array as base64 with its type and its number of columns."""
+    """Return an array as base64 with its type and its number of columns.
+
+    Args:
+        kind: its type as scripts know it: ``f4``, ``i4`` or ``u2``.
+    """
     return {
         "type": kind,
         "width": array.shape[-1] if array.ndim > 1 else 1,
@@ -41,7 +45,10 @@ def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
 
 
 def chain_of(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
-    """Return the nominal chain of an arm for a page's scripts, and which tool each row has.
+    """Return what a page's scripts draw an arm from, by key.
+
+    ``name``, ``link`` and ``axis`` are those of the nominal arm, ``tools`` the different TCPs in the flange [m], and
+    ``tool`` the number of each row's TCP among them.
 
     Args:
         T_flange_tcp: (m, 4, 4) tool of each row.

@@ -36,10 +36,9 @@ class Law:
     """The dependence of one displacement, or joint torque, of an effect on the channel that explains it best.
 
     Args:
-        effect: its key; where: the coordinate, for people; unit: of y; channel: name.
-        x: (n,) values of the channel in SI units; y: (n,) effect plus residual at the measured rows, in thousandths
-            (mm,
-            mrad) or N m.
+        effect: its key; where: the displaced coordinate or the joint, for people; unit: of y; channel: name.
+        x: (n,) values of the channel in SI units.
+        y: (n,) effect plus residual at the measured rows, in thousandths (mm, mrad); of a torque the effect [N m].
         curve: the effect over values of the channel, averaged over the other channels as they were measured.
     """
 
@@ -58,7 +57,7 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
     Effects that are constant over the rows, or that follow no single channel, have none.
 
     Args:
-        keys: of the effects.
+        keys: of the effects; those that the model lacks have no curve.
     """
     state, named = fit.problem.sensitivity.state, fit_channels(fit)
     found = []
@@ -85,7 +84,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
     """Return the curves of one effect at the coordinates that it moves most, at most four.
 
     Args:
-        named: the channels of the fit, (n,) each.
+        state: of the measured rows. named: the channels of the fit by name, (n,) each.
     """
     moved = coordinates(effect, state)
     loads = not moved.any()
@@ -106,7 +105,7 @@ def _laws(fit: Fit, effect: Effect, state: State, named: dict[str, Array]) -> li
 
 
 def coordinates(effect: Effect, state: State) -> Array:
-    """Return the displacement (n, 60) that an effect causes, by place [rad or m] (`model.derivatives.places`)."""
+    """Return how far an effect moves each of the 60 coordinates of `model.derivatives.places`, (n, 60) [rad or m]."""
     return flat(displacement_parts(displacement_of(effect, state)), len(state), PLACES)
 
 
@@ -132,7 +131,7 @@ def forces(effect: Effect, state: State) -> dict[int, Array]:
 
 
 def place_name(k: int) -> tuple[str, str]:
-    """Return the name of a coordinate of `model.derivatives.places`, and its unit, ``mm`` or ``mrad``."""
+    """Return the name of coordinate k of `model.derivatives.places`, and the unit to show it in, ``mm`` or ``mrad``."""
     if k < BODY:
         return f"joint {k - JOINT + 1}", "mrad"
     begin = next(start for start in (INSTRUMENT, TOOL, BODY) if k >= start)
@@ -147,6 +146,7 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
     The unexplained share is estimated from differences of successive rows, in the order of the channel (von Neumann).
 
     Args:
+        effect: only channels that it reads are tried. named: channels by name, (n,) each.
         k: coordinate of the values; its own joint's channel comes first among equals.
     """
     read = [PREFIXES.get(name, name) for name in effect.reads]
@@ -163,7 +163,11 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
 
 
 def _thousandths(effect: Effect, state: State, *, loads: bool, k: int) -> Array:
-    """Return (n,) what an effect does at coordinate k: displacement [mrad or mm], with ``loads`` the torque [N m]."""
+    """Return (n,) what an effect does at coordinate k: displacement [mrad or mm], with ``loads`` the torque [N m].
+
+    Args:
+        k: of `model.derivatives.places`, with ``loads`` the joint from 0.
+    """
     return torques(effect, state)[:, k] if loads else 1e3 * coordinates(effect, state)[:, k]
 
 
@@ -173,7 +177,8 @@ def _curve(
     """Return an effect's curve along a channel, averaged over up to 24 measured rows, with its standard deviation.
 
     Args:
-        along: name of the channel and its values (n,). seen: (n,) displacement or torque at the coordinate drawn.
+        along: name of the channel and its values (n,).
+        seen: returns (n,) the displacement or torque of an effect in n states, at the coordinate that is drawn.
     """
     channel, values = along
     known = np.unique(values)
@@ -200,7 +205,7 @@ def _curve(
 
 
 def _swept(state: State, channel: str, values: Array) -> State:
-    """Return the states with one channel set to (n,) values; poses of bodies follow the joints."""
+    """Return the n states with one channel set to (n,) values; poses of bodies follow the joints."""
     name, joint = channel[:-1], channel[-1:]
     if name in FIELDS and joint.isdigit():
         column = np.array(getattr(state, FIELDS[name]), dtype=float)
@@ -222,6 +227,9 @@ def _residual(fit: Fit, k: int) -> Array:
     """Return (n,) how much more coordinate k would move to explain the residual [rad or m]; NaN where nothing shows it.
 
     l . r / (l^2 + s^2) with the residual r and the coordinate's lever l [m/rad or m/m], damped by s.
+
+    Args:
+        k: of `model.derivatives.places`.
     """
     error = fit.observed_error.copy()
     error[list(fit.set_aside)] = np.nan

@@ -31,7 +31,7 @@ class Places:
     """n places of the programmed path, those at which the deviation is known before or after.
 
     Args:
-        move: (n,) and u: (n,) fraction of it, ascending.
+        move: (n,) index of the move, ascending; u: (n,) fraction of the move, from 0 to 1, ascending in each.
         before, after: (n, 3) deviation of the real TCP across the path [m], in work axes; on joint moves from the place
             at the same time.
     """
@@ -89,7 +89,7 @@ def path_data(found: Conversion) -> Values:
 
 
 def _places(curves: Curves, before: Deviation, after: Deviation) -> Places:
-    """Return every place where the deviation before or after is known; the other one is interpolated there."""
+    """Return each place where the deviation before or after correction is known; the other is interpolated there."""
     known = [(_key(d.owner, d.u), _across(curves, d)) for d in (before, after)]
     key = np.unique(np.round(np.concatenate([k for k, _ in known]), 5))
     columns = []
@@ -106,7 +106,7 @@ def _key(move: Index, u: Array) -> Array:
 
 
 def _across(curves: Curves, deviation: Deviation) -> Array:
-    """Return the deviation (n, 3) [m] across the line or arc, without its component along it."""
+    """Return a deviation (n, 3) [m] without its component along the line or arc; on joint moves it is whole."""
     of, u = deviation.owner, deviation.u
     tangent = curves.chord[of]
     arc = np.flatnonzero(curves.arc[of])
@@ -135,12 +135,23 @@ def _thinned(places: Places) -> Places:
 
 
 def _interpolated(at: Array, values: Array, place: Array) -> Array:
-    """Interpolate each column of values (m, k), known at ascending ``at`` (m,), at ``place`` (n,)."""
+    """Interpolate each column of values linearly.
+
+    Args:
+        at: (m,) ascending places of the rows of values (m, k). place: (n,) where they are wanted.
+
+    Returns:
+        (n, k).
+    """
     return np.stack([np.interp(place, at, column) for column in values.T], axis=1)
 
 
 def _torques(model: Model, plan: CorrectionPlan, places: Places, mounts: Mounts, q: Array) -> Array:
-    """Return the motor torques (n, 6) [N m] of the rigid arm: links, payload, lasting acceleration and force."""
+    """Return the motor torques (n, 6) [N m] of the rigid arm: links, payload, lasting acceleration and force.
+
+    Args:
+        mounts: poses of base, tool and work at the n places. q: (n, 6) joint angles there [rad].
+    """
     rigid, motion = model.with_effects(), plan.motion
     timeline, moves = motion.timeline, motion.moves
     torque = np.empty((len(q), 6))

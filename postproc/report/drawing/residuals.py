@@ -31,7 +31,11 @@ SEVERAL = 6  # channels that are drawn where many stand out
 
 @dataclass(frozen=True, slots=True)
 class Channels:
-    """Channels that explain most of one fit's residual, with place and y range of their charts, for other fits."""
+    """Channels that explain most of one fit's residual, so that other fits can be drawn on the same axes.
+
+    Args:
+        places: for each its name, the place (joint, or space) where it explains most, and the range of y.
+    """
 
     places: tuple[tuple[str, str, Range], ...]
 
@@ -59,7 +63,8 @@ def channel_sections(
     Each channel is drawn at the place where it explains most.
 
     Args:
-        first: (channel, place) that come before the others. folded: all channels are in the folded section.
+        title: of the first section. first: (channel, place) that are in it in any case, before the others.
+        folded: the first section stays empty, all channels are in the folded one.
     """
     asked = set(first)
 
@@ -81,16 +86,16 @@ def channel_sections(
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
-    """Return a chart of the error at the suspect's place over its channel, with the share that parameters absorbed.
+    """Return a chart of the error at a pattern's place over its channel, with the share that parameters absorbed.
 
     Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
     parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for a
     pattern of several sizes, or a place that neither turns nor shifts.
 
     Args:
-        noise: standard deviation per axis [m], [rad], or None.
+        suspect: the pattern. noise: standard deviation per axis [m], [rad], or None.
     """
-    named, ours = fit_channels(fit), _moves(suspect.where)
+    named, ours = fit_channels(fit), _unit_at(suspect.where)
     if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
         return ""
     linear, sizes = fit.linear, suspect_size(fit, suspect)
@@ -119,15 +124,23 @@ def pose_name(fit: Fit, i: int) -> str:
 
 
 def _best(trends: Sequence[Trend]) -> list[Trend]:
-    """Return the first trend of every channel; trends come strongest first."""
+    """Return the first trend of every channel.
+
+    Args:
+        trends: the one that is wanted first; of the others the strongest first.
+    """
     best: dict[str, Trend] = {}
     for trend in trends:
         best.setdefault(trend.channel, trend)
     return list(best.values())
 
 
-def _moves(where: str) -> str:
-    """Return the unit, ``mrad`` or ``mm``, in which a place turns or shifts; empty if it does both or neither."""
+def _unit_at(where: str) -> str:
+    """Return the unit, ``mrad`` or ``mm``, in which a place turns or shifts; empty if it does both or neither.
+
+    Args:
+        where: such as ``joint 2`` or ``tool, turned``.
+    """
     kind, _, how = where.partition(", ")
     kind = kind.rstrip(" 123456")
     if kind in ("joint", "base", "body", "tool", "instrument") and how in ("", "turned", "shifted"):
@@ -140,8 +153,10 @@ class _Charts:
     """What the charts of a fit have in common.
 
     Args:
-        noise: per axis [m], [rad]; at_joint: (6,) the same as it looks at a joint, rms over the poses of each row of
-            J^+ [mrad per m]. worst: rows that are ringed.
+        named: channels by name, (n,) each.
+        noise: standard deviation per axis [m], [rad]; None where it is not known.
+        at_joint: (6,) factor from noise of position to noise of a joint [mrad per m]: rms over the poses of each row of
+            J^+. worst: rows that are ringed.
     """
 
     fit: Fit
@@ -158,7 +173,7 @@ class _Charts:
         return cls(fit, fit_channels(fit), fit.parts.level, at_joint, worst)
 
     def chart(self, trend: Trend, across: Range | None = None) -> str:
-        """Return the chart of a trend.
+        """Return the SVG chart of the residual over a channel, at the trend's place, with means and the worst poses.
 
         Args:
             across: the range of its y axis; None fits it to the points.

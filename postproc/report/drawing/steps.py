@@ -39,7 +39,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
     """Return what the page draws of every step, at rows that are the same in all of them.
 
     Args:
-        keys: effects whose curves are drawn. floor: the noise [mm], [mrad].
+        rungs: the steps, the last model last. keys: of effects whose curves are drawn. floor: the noise [mm], [mrad].
     """
     last, keys = rungs[-1].fit, list(keys)
     rows, channels = _chosen(last), Channels.of(rungs[0].fit)
@@ -73,7 +73,11 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
 
 
 def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
-    """Return the forces of these effects on bodies, each with body and encoded wrench (k, 6) about the base origin."""
+    """Return the forces of some effects on bodies, each with body and encoded wrench (k, 6) about the base origin.
+
+    Args:
+        keys: of the effects. rows: (k,) indices of the poses that are drawn.
+    """
     state = fit.problem.sensitivity.state.rows(rows)
     effects = [e for key in keys if (e := fit.model.effect(key)) is not None and not e.missing(state)]
     every = [(e.key, body, wrench) for e in effects for body, wrench in forces(e, state).items()]
@@ -81,7 +85,7 @@ def _forces(fit: Fit, keys: Sequence[str], rows: Array) -> list[Values]:
 
 
 def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
-    """Return a chart of the share of poses over their distance: fitted, held out, and what the noise alone would give.
+    """Return a chart of the share of poses within each distance: fitted, held out, and what the noise alone would give.
 
     Args:
         noise: standard deviation per axis [mm], [mrad], or None. held_out: also draw rows the fit has not seen.
@@ -99,7 +103,7 @@ def distance_chart(fit: Fit, noise: float | None, held_out: bool) -> str:
 
 
 def _chosen(fit: Fit) -> Array:
-    """Return the rows that are drawn: at most about 3000 evenly, and the 20 worst."""
+    """Return the indices (k,) of rows that are drawn: at most about 3000 evenly, and the 20 worst."""
     n = len(fit.data)
     every = np.arange(0, n, -(-n // MOST) or 1)
     worst = np.argsort(-np.nan_to_num(distances(fit.observed_error)))[:20]
@@ -107,7 +111,11 @@ def _chosen(fit: Fit) -> Array:
 
 
 def _in_base(fit: Fit, rows: Array) -> tuple[Array, Array]:
-    """Return measured minus predicted position (k, 3) [m] and the predicted TCP (k, 3) [m], both in base axes."""
+    """Return measured minus predicted position (k, 3) [m] and the predicted TCP (k, 3) [m], both in base axes.
+
+    Args:
+        rows: (k,) indices of the measurements.
+    """
     error = np.nan_to_num(fit.position_error[rows])
     rest = fit.problem.rest
     error = np.einsum("nji,nj->ni", rest.R_instrument_base[rows], error)

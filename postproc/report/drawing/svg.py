@@ -22,7 +22,7 @@ class ChartAxes:
         self.width, self.height = size[0] - self.left - 8, size[1] - self.top - 40
 
     def places(self, x: Array, y: Array) -> Array:
-        """Return the pixels (n, 2) of values (n,), (n,)."""
+        """Return the pixels (n, 2), from the left and from the top, of values x (n,) and y (n,)."""
         (x0, x1), (y0, y1) = self.range_x, self.range_y
         across = self.left + (x - x0) / (x1 - x0) * self.width
         down = self.top + (y1 - y) / (y1 - y0) * self.height
@@ -40,7 +40,7 @@ class ChartAxes:
         """Return the chart as SVG: ``parts`` inside the axes, ticks and labels around them.
 
         Args:
-            powers: ticks of x show 10^x, for a logarithmic axis.
+            parts: SVG elements in pixels. powers: ticks of x show 10^x, for a logarithmic axis.
         """
         bottom, middle = self.top + self.height, self.left + self.width / 2
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
@@ -60,14 +60,14 @@ class ChartAxes:
 
 
 def dots(places: Array) -> str:
-    """Return points (n, 2) as one SVG path; those on the same half pixel are drawn once."""
+    """Return points (n, 2) [pixels] as one SVG path; those on the same half pixel are drawn once."""
     distinct = np.unique(np.round(2 * places).astype(int), axis=0) / 2
     path = "".join(f"M{x:g} {y:g}h0" for x, y in distinct)
     return f'<path d="{path}" class="points" stroke-width="{3 if len(distinct) < 1000 else 2}"/>'
 
 
 def line(places: Array, kind: str) -> str:
-    """Return a line through points (n, 2) as SVG; NaN interrupts it.
+    """Return a line through points (n, 2) [pixels] as SVG; NaN interrupts it.
 
     Args:
         kind: its class in the style sheet.
@@ -79,19 +79,19 @@ def line(places: Array, kind: str) -> str:
 
 
 def band(low: Array, high: Array, kind: str) -> str:
-    """Return the area between two lines (n, 2) as SVG, of a class ``kind`` of the style sheet."""
+    """Return the area between two lines (n, 2) [pixels] as SVG, of a class ``kind`` of the style sheet."""
     around = np.concatenate([low, high[::-1]])
     return f'<path d="M{"L".join(f"{x:.1f} {y:.1f}" for x, y in around)}Z" class="{kind}"/>'
 
 
 def ring(place: Array, text: str) -> str:
-    """Return a ring round a point (2,) as SVG, which shows ``text`` when pointed at."""
+    """Return a ring round a point (2,) [pixels] as SVG, which shows ``text`` when pointed at."""
     x, y = place
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" class="ring"><title>{escape(text)}</title></circle>'
 
 
 def ticks(low: float, high: float) -> Array:
-    """Return three to seven round values between two limits."""
+    """Return three to seven round values between two limits, for the ticks of an axis."""
     rough = (high - low) / 5
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(power * k for k in (1.0, 2.0, 5.0, 10.0) if power * k >= rough)
@@ -99,14 +99,14 @@ def ticks(low: float, high: float) -> Array:
 
 
 def spread(values: Array) -> Range:
-    """Return the range of values, with a margin of 5 % on each side."""
+    """Return the lowest and the highest of some values, with a margin of 5 % on each side."""
     low, high = float(values.min()), float(values.max())
     margin = 0.05 * (high - low) or 1.0
     return low - margin, high + margin
 
 
 def svg(width: int, height: int, parts: Sequence[str], name: str) -> str:
-    """Return an SVG image of these parts, with a name for screen readers."""
+    """Return an SVG image of width and height [pixels] with these elements, and with a name for screen readers."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
     head += f' role="img" aria-label="{escape(name)}"'
     return f'{head} font-family="system-ui, sans-serif" font-size="13">{"".join(parts)}</svg>'
