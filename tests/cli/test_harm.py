@@ -172,7 +172,7 @@ def test_results_are_printed_in_one_place() -> None:
 
     folder = Path(postproc.cli.__file__).parent
     bare = {p.name for p in folder.glob("*.py") if re.search(r"(?<![\w.])print\(", p.read_text("utf-8"))}
-    assert bare <= {"report.py", "progress.py"}
+    assert bare <= {"printing.py", "progress.py"}
 
 
 def test_work_that_takes_long_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
