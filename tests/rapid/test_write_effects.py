@@ -105,3 +105,19 @@ ENDPROC
     body = "a:=CRobT(); SearchL di1,b,e,v5,tool0;"
     effects = WriteEffects(program(module(body, data + routines)))
     assert {key.split(".")[-1] for key in effects.measured} == {"a", "b", "c", "d"}
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("pSet.trans.x:=1; pSet.trans:=pConst.trans; pSet.robconf.cf1:=0;", [("robconf", "cf1"), ("trans",)]),
+        ("pSet.trans.x:=1; pSet:=pConst;", [()]),
+        ("nOwn:=1;", [()]),
+    ],
+)
+def test_a_part_inside_another_that_is_written_is_not_told_apart(body: str, expected: list[tuple[str, ...]]) -> None:
+    """In whatever order: what is not known would else differ from run to run."""
+    read = program(f"MODULE M\n{DATA}\nPROC main()\n{body}\nENDPROC\nENDMODULE\n")
+    declaration = read.declaration("pSet", "M")
+    assert declaration is not None
+    assert list(WriteEffects(read).paths(declaration)) == expected

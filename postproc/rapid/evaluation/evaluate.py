@@ -33,8 +33,8 @@ from postproc.rapid.unknown import Kind, Unknown, joined_causes
 class Scope(Protocol):
     """Where names get their meaning while an expression is evaluated; every method may raise Unknown.
 
-    ``reads`` holds the causes why what has been read so far in the present expression is not certain; ``noted`` those
-    of all expressions since somebody emptied it.
+    What a scope does not define has no value in it. ``reads`` holds the causes why what has been read so far in the
+    present expression is not certain; ``noted`` those of all expressions since somebody emptied it.
     """
 
     reads: list[Unknown]
@@ -49,12 +49,14 @@ class Scope(Protocol):
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         """The value of an element of an array; indices count from 1."""
+        raise Unknown(Kind.UNDECIDED)
 
     def call(self, call: Call) -> Value | None:
         """The result of a function that the program defines; None if it defines none of that name."""
 
     def present(self, name: str) -> bool:
         """Whether the routine that runs was called with this optional parameter (lower-case name)."""
+        raise Unknown(Kind.UNDECIDED)
 
     def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
         """The result of CalcRobT or CalcJointT (``name``), which need the kinematics of the arm.
@@ -62,6 +64,7 @@ class Scope(Protocol):
         Args:
             arguments: values of the positional arguments; options: of the optional ones, by lower-case name.
         """
+        raise Unknown(Kind.UNDECIDED)
 
 
 def evaluate(expression: Expression, scope: Scope) -> Value:

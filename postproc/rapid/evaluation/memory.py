@@ -106,7 +106,7 @@ class Memory:
 
     Args:
         changed: only what has been assigned or forgotten, over the initial values.
-        unseen: how often something may have written data, of all ways together.
+        invalidations: how often something may have written data, by key, of all ways together.
         reads, noted: causes of doubt of what was read in the present expression, and in all since ``noted`` was
             emptied.
         ends: indices of the events after one of which the arm stands now, and ``NOWHERE``.
@@ -120,7 +120,7 @@ class Memory:
     frame: CallFrame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
-    unseen: dict[str, int] = field(default_factory=dict)
+    invalidations: dict[str, int] = field(default_factory=dict)
     ends: frozenset[int] = LOST
     conditional: int = 0
     trial: bool = False
@@ -157,13 +157,13 @@ class Memory:
         self.frame.exits.append(Exit(dict(self.changed), self.ends, value, goes_on))
 
     def invalidate(self, key: str) -> None:
-        """Count that something may have written the data of this key; ``UNSEEN``: all that code in no file may."""
-        self.unseen[key] = self.unseen.get(key, 0) + 1
+        """Count that something may have written the data of this key; ``UNSEEN``: all that unseen code can write."""
+        self.invalidations[key] = self.invalidations.get(key, 0) + 1
 
     def invalidated(self, key: str) -> int:
         """How often something may have written the data of this key unseen so far."""
-        reached = UNSEEN in self.unseen and key in self.changes.exposed
-        return self.unseen.get(key, 0) + (self.unseen[UNSEEN] if reached else 0)
+        reached = UNSEEN in self.invalidations and key in self.changes.exposed
+        return self.invalidations.get(key, 0) + (self.invalidations[UNSEEN] if reached else 0)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 
@@ -314,7 +314,7 @@ class Memory:
     def _writer(self, declaration: Declaration) -> Unknown:
         """The reason why data that nothing has set so far is not certain: what writes it later, or may write it."""
         name, key = f"`{declaration.name}`", declaration.key
-        writers = self.changes.writers(declaration)
+        writers = self.changes.direct.writers.get(key, set())
         if "" in writers:
             return Unknown(Kind.UNSET, name, key=key)
         return Unknown(Kind.MAY_BE_WRITTEN, name, named_writers(writers or self.changes.unseen), key=key)

@@ -12,10 +12,9 @@ from dataclasses import replace
 from postproc.diagnostics import Source, Span
 from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.data.values import Data, Value
-from postproc.rapid.evaluation.assign import forget, joined
+from postproc.rapid.evaluation.assign import differing, forget, joined, present
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Exit, Memory
-from postproc.rapid.execution.differences import differing, present
 from postproc.rapid.execution.findings import WalkFindings
 from postproc.rapid.execution.interpreter import AddedMotions, Interpreter
 from postproc.rapid.execution.jumps import UNTIL, jumps_in, structured
@@ -29,7 +28,7 @@ from postproc.rapid.program.program import Program
 from postproc.rapid.program.statement_effects import UNSEEN, StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.rapid.unknown import Kind, Unknown, without_causes
+from postproc.rapid.unknown import Kind, Unknown
 
 MAX_STEPS = 100_000  # statements executed; from there on every loop runs once and calls are passed over
 MOST_STEPS_ABOVE = 2  # times MAX_STEPS: from there on what is in a loop is not followed at all
@@ -51,12 +50,7 @@ class AllWays(Interpreter):
     def __init__(
         self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
     ) -> None:
-        """Set up the walk of a program, with nothing executed yet.
-
-        Args:
-            changes: write effects of the program, worked out if None.
-            added: motions and routines written into the program.
-        """
+        """Set up the walk of a program, with nothing executed yet; arguments as of ``Interpreter``."""
         super().__init__(program, changes, added)
         self.findings = WalkFindings(program, self.data)
         self.maker = EventMaker(program, self.findings.all, named=added is None)
@@ -133,7 +127,7 @@ class AllWays(Interpreter):
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
         """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
-        self.forget_unseen(functions, memory)
+        super().forget_written(statement, functions, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
             return
@@ -145,12 +139,12 @@ class AllWays(Interpreter):
         forget(memory, self.changes.through(functions, routine), Kind.WRITTEN_BY_FUNCTION)
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
+        """Record a motion as events, and count its steps."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
         if "found" in motion.roles:
-            self.search(motion, memory)
+            super().move(motion, memory)
 
     def set_state(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
         """Carry out an instruction of ``STATE``; a name in it that is declared nowhere is reported."""
@@ -158,27 +152,13 @@ class AllWays(Interpreter):
         source = memory.frame.routine.source
         self.findings.undeclared_state(memory.changed.get(STATE[word]), source, self.maker.missing)
 
-    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
-        """Report a call of code in none of the files, taken not to move the arm; nothing may be added to the way."""
-        memory.doubt()
+    def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+        """Report a call of code in none of the files, which is taken not to move the arm."""
+        super().run_unseen(statement, arguments, memory)
         if arguments is None:
             self.findings.late(statement, memory.frame.routine.source)
         else:
             self.findings.unseen(statement, arguments, memory.frame.routine.source)
-
-    def asked(self, condition: Span, memory: Memory) -> bool | None:
-        """None: both ways are followed."""
-        return None
-
-    def deciding(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
-
-        In added routines an assumed value counts as certain.
-        """
-        data = super().deciding(span, memory)
-        if memory.frame.routine.key in self.added.routines:
-            return without_causes(data)[0]  # a place is worked out of places that are assumed
-        return data
 
     # -- jumps ---------------------------------------------------------------------------------------------------------
 
@@ -235,19 +215,13 @@ class AllWays(Interpreter):
             self.choose(statement, arms, any(way.goes_on for way in exits[out:]), memory)
         if not ways:
             return False
-        self.meet(ways, memory)
+        conditional = [way.conditional - 1 for way in ways if way is not memory]
+        memory.ends = self.recorder.either(*(way.ends for way in ways))
+        memory.changed = joined([way.changed for way in ways], self.program)
+        memory.conditional = max([memory.conditional, *conditional])
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, Kind.UNDECIDED)
         return True
-
-    def meet(self, ways: Sequence[Memory], memory: Memory) -> None:
-        """Set ``memory`` to what is common to the ends of several ways that began from it and meet here."""
-        conditional = [way.conditional - 1 for way in ways if way is not memory]
-        memory.changed, memory.ends, memory.conditional = (
-            joined([way.changed for way in ways], self.program),
-            self.recorder.either(*(way.ends for way in ways)),
-            max([memory.conditional, *conditional]),
-        )
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
         """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own
@@ -356,7 +330,7 @@ class AllWays(Interpreter):
             memory.doubt()
             return
         body, moves = loop.branches[0].body, "@moves" in keys
-        functions = self.changes.through(self.changes.of_functions(loop, routine), routine)
+        functions = self.changes.through(self.changes.direct.functions(loop, routine), routine)
         keys = self.varying(body, memory, keys) | functions | (keys & {UNSEEN})
         forget(memory, keys, Kind.CHANGED_IN_LOOP)
         begin = memory.ends

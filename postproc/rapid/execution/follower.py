@@ -16,7 +16,7 @@ from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
 from postproc.rapid.evaluation.memory import NOWHERE, Memory
 from postproc.rapid.evaluation.state import AT_START
 from postproc.rapid.execution.interpreter import AddedMotions
-from postproc.rapid.execution.one_way import OneWay
+from postproc.rapid.execution.one_way import OneWay, Stopped
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
 from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.program import Program
@@ -29,10 +29,6 @@ MOST_MOTIONS = 3_000  # of one world that are looked at
 MOST_STATEMENTS = 30_000
 INTERRUPTED = 0.05  # of all motions are followed by a given trap
 MOVED, CALLED = 0.3, 0.4  # of the calls of code in none of the files move the arm, call a procedure of these files
-
-
-class _Stop(Exception):
-    """The program ends: at EXIT, at an error, or because enough of it has been followed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +77,7 @@ def follow(
         memory = follower.memory(routine)
         try:
             follower.enter(routine, memory)
-        except _Stop:
+        except Stopped:
             continue
         except RecursionError:
             break
@@ -100,6 +96,8 @@ class _Follower(OneWay):
         motions: that have been made, in their order; own: how many of them the original program has too.
         interrupted: a trap is running; calling: code in none of the files is running a procedure of the files.
     """
+
+    most = MOST_STATEMENTS
 
     def __init__(
         self,
@@ -147,23 +145,13 @@ class _Follower(OneWay):
         """Run one statement on ``memory``; False if it leaves its body.
 
         Raises:
-            _Stop: it ends the program, or ``MOST_STATEMENTS`` have been run.
+            Stopped: it ends the program, or ``MOST_STATEMENTS`` have been run.
         """
         if memory.frame.routine.key not in self.added.routines and not self.moves(statement, memory):
             self.spend()
         if statement.kind == "leave":
-            raise _Stop
+            raise Stopped
         return super().statement(statement, memory)
-
-    def spend(self) -> None:
-        """Count one statement, or one turn of a WHILE loop.
-
-        Raises:
-            _Stop: ``MOST_STATEMENTS`` have been run.
-        """
-        super().spend()
-        if self.taken > MOST_STATEMENTS:
-            raise _Stop
 
     def moves(self, statement: Statement, memory: Memory) -> bool:
         """Whether a statement of the routine that runs is itself a motion instruction; calls of routines are not."""
@@ -172,17 +160,13 @@ class _Follower(OneWay):
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
         """Mark data as written anew that functions in no file get; the program's own run where they are called."""
         if not self.moves(statement, memory):
-            self.forget_unseen(functions, memory)
+            super().forget_written(statement, functions, memory)
 
     def asked(self, condition: Span, memory: Memory) -> bool:
         """Whether a condition holds: even odds, drawn by its routine and text, anew each time it is asked for."""
         routine = memory.frame.routine
         words = routine.source.data[slice(*condition)].decode("latin-1")
         return self.world.next(f"{routine.key} {words}").random() < 0.5
-
-    def indices(self, loop: Statement, memory: Memory) -> list[float]:
-        """Values of the index of a FOR loop whose bounds are no numbers: 1 and 2."""
-        return [1.0, 2.0]
 
     # -- motions -------------------------------------------------------------------------------------------------------
 
@@ -191,14 +175,14 @@ class _Follower(OneWay):
         it.
 
         Raises:
-            _Stop: ``MOST_MOTIONS`` motions of the original program are recorded.
+            Stopped: ``MOST_MOTIONS`` motions of the original program are recorded.
         """
         if motion.key in self.ordinals:
             # Added statements do not count: the written program goes as far as the original.
             self.spend()
             self.own += 1
             if self.own > MOST_MOTIONS:
-                raise _Stop
+                raise Stopped
         arguments = {argument.role: argument for argument in motion.arguments}
         target = self.place(motion, "to", memory, motion.signature.jointed)
         via = self.place(motion, "via", memory)
@@ -211,11 +195,13 @@ class _Follower(OneWay):
             begins = self.world.beside(target) if isinstance(target, RobTarget) else None
         assert not isinstance(via, JointTarget)
         self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement, begins))
-        self.search(motion, memory)
+        super().move(motion, memory)
         procedure = arguments.get("procedure")
         if procedure is not None:
             name = without_causes(self.data.value_or_not(procedure.span, memory))[0]
-            self.run(str(name).rpartition(":")[2], memory)
+            routine = self.program.routine(str(name).rpartition(":")[2], memory.frame.routine.module)
+            if routine is not None:
+                self.call_routine(routine, (), memory)
         if motion.key in self.ordinals and not self.interrupted:
             self.interrupt(self.ordinals[motion.key], memory)
 
@@ -245,13 +231,7 @@ class _Follower(OneWay):
             return None, None
         return held, frame
 
-    def run(self, name: str, memory: Memory) -> None:
-        """Run the procedure of this name without arguments, if the program has one."""
-        routine = self.program.routine(name, memory.frame.routine.module)
-        if routine is not None:
-            self.call_routine(routine, (), memory)
-
-    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+    def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Draw what code in no file does: in 30 % of calls it moves the arm, in 40 % it runs a procedure of the files.
 
         The world draws by the name of the code. Such a procedure is not run inside another one run so.

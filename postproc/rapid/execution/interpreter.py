@@ -23,7 +23,7 @@ from postproc.rapid.program.statement_effects import NO_EFFECT, StatementEffect
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
-from postproc.rapid.unknown import Assumed, Kind, Unknown
+from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
 
 MAX_CALLS = 30  # depth
 
@@ -52,9 +52,12 @@ class Interpreter(ABC):
 
     Args:
         data: reads and writes data by the text of the routine that runs.
+        assumed_decides: whether a condition counts as certain whose value is assumed.
         followed: places of the calls that have been run; passed_over: keys of routines that some call means which was
             not run.
     """
+
+    assumed_decides = False
 
     def __init__(
         self, program: Program, changes: WriteEffects | None = None, added: AddedMotions | None = None
@@ -99,36 +102,12 @@ class Interpreter(ABC):
     def jump(self, statement: Statement, memory: Memory) -> bool:
         """Come to a GOTO or a label; True if what follows it in the text is followed next."""
 
-    @abstractmethod
-    def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Run a motion."""
-
-    @abstractmethod
-    def asked(self, condition: Span, memory: Memory) -> bool | None:
-        """Whether a condition holds that no data decides; None: it may, so that both ways are followed."""
-
-    @abstractmethod
-    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
-        """Run code that is in none of the files, after what it may write has become unknown.
-
-        Args:
-            statement: that calls it; arguments: how many it has, None where a text names it.
-        """
-
-    @abstractmethod
-    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Make data unknown that functions in the expressions of a statement write and that running it leaves as it is.
-
-        Args:
-            functions: what they do.
-        """
-
     # -- statements ----------------------------------------------------------------------------------------------------
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         """Run one statement on ``memory``; False if it leaves the body in which it stands."""
-        if memory.frame.routine.source.path in self.changes.calling:
-            functions = self.changes.of_functions(statement, memory.frame.routine)
+        if memory.frame.routine.source.path in self.changes.direct.calling:
+            functions = self.changes.direct.functions(statement, memory.frame.routine)
             if functions is not NO_EFFECT:
                 self.forget_written(statement, functions, memory)
         match statement.kind:
@@ -156,8 +135,12 @@ class Interpreter(ABC):
                 forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.UNCERTAIN)
         return True
 
-    def forget_unseen(self, functions: StatementEffect, memory: Memory) -> None:
-        """Make data unknown that functions in none of the files may write in a statement's expressions."""
+    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
+        """Make data unknown that functions in none of the files may write in the expressions of a statement.
+
+        Args:
+            functions: what functions in its expressions do.
+        """
         if functions.unseen:
             forget(memory, functions.keys, Kind.MAY_BE_WRITTEN, f"`{functions.unseen[-1]}`")
 
@@ -180,7 +163,14 @@ class Interpreter(ABC):
 
     def deciding(self, span: Span, memory: Memory) -> Data:
         """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain."""
-        return self.data.value_or_not(span, memory)
+        data = self.data.value_or_not(span, memory)
+        if self.assumed_decides or memory.frame.routine.key in self.added.routines:
+            return without_causes(data)[0]  # in what is added, a place is worked out of places that are assumed
+        return data
+
+    def asked(self, condition: Span, memory: Memory) -> bool | None:
+        """Whether a condition holds that no data decides; None: it may, so that both ways are followed."""
+        return None
 
     def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
         """Whether an arm of IF or TEST is taken; None if that is not known.
@@ -229,7 +219,7 @@ class Interpreter(ABC):
             self.call_routine(routine, pieces, memory, again)
         elif late is not None:
             self.forget_given(statement, f"`{name}`" if name else LATE, memory)
-            self.unseen(statement, None, memory)
+            self.run_unseen(statement, None, memory)
         elif word in STATE:
             self.set_state(word, pieces, memory)
         elif word in COUNTING:
@@ -240,7 +230,7 @@ class Interpreter(ABC):
             begin = statement.span[0]
             self.forget_given(statement, f"`{source.data[begin : begin + len(word)].decode('latin-1')}`", memory)
             if word not in KNOWN:
-                self.unseen(statement, len(pieces), memory)
+                self.run_unseen(statement, len(pieces), memory)
             elif word in MOVING:
                 memory.doubt()
 
@@ -265,11 +255,19 @@ class Interpreter(ABC):
             return f"{word}{int(number)}"
         return word if call.number is None else ""
 
-    def search(self, motion: MotionStatement, memory: Memory) -> None:
-        """Make the data unknown to which a search instruction writes the position that it finds."""
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Run a motion: the data becomes unknown to which a search writes the position that it finds."""
         found = motion.argument("found")
         if found is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+
+    def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
+        """Run code that is in none of the files, after what it may write has become unknown: it may move the arm.
+
+        Args:
+            statement: that calls it; arguments: how many it has, None where a text names it.
+        """
+        memory.doubt()
 
     def call_routine(
         self, routine: Routine, pieces: Sequence[Piece], memory: Memory, again: bool = True

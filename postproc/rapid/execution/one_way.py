@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+import math
 from collections.abc import Sequence
 
-from postproc.diagnostics import Span
-from postproc.rapid.data.events import MotionStatement
-from postproc.rapid.data.values import Data, Value
+from postproc.rapid.data.values import Value
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.execution.interpreter import Interpreter
 from postproc.rapid.flow.constants import counted
-from postproc.rapid.program.statement_effects import StatementEffect
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.rapid.unknown import Unknown, without_causes
+from postproc.rapid.unknown import Unknown
+
+
+class Stopped(Exception):
+    """The program ends: at EXIT, at an error, or because enough of it has been run."""
 
 
 class OneWay(Interpreter):
@@ -21,28 +22,13 @@ class OneWay(Interpreter):
 
     Args:
         goal: the label, in lower case, to which the last GOTO leads; None once it is reached.
-        taken: statements and turns of WHILE loops that have been run.
+        taken: statements and turns of WHILE loops that have been run; most: that are run.
     """
 
+    assumed_decides = True
     goal: str | None = None
     taken = 0
-
-    @abstractmethod
-    def asked(self, condition: Span, memory: Memory) -> bool:
-        """Whether a condition holds that no data decides."""
-
-    @abstractmethod
-    def indices(self, loop: Statement, memory: Memory) -> list[float]:
-        """Values of the index of a FOR loop whose bounds no data gives."""
-
-    def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Do nothing."""
-
-    def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Do nothing: functions of the program run where they are called."""
-
-    def unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
-        """Do nothing: code in none of the files counts as writing what it is given."""
+    most = math.inf
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
         """Run a routine's body on ``memory`` and return its value, None if it returns nothing."""
@@ -84,10 +70,13 @@ class OneWay(Interpreter):
         return True
 
     def turns(self, loop: Statement, memory: Memory) -> bool:
-        """Run all turns of a FOR loop, none where there are too many; False if its body is left."""
+        """Run all turns of a FOR loop; False if its body is left.
+
+        There are two where the bounds are no numbers, and none where there are more than can be run.
+        """
         bounds = [self.deciding(span, memory) for span in loop.parts]
         known = all(isinstance(bound, float) for bound in bounds)
-        for index in (counted(*bounds) or []) if known else self.indices(loop, memory):
+        for index in (counted(*bounds) or ()) if known else (1.0, 2.0):
             memory.frame.bindings[loop.word] = Value(index, "num")
             if not self.body(loop.branches[0].body, memory):
                 return False
@@ -101,10 +90,12 @@ class OneWay(Interpreter):
                 return False
         return True
 
-    def deciding(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span, by which a way is chosen: what is assumed counts as certain."""
-        return without_causes(super().deciding(span, memory))[0]
-
     def spend(self) -> None:
-        """Count one statement, or one turn of a WHILE loop."""
+        """Count one statement, or one turn of a WHILE loop.
+
+        Raises:
+            Stopped: more than ``most`` have been run.
+        """
         self.taken += 1
+        if self.taken > self.most:
+            raise Stopped

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from postproc.grouping import closure
+from postproc.grouping import closure, grouped
 from postproc.rapid.data.events import MotionStatement, StatementKey
 from postproc.rapid.flow.constants import Constants
 from postproc.rapid.flow.graph import EXIT, Graph, draw
@@ -71,7 +71,9 @@ class Arrivals:
         for routine in program.all_routines():
             graph = draw(routine, reader, constants)
             self._routines[routine.key] = _Routine(routine, graph, False, False, {}, [])
-        self._callers = self._find_callers()
+        steps = [(key, step) for key, r in self._routines.items() for step in _steps(r.graph)]
+        calls = [(key, step) for key, step in steps if isinstance(step, CallStep)]
+        self._callers = grouped((called, key) for key, step in calls for called in step.routines)
         self._find_moving()
         self._summarise()
         self._before: dict[StatementKey, tuple[str, State]] = {}
@@ -79,9 +81,10 @@ class Arrivals:
         traps = [
             r for r in self._routines.values() if r.routine.kind == "TRAP" or r.routine.key in self.changes.started
         ]
+        unclear = any(step.unseen or len(step.routines) != 1 for _, step in calls)  # which routine runs
         leaving = [r for r in traps if r.moves and not comes_back(r.routine, reader)]
         self._adrift = bool(leaving)  # at any moment something may take the arm elsewhere
-        self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or self._calls_unseen()
+        self.open = bool(traps) or any(r.graph.open for r in self._routines.values()) or unclear
 
     def before(self, key: StatementKey) -> State:
         """Motions that may come last before a statement, with what may be written since; empty if none leads there.
@@ -147,22 +150,12 @@ class Arrivals:
             return False
         return since.isdisjoint((declared.key, f"#{name}"))
 
-    def _find_callers(self) -> Mapping[str, set[str]]:
-        """Keys of the routines that call each routine, by its key."""
-        callers: dict[str, set[str]] = {key: set() for key in self._routines}
-        for key, routine in self._routines.items():
-            for step in _steps(routine.graph):
-                if isinstance(step, CallStep):
-                    for called in step.routines:
-                        callers[called].add(key)
-        return callers
-
     def _find_moving(self) -> None:
         """Set ``moves`` and ``handled`` of each routine: whether it (calls included) or its handlers may move the
         arm.
         """
         moving = [key for key, r in self._routines.items() if any(_moves(step, {}) for step in _steps(r.graph))]
-        for key in closure(moving, self._callers.__getitem__):
+        for key in closure(moving, lambda key: self._callers.get(key, ())):
             self._routines[key].moves = True
         for routine in self._routines.values():
             routine.handled = any(_moves(step, self._routines) for step in _steps(routine.graph, routine.graph.inside))
@@ -177,7 +170,7 @@ class Arrivals:
             routine.states = self._states(routine)
             routine.exit = routine.states[EXIT]
             if routine.exit != before:
-                pending |= dict.fromkeys(self._callers[key])
+                pending |= dict.fromkeys(self._callers.get(key, ()))
 
     def _states(self, routine: _Routine) -> list[State]:
         """The state at the begin of each block of a routine, from its ``ENTRY``; empty if no way leads there."""
@@ -248,11 +241,6 @@ class Arrivals:
                     entries[name] = state
                     pending[name] = None
         return entries
-
-    def _calls_unseen(self) -> bool:
-        """Whether some call may run a routine in none of the files, or any one of several routines."""
-        calls = (s for r in self._routines.values() for s in _steps(r.graph) if isinstance(s, CallStep))
-        return any(call.unseen or len(call.routines) != 1 for call in calls)
 
 
 def only(state: State) -> StatementKey | None:

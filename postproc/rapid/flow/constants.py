@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.values import Data, Value, as_type, single
+from postproc.rapid.data.values import Data, Fields, Value, as_type, single
 from postproc.rapid.evaluation.declared import DeclaredValues
-from postproc.rapid.evaluation.evaluate import evaluate
+from postproc.rapid.evaluation.evaluate import Scope, evaluate
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration, Routine
@@ -64,7 +64,7 @@ class Constants:
         return verdict
 
 
-class _Scope:
+class _Scope(Scope):
     """The scope of an expression in which only constants have a value; everything else raises Unknown."""
 
     def __init__(
@@ -77,9 +77,13 @@ class _Scope:
             hidden: lower-case names that are no constants.
         """
         self.program, self.declared, self.place, self.hidden = program, declared, place, hidden
-        self.records = declared.records
         self.reads: list[Unknown] = []
         self.noted: list[Unknown] = []
+
+    @property
+    def records(self) -> Mapping[str, Fields]:
+        """Fields (name, type) of each record type, by lower-case type name."""
+        return self.declared.records
 
     def lookup(self, name: Name) -> Value:
         """The value of a constant of a plain type (number, truth value, text).
@@ -97,10 +101,6 @@ class _Scope:
         """The scope in which the value of a declaration is evaluated."""
         return _Scope(self.program, self.declared, (declaration.module, declaration.routine))
 
-    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
-        """Always raise Unknown: elements of arrays do not count as constants."""
-        raise Unknown(Kind.UNDECIDED)
-
     def call(self, call: Call) -> Value | None:
         """Return None for a built-in function, so that it is evaluated.
 
@@ -110,14 +110,6 @@ class _Scope:
         if self.program.routine(call.name, self.place[0]) is not None:
             raise Unknown(Kind.UNDECIDED)
         return None
-
-    def present(self, name: str) -> bool:
-        """Always raise Unknown: some callers may pass the parameter, others not."""
-        raise Unknown(Kind.UNDECIDED)
-
-    def by_arm(self, name: str, arguments: tuple[Data, ...], options: Mapping[str, Data]) -> Value:
-        """Always raise Unknown: what an arm computes is no constant."""
-        raise Unknown(Kind.UNDECIDED)
 
 
 def counted(first: float, last: float, step: float | None = None) -> list[float] | None:

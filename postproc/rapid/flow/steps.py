@@ -79,7 +79,7 @@ class StepReader:
 
     def functions(self, statement: Statement, routine: Routine) -> Iterator[Step]:
         """At most one step: the call of functions in the statement's own expressions that may write data."""
-        effect = self.changes.of_functions(statement, routine)
+        effect = self.changes.direct.functions(statement, routine)
         if effect is not NO_EFFECT:
             yield _call(effect, self.changes.through(effect, routine))
 
@@ -102,7 +102,7 @@ class StepReader:
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
         """Step of a call that is no motion: the routines it may run, ``LOSE`` if the arm may be moved, or a write."""
-        effect, keys = self.changes.of_call(statement, routine), self.changes.of_one(statement, routine)
+        effect, keys = self.changes.direct.own(statement, routine), self.changes.of_one(statement, routine)
         if effect.calls:
             yield _call(effect, keys)
         elif effect.unseen or statement.word in LEAVING:

@@ -95,10 +95,24 @@ class Recorder:
         return self.events[self.last] if self.events and ends == {self.last} else None
 
     def _add(self, event: MotionEvent, memory: Memory) -> int:
-        """Append an event, once per way by which the arm comes; returns the number of events beyond the first."""
+        """Append an event, once for every way by which the arm comes; the arm then stands behind it.
+
+        On a way other than from the event before, an event with ``resumes_from`` first puts the arm where that way led.
+
+        Returns:
+            How many events that takes beyond the first.
+        """
         statement = event.statement
         events, before = self.events, len(self.events)
-        memory.ends = self.go(event, memory.ends)
+        if _still(event):
+            events.append(event)
+        else:
+            if self.last == NOWHERE or memory.ends != {self.last}:
+                self._go_by_all_ways(event, memory.ends)
+            else:  # as nearly all do: on from the motion before
+                events.append(event)
+            self.last = len(events) - 1
+            memory.ends = frozenset({self.last})
         index = before
         while events[index].resumes_from is not None:
             index += 1
@@ -178,24 +192,6 @@ class Recorder:
             kept += [end] if len(here) < 2 else []
             here.append(end)
         return frozenset(kept)
-
-    def go(self, event: MotionEvent, ends: frozenset[int]) -> frozenset[int]:
-        """Append a motion once for every way that leads to it; returns the new ``ends``.
-
-        On a way other than from the event before, an event with ``resumes_from`` first puts the arm where that way led.
-
-        Args:
-            ends: indices of the events after one of which the arm stands now.
-        """
-        if _still(event):
-            self.events.append(event)
-            return ends
-        if self.last == NOWHERE or ends != {self.last}:
-            self._go_by_all_ways(event, ends)
-        else:  # as nearly all do: on from the motion before
-            self.events.append(event)
-        self.last = len(self.events) - 1
-        return frozenset({self.last})
 
     def _go_by_all_ways(self, event: MotionEvent, ends: frozenset[int]) -> None:
         """Append the event once for each of the last ``MOST_WAYS`` places from which the arm may come.

@@ -83,7 +83,7 @@ class EffectReader:
             reading.add(statement.word, component_path(data, statement.parts[0]))
         elif statement.kind == "call":
             reading.call(statement)
-        elif statement.kind == "opaque":
+        else:
             for name in _assigned_in(routine.source, statement.span):
                 reading.add(name)
         return reading.effect()
@@ -103,27 +103,22 @@ class EffectReader:
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """The effect of functions that the expressions of a statement call, if they may write or are in no file."""
-        path = routine.source.path
-        if path not in self.calling:
+        """What the functions do that the expressions of a statement call: those that may write, or are in no file."""
+        path, (start, end) = routine.source.path, statement.span
+        functions, places = self.calling.get(path, (None, ()))
+        at = bisect_left(places, start)
+        if functions is None or at == len(places) or places[at] >= end:
             return NO_EFFECT
         found = self._functions.get((path, statement.span))
         if found is None:
-            found = self._functions[path, statement.span] = self._of_functions(statement, routine)
+            reading = _Reading(self, routine)
+            for name, span in called_in(functions, statement, routine.source.data):
+                called = self.program.routine(name, routine.module)
+                if called is None:
+                    reading.unseen_code(name)
+                reading.hand_over(called, read_arguments(routine.source.data, *span), name)
+            found = self._functions[path, statement.span] = reading.effect()
         return found
-
-    def _of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """The effect of functions that may write in the expressions of a statement; its file has calls of such."""
-        functions, places = self.calling[routine.source.path]
-        if bisect_left(places, statement.span[0]) == bisect_left(places, statement.span[1]):
-            return NO_EFFECT
-        reading = _Reading(self, routine)
-        for name, span in called_in(functions, statement, routine.source.data):
-            called = self.program.routine(name, routine.module)
-            if called is None:
-                reading.unseen_code(name)
-            reading.hand_over(called, read_arguments(routine.source.data, *span), name)
-        return reading.effect()
 
     def key_of(self, name: str, routine: Routine, path: tuple[str, ...] = (), writer: str = "") -> str | None:
         """Key of the data or parameter to which a routine writes by a name; notes it; None for constants and all else.

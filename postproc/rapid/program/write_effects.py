@@ -23,9 +23,9 @@ class WriteEffects:
     ``UNSEEN`` among them stands for all that a routine in none of the files may write.
 
     Args:
+        direct: what single statements do.
         of_routine: the keys that each routine may change, by its key; everything: that any routine may change.
         started: keys of routines that a motion starts: nobody knows when they run.
-        calling: paths of files in which functions are called that may write or are in none of the files.
         unseen: names of routines in none of the files.
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
         shared: keys of data that other tasks declare too; elsewhere: that another task may write at any time.
@@ -36,8 +36,7 @@ class WriteEffects:
     def __init__(self, program: Program) -> None:
         """Work out what each routine of the program may change, calls included."""
         self.program = program
-        self._reader = EffectReader(program)
-        self.calling = self._reader.calling.keys()
+        self.direct = EffectReader(program)
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
         self.unseen: set[str] = set()
         routines = {r.key: r for r in program.all_routines()}
@@ -60,7 +59,7 @@ class WriteEffects:
                 pending |= dict.fromkeys(callers.get(key, ()))
         self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
-        self.started = frozenset(self._reader.started)
+        self.started = frozenset(self.direct.started)
         self.acting = acting_functions(routines, self.of_routine, callers)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
         self.shared = _shared_keys(program, program.elsewhere.shared)
@@ -72,18 +71,14 @@ class WriteEffects:
             for body in routine.handlers
             if _goes_on(body, routine)
         ]
-        found_here = (k for keys in (*traps, *handlers, self._reader.lasting) for k in keys if k[0] not in "%@")
+        found_here = (k for keys in (*traps, *handlers, self.direct.lasting) for k in keys if k[0] not in "%@")
         self.volatile = self.elsewhere.union(found_here)
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
         """The components of declared data that are written, none inside another; an empty path stands for all of it."""
-        found = sorted(self._reader.paths.get(declaration.key, {()}))
+        found = sorted(self.direct.paths.get(declaration.key, {()}))
         return [path for i, path in enumerate(found) if not any(path[: len(p)] == p for p in found[:i])]
-
-    def writers(self, declaration: Declaration) -> Set[str]:
-        """Names of instructions in no file that write declared data; an empty one where the program itself does."""
-        return self._reader.writers.get(declaration.key, set())
 
     @cached_property
     def exposed(self) -> frozenset[str]:
@@ -135,18 +130,6 @@ class WriteEffects:
         self._add_calls(changed, {call for effect in effects for call in effect.calls}, self.of_routine, routine)
         return changed
 
-    def of_call(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """The effect of a call: routines it may run, and what it may write; without functions in its arguments.
-
-        Args:
-            routine: in which it stands.
-        """
-        return self._reader.own(statement, routine)
-
-    def of_functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """The effect of functions that a statement's own expressions call, if they may write or are in no file."""
-        return self._reader.functions(statement, routine)
-
     def through(self, effect: StatementEffect, routine: Routine) -> frozenset[str]:
         """Keys of what is changed by the routines that a statement, or the functions in it, calls.
 
@@ -159,9 +142,9 @@ class WriteEffects:
 
     def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
         """The effects of all statements, and of the functions in them, as far as there are any."""
-        reader = self._reader
+        reader = self.direct
         found = [reader.own(statement, routine) for statement in statements]
-        if routine.source.path in self.calling:
+        if routine.source.path in reader.calling:
             found += [reader.functions(statement, routine) for statement in statements]
         return [effect for effect in found if effect is not NO_EFFECT]
 
@@ -178,7 +161,7 @@ class WriteEffects:
             keys = below[called]
             changed |= {k for k in keys - changed if not k.startswith("%")}
             for parameter, name in passed:
-                if "%" + parameter in keys and (key := self._reader.key_of(name, routine)) is not None:
+                if "%" + parameter in keys and (key := self.direct.key_of(name, routine)) is not None:
                     changed.add(key)
 
 

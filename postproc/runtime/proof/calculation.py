@@ -126,14 +126,6 @@ class Calculation(OneWay):
         """
         raise _cannot(memory, condition, "this condition is no truth value")
 
-    def indices(self, loop: Statement, memory: Memory) -> list[float]:
-        """Refuse bounds of a FOR loop that are no numbers.
-
-        Raises:
-            PostprocError: RUN003.
-        """
-        raise _cannot(memory, loop.span, "the bounds of this loop are no numbers")
-
 
 class _Values(Accessor):
     """Evaluates expressions, all of which must have a value."""
