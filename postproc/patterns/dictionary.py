@@ -349,8 +349,8 @@ def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
         column: one signal per word (`words`).
     """
     if len(column) > 2:
-        form = f"another value at each of {joined([s.label for s in column])}"
-        yield side_by_side((block(LINE, s)[0] for s in column[1:]), form, "levels")
+        said = f"another value at each of {joined([s.label for s in column])}"
+        yield side_by_side((block(LINE, s)[0] for s in column[1:]), said, "levels")
 
 
 def each_level(signal: Signal) -> Iterator[Pattern]:
@@ -360,7 +360,7 @@ def each_level(signal: Signal) -> Iterator[Pattern]:
     """
     distinct, count = np.unique(signal.values, return_counts=True)
     if 2 < len(distinct) <= MOST_LEVELS and count.min() > 1:
-        form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
+        said = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
         near = 0.5 * float(np.diff(distinct).min())
         some = (block(level(signal, [float(v)], near), signal)[0] for v in distinct[1:])
-        yield side_by_side(some, form, "levels")
+        yield side_by_side(some, said, "levels")

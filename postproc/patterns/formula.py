@@ -115,7 +115,7 @@ class Pattern:
         tries: by how many times the patterns of its kind are multiplied by a further search.
         level: how often its numbers were refined.
         parts: patterns side by side, each with a size of its own, instead of factors, such as a shift for each level.
-        form: description of these parts.
+        said: description of these parts.
     """
 
     factors: tuple[tuple[SignalCurve, Signal], ...]
@@ -125,7 +125,7 @@ class Pattern:
     tries: float = 1.0
     level: int = 0
     parts: tuple[Pattern, ...] = ()
-    form: str = ""
+    said: str = ""
 
     @property
     def wide(self) -> bool:
@@ -192,8 +192,8 @@ class Pattern:
         Args:
             alike: patterns that fit the data equally well; those with the same curves widen the ranges.
         """
-        if self.form:
-            return self.form
+        if self.said:
+            return self.said
         same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
         said, first = "", 0
         for curve, signal, own in self.each:
@@ -334,14 +334,14 @@ class Group:
         return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
-def side_by_side(some: Iterable[Pattern], form: str, kind: str, where: str | None = None) -> Pattern:
+def side_by_side(some: Iterable[Pattern], said: str, kind: str, where: str | None = None) -> Pattern:
     """Return one pattern whose parts each have a size of their own in a fit.
 
     Args:
-        some: the parts; form: what the whole is called in reports; kind: for the prior odds.
+        some: the parts; said: what the whole is called in reports; kind: for the prior odds.
         where: the only place at which it makes sense, None for all.
     """
-    return Pattern((), kind=kind, where=where, parts=tuple(some), form=form)
+    return Pattern((), kind=kind, where=where, parts=tuple(some), said=said)
 
 
 def times_pattern(moves: Array, values: Array) -> Array:
