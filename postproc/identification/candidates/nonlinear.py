@@ -49,7 +49,10 @@ class SubsampledProblem:
     known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
-        """Return (N, m) whitened displacements by each of m effects of one class, springs yielding to their loads."""
+        """Return (N, m) whitened displacements of the measured numbers by each of m effects of one class.
+
+        Springs yield to the loads of an effect.
+        """
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
@@ -221,6 +224,7 @@ def optimise_nonlinear(
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
+        """Return the derivative of `rest` at z."""
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
