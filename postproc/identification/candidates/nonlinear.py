@@ -195,8 +195,8 @@ def optimise_nonlinear(
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
-        closely: the search ends at a step that lowers the sum of squares by less than this share; below `ENOUGH` the
-            weak pulls of a fit (`determined.pull`) are added.
+        closely: share of the sum of squares below which a step is the last; below `ENOUGH` the pulls of a fit (`pull`)
+            count.
     """
     from scipy.optimize import least_squares
 
@@ -224,7 +224,6 @@ def optimise_nonlinear(
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
-        """Return the derivative of `rest` at z."""
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
