@@ -67,8 +67,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     place.
 
     Args:
-        noise: by which the weights of the problem were made; terms: with masks for all effects.
-        fresh: keys of effects that no fit has seen.
+        noise: that of the weights; terms: with masks for all effects; fresh: keys of effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.

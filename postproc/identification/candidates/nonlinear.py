@@ -195,8 +195,7 @@ def optimise_nonlinear(
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
-        closely: share of the sum of squares below which a step is the last; below `ENOUGH` the pulls of a fit (`pull`)
-            count.
+        closely: share of the sum of squares below which a step is the last; below `ENOUGH` the weak `pull` is added.
     """
     from scipy.optimize import least_squares
 
