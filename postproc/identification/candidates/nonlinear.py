@@ -223,6 +223,7 @@ def optimise_nonlinear(
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
+        """Return the derivative of `rest` at z."""
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
