@@ -190,8 +190,7 @@ def optimise_nonlinear(
 ) -> tuple[Effect, float]:
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
-    Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
-    1973): amplitudes, knees and points are optimized together, for a point in space is not found on a grid of points.
+    It projects out the fitted parameters at every step (variable projection, Golub and Pereyra 1973), inside the bounds.
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
