@@ -190,7 +190,7 @@ def optimise_nonlinear(
 ) -> tuple[Effect, float]:
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
-    It projects out the fitted parameters at every step (variable projection, Golub and Pereyra 1973), inside the bounds.
+    Variable projection (Golub and Pereyra 1973) inside the bounds: every step projects out the fitted parameters.
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
