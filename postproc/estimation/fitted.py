@@ -55,7 +55,7 @@ class NoiseParts:
 
     @property
     def origin(self) -> str:
-        """Where the noise is known from: ``repeats``, ``user``, ``none`` or ``sigma_mm and the residual``."""
+        """Where the noise is known from: ``repeats``, ``user``, ``sigma_mm and the residual``, or ``none``."""
         if self.noise.sigma is None and self.noise.instrument is not None:
             return "sigma_mm and the residual"
         return self.noise.origin

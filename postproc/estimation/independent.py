@@ -98,7 +98,7 @@ def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> f
 def repeated_share(turn: Array, repeats: NDArray[np.int_]) -> float:
     """Return the share in (0, 1] of the measured numbers that are new information where repeats share rounded angles.
 
-    For m repeats of a pose with the whitening covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) /
+    For m repeats of a pose with the whitened covariance C (`rounding.blurred`), it is (1 + (m - 1) tr C^-1 / dim C) /
     m.
 
     Args:

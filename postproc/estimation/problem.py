@@ -210,7 +210,7 @@ class Problem:
 
     @cached_property
     def whitened(self) -> Sensitivity:
-        """The sensitivity with every measured number whitened, 0 where it is not used."""
+        """The sensitivity with every measured number whitened; 0 for numbers that are not used."""
         found = self.sensitivity
         return replace(found, matrix=self.weights.whiten(found.matrix))
 

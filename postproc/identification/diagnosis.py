@@ -61,7 +61,7 @@ class Intervention:
     unit: str
 
     def fails(self, key: str) -> list[str]:
-        """Return the names of the levels that an effect, by its key, does not predict better."""
+        """Return the names of the levels that the model predicts no better with an effect (key) than without it."""
         return [level.name for level in self.levels if level.carries(key) is False]
 
 

@@ -353,8 +353,10 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     time, row = np.random.default_rng(3).permutation(np.linspace(0.0, 7200.0, len(data))), fit.problem.row
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
     y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
-    own = PatternScreen._at
-    monkeypatch.setattr(PatternScreen, "_at", lambda self, where, form: added.append(where) or own(self, where, form))
+    own = PatternScreen._tested
+    monkeypatch.setattr(
+        PatternScreen, "_tested", lambda self, where, form: added.append(where) or own(self, where, form)
+    )
     found = PatternScreen(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added

@@ -62,13 +62,12 @@ class Terms:
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
     """Fit by least squares (Levenberg and Marquardt) inside the bounds; rows far off are set aside on the way.
 
-    One slope serves several steps: a step along an old slope is a good step where the model hardly bends, and a fit
-    ends where a slope that is still valid predicts no further fall. A parameter that only repeats one that has since
-    stopped at a bound is determined then, and is fitted in its place.
+    A slope serves several steps where the model hardly bends, and a fit ends where a valid one predicts no further
+    fall. A parameter that only repeats one that has since stopped at a bound is determined then, and is fitted in its
+    place.
 
     Args:
-        noise: by which the weights of the problem were made; terms: with masks for all effects.
-        fresh: keys of effects that no fit has seen.
+        noise: that of the weights; terms: with masks for all effects; fresh: keys of effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.

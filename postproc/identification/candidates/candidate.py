@@ -162,7 +162,10 @@ class Screen:
         return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
 
     def rarity(self, key: str) -> float:
-        """Return 2 log of the number of effects that are tried; 0 for one in the model, which may lack more of it."""
+        """Return 2 log of the prior odds against one effect among all that are tried, which is their number.
+
+        It is 0 for an effect in the model, of which more terms may be missing.
+        """
         return 0.0 if self.problem.model.effect(key) is not None else 2 * float(np.log(len(self.classes)))
 
     def beside(self, form: Form, current: Effect | None) -> Form:

@@ -49,7 +49,10 @@ class SubsampledProblem:
     known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
-        """Return (N, m) whitened displacements by each of m effects of one class, springs yielding to their loads."""
+        """Return (N, m) whitened displacements of the measured numbers by each of m effects of one class.
+
+        Springs yield to the loads of an effect.
+        """
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
@@ -187,13 +190,11 @@ def optimise_nonlinear(
 ) -> tuple[Effect, float]:
     """Return the effect with its free parameters at the least sum of squares, and that sum.
 
-    Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
-    1973): amplitudes, knees and points are optimized together, for a point in space is not found on a grid of points.
+    Variable projection (Golub and Pereyra 1973) inside the bounds: every step projects out the fitted parameters.
 
     Args:
         seen: the poses that count; free: (q,) mask; tries: steps at most.
-        closely: the search ends at a step that lowers the sum of squares by less than this share; below `ENOUGH` the
-            weak pulls of a fit (`determined.pull`) are added.
+        closely: share of the sum of squares below which a step is the last; below `ENOUGH` the weak `pull` is added.
     """
     from scipy.optimize import least_squares
 
@@ -221,6 +222,7 @@ def optimise_nonlinear(
         return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
+        """Return the derivative of `rest` at z."""
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
         return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
