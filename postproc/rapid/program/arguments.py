@@ -103,8 +103,8 @@ def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[P
     """The arguments with spans relative to the end of the target before each (or to the start of the statement).
 
     Args:
-        pieces: arguments with byte offsets in the file. start: offset of the statement.
-        ends: where the targets end, counted from ``start``.
+        pieces: arguments with byte offsets in the file; start: offset of the statement.
+        ends: where the targets end, in bytes from ``start``.
     """
     found = []
     for i, (name, span, whole) in enumerate(pieces):
@@ -116,10 +116,11 @@ def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[P
 def _shape(
     signature: Signature, home: tuple[str, str], names: frozenset[str], counted: Sequence[Piece]
 ) -> StatementShape:
-    """The common shape of statements with these arguments, with the role of each argument by the signature.
+    """The common shape of motion statements that differ in their targets alone, with the role of each argument.
 
     Args:
-        home: names of module and routine; names: words beside the targets; counted: arguments with relative spans.
+        home: names of module and routine; names: words beside the targets.
+        counted: arguments with relative spans, as ``_counted`` gives them.
     """
     count = len([1 for name, _, _ in counted if not name])
     given = signature.older if signature.older and count == len(signature.older) else signature.roles
@@ -137,7 +138,7 @@ def argument_name(data: bytes, span: Span) -> str:
 
 
 def component_path(data: bytes, span: Span) -> tuple[str, ...]:
-    """The component names of a reference (``b``, ``c`` of ``a.b.c``) in lower case; empty for anything else."""
+    """The component names of a reference in lower case, (``b``, ``c``) of ``a.b.c``; empty for anything else."""
     name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
     return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
 
