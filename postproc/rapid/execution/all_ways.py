@@ -75,7 +75,7 @@ class AllWays(Interpreter):
         return True
 
     def beyond(self, routine: Routine, depth: int) -> bool:
-        """Whether a call of a routine is not run: ``depth`` calls in progress, or the steps taken, are too many."""
+        """Whether a call of a routine that was not added is passed over: too many calls in progress, or steps taken."""
         counted = routine.key not in self.added.routines
         return counted and (super().beyond(routine, depth) or self.exhausted(routine.source))
 
@@ -187,7 +187,7 @@ class AllWays(Interpreter):
     def jump(self, statement: Statement, memory: Memory) -> bool:
         """Go on with what follows a GOTO or a label in the text; always True.
 
-        Behind a GOTO that is conditional. At a label that a GOTO leads to, what the routine may write becomes unknown.
+        What follows a GOTO is conditional. At a label that a GOTO leads to, what the routine may write becomes unknown.
         """
         routine = memory.frame.routine
         if statement.kind == "goto":

@@ -159,7 +159,9 @@ class _Follower(OneWay):
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Mark data as written once more that functions in no file may write; the program's own functions are run.
+        """Mark data as written once more that functions in no file may write; not in motion statements.
+
+        The program's own functions are run instead.
 
         Args:
             functions: effect of the functions in the statement's expressions.

@@ -91,6 +91,9 @@ def _followed(program: Program, started: Sequence[Routine], added: AddedMotions 
     """Run the given routines in turn, once for every combination of arms of branches that decide data motions need.
 
     If the combinations or steps would be too many, no arm is chosen; the data is then unknown.
+
+    Returns:
+        What ran them, with the events and findings of all runs.
     """
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
@@ -150,7 +153,7 @@ def _marked(run: AllWays) -> list[MotionEvent]:
 
 
 def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
-    """Names of numbers whose values on ways not followed differ from those of all events, by statement key.
+    """By statement key, names of numbers in its arguments whose values on ways not followed occur in no event.
 
     No correction may depend on them.
     """

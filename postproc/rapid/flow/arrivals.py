@@ -44,7 +44,8 @@ class _Routine:
 
     Args:
         moves: whether it may move the arm, calls included; handled: whether its handlers may.
-        exit: the state at its end; states: at the begin of each block. ``ENTRY`` in them: where it is entered.
+        exit: the state at its end; states: at the begin of each block. ``ENTRY`` in them stands for where the arm is
+            when the routine is entered.
     """
 
     routine: Routine

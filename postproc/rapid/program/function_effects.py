@@ -152,7 +152,8 @@ def measured_places(program: Program) -> frozenset[str]:
 def _written(statement: Statement, routine: Routine, program: Program) -> tuple[set[str], bytes]:
     """Lower-case names of the data that a statement may write, and the text from which the written value comes.
 
-    Both are empty for statements other than assignments and calls of the program's routines.
+    Both are empty for an assignment to ``extax`` or ``robconf``, and for statements other than assignments and calls of
+    the program's routines.
     """
     data = routine.source.data
     if statement.kind == "assign":

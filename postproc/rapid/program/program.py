@@ -196,7 +196,7 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
 def _read_motions(
     modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
 ) -> dict[StatementKey, MotionStatement]:
-    """The motion statements of all files by their key; calls of a user's routine with such a name are none.
+    """The motion statements of all files by their key, without calls of own routines with the name of an instruction.
 
     Args:
         routines: by lower-case (module, name).

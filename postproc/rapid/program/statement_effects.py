@@ -106,7 +106,7 @@ class EffectReader:
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """Effect of the functions that a statement's own expressions call: those of the program, and those in no file.
+        """Effect of the functions that a statement's own expressions call, except the controller's that only read.
 
         Args:
             routine: in which the statement stands.

@@ -121,7 +121,7 @@ class WriteEffects:
         return frozenset(written)
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
-        """Keys of data, state and parameters that one statement, with all in it and what they call, may change."""
+        """Keys that one statement, with all in it and what they call, may change, as of ``of``; worked out once."""
         key = (routine.source.path, statement.span)
         if key not in self._kept:
             self._kept[key] = frozenset(self.of([statement], routine))
@@ -135,7 +135,7 @@ class WriteEffects:
         return changed
 
     def through(self, effect: StatementEffect, routine: Routine) -> frozenset[str]:
-        """Keys of what the routines change that run by an effect; for their parameters by reference, the data passed.
+        """Keys of what routines called by an effect change; for their parameters by reference, of the data passed.
 
         Args:
             effect: of a statement or of the functions in it; routine: in which the statement stands.
