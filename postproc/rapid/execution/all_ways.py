@@ -75,7 +75,7 @@ class AllWays(Interpreter):
         return True
 
     def beyond(self, routine: Routine, depth: int) -> bool:
-        """Whether a call of a routine that was not added is passed over: too many calls in progress, or steps taken."""
+        """Whether a call inside ``depth`` others is not run, for too many calls or steps; added routines always are."""
         counted = routine.key not in self.added.routines
         return counted and (super().beyond(routine, depth) or self.exhausted(routine.source))
 
