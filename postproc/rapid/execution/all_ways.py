@@ -43,8 +43,9 @@ class AllWays(Interpreter):
 
     Args:
         entered: keys of the routines that have been entered.
-        choices: branches of which one arm is taken, and what is known of others.
-        steps: that have been taken, beyond the ``spare`` ones that a long program has more; depth: of blocks and calls.
+        choices: branches of which only one arm is run, and what is known of the arms of others.
+        steps: steps taken so far; counted from ``-spare``, since a program may take more steps the longer it is.
+        depth: how many bodies (of routines, branches and loops) are being run inside one another.
     """
 
     def __init__(
@@ -74,17 +75,17 @@ class AllWays(Interpreter):
         return True
 
     def beyond(self, routine: Routine, depth: int) -> bool:
-        """Whether a call of a routine is not run, being inside ``depth`` others or after too many steps."""
+        """Whether a call inside ``depth`` others is not run, for too many calls or steps; added routines always are."""
         counted = routine.key not in self.added.routines
         return counted and (super().beyond(routine, depth) or self.exhausted(routine.source))
 
     # -- routines and statements ---------------------------------------------------------------------------------------
 
     def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
-        """Run a routine's body on ``memory``, which then holds what is common to all ways out of the routine.
+        """Run a routine's body on ``memory``; data that its ways out leave different is unknown there afterwards.
 
         Returns:
-            Its value; Unknown if several RETURN statements may decide it, None if it returns nothing.
+            The value that the routine returns: Unknown if several RETURN statements may give it, None if there is none.
         """
         self.entered.add(routine.key)
         steps = self.steps
@@ -103,7 +104,10 @@ class AllWays(Interpreter):
         return Unknown(Kind.RESULT_UNDECIDED) if len(values) > 1 else next(iter(values), None)
 
     def body(self, statements: Sequence[Statement], memory: Memory) -> bool:
-        """Run statements on ``memory``; True if their end is reached, False if RETURN or EXIT leaves it."""
+        """Run statements on ``memory``; True if their end is reached, False if RETURN or EXIT leaves them.
+
+        Inside more than ``MAX_DEPTH`` bodies they are not run: all that any routine may change becomes unknown.
+        """
         if self.depth > MAX_DEPTH:
             forget(memory, self.changes.everything, Kind.CHANGED_TOO_DEEPLY)
             self.steps += 100
@@ -126,7 +130,11 @@ class AllWays(Interpreter):
         return super().statement(statement, memory)
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Make data unknown that functions in a statement's expressions write, unless running it evaluates them."""
+        """Make data unknown that functions in a statement's expressions may write, except where these are run with it.
+
+        Args:
+            functions: effect of these functions.
+        """
         super().forget_written(statement, functions, memory)
         routine = memory.frame.routine
         if statement.kind in ("assign", "return"):
@@ -139,7 +147,7 @@ class AllWays(Interpreter):
         forget(memory, self.changes.through(functions, routine), Kind.WRITTEN_BY_FUNCTION)
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion as events, and count its steps."""
+        """Record a motion as events and count its steps; the data that a search writes becomes unknown."""
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
@@ -147,13 +155,21 @@ class AllWays(Interpreter):
             super().move(motion, memory)
 
     def set_state(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
-        """Carry out an instruction of ``STATE``; a name in it that is declared nowhere is reported."""
+        """Carry out an instruction that sets load, displacement or the like; a name declared nowhere in it is reported.
+
+        Args:
+            word: the instruction in lower case, a key of ``STATE``; pieces: its arguments.
+        """
         super().set_state(word, pieces, memory)
         source = memory.frame.routine.source
         self.findings.undeclared_state(memory.changed.get(STATE[word]), source, self.maker.missing)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
-        """Report a call of code in none of the files, which is taken not to move the arm."""
+        """Report a call of code in none of the files, which is taken not to move the arm.
+
+        Args:
+            statement: the call; arguments: how many it has, None if a text names the routine.
+        """
         super().run_unseen(statement, arguments, memory)
         if arguments is None:
             self.findings.late(statement, memory.frame.routine.source)
@@ -169,9 +185,9 @@ class AllWays(Interpreter):
         return self._jumps[routine.key]
 
     def jump(self, statement: Statement, memory: Memory) -> bool:
-        """Go on behind a GOTO, which may skip what follows it; at its label the ways meet again.
+        """Go on with what follows a GOTO or a label in the text; always True.
 
-        There all is unknown that the routine may write: it may have changed before the jump.
+        What follows a GOTO is conditional. At a label that a GOTO leads to, what the routine may write becomes unknown.
         """
         routine = memory.frame.routine
         if statement.kind == "goto":
@@ -184,9 +200,12 @@ class AllWays(Interpreter):
     # -- branches ------------------------------------------------------------------------------------------------------
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
-        """Run IF or TEST: the arm that is known to be taken, else each that may be; False if none reaches the end."""
+        """Run IF or TEST: the arm known to be taken, else each that may be; what these leave different is unknown.
+
+        False if each way is left by RETURN or EXIT.
+        """
         place = (memory.frame.routine.source.path, statement.span[0])
-        if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
+        if place in self.choices.forced and self.may_take(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
         self.findings.relied_on(statement, memory)
         ways, arms, exits = list[Memory](), dict[int, dict[str, Data] | None](), memory.frame.exits
@@ -224,11 +243,11 @@ class AllWays(Interpreter):
         return True
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
-        """Record in ``choices`` a branch that moves nothing, so that each of its arms can be followed on its own
-        later.
+        """Record a branch that moves nothing in ``choices``, so that each of its arms can be followed on its own later.
 
         Args:
-            arms: data at the end of each arm by its number, None for no arm; left: an arm ends the routine.
+            arms: data at the end of each arm, by its number; None for the way on which no arm is taken.
+            left: whether an arm may end the routine by RETURN.
         """
         routine, changes = memory.frame.routine, self.changes
         keys = changes.of_one(statement, routine)
@@ -239,16 +258,19 @@ class AllWays(Interpreter):
             ]
             self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
 
-    def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
-        """Whether nothing decides which arm of a branch is taken, and arm number ``arm`` may be the one."""
+    def may_take(self, statement: Statement, arm: int, memory: Memory) -> bool:
+        """Whether the conditions of a branch do not decide which arm is taken, and arm number ``arm`` is possible.
+
+        Arms count from 0; the number of arms stands for the way on which none is taken.
+        """
         verdicts = [self.chosen(statement, branch.conditions, memory) for branch in statement.branches]
         possible = arm == len(verdicts) or verdicts[arm] is not False
         return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
 
     def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
-        """Run only the arm of a branch that ``choices.forced`` names; False if it does not reach its end.
+        """Run only the arm that ``choices.forced`` names for a branch; False if it does not reach its end.
 
-        What not every arm sets, or not to one value, becomes unknown.
+        What not every arm sets, or sets to different values in different runs, becomes unknown.
         """
         if not memory.trial and self.choices.again(place):
             memory.doubt()  # the arm may have come here by another choice
@@ -260,7 +282,10 @@ class AllWays(Interpreter):
     # -- loops ---------------------------------------------------------------------------------------------------------
 
     def turns(self, loop: Statement, memory: Memory) -> bool:
-        """Run a FOR loop turn by turn, as far as its turns are known and not too many; the others at once."""
+        """Run a FOR loop turn by turn; if its bounds are not known or its turns too many, once for all turns.
+
+        False if its body is left.
+        """
         bounds = [self.deciding(span, memory) for span in loop.parts]
         indices = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else None
         known = indices is not None
@@ -277,7 +302,10 @@ class AllWays(Interpreter):
         return True
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run a WHILE loop on ``memory``; True if its end is reached, False if its body is left or it never ends."""
+        """Run a WHILE loop turn by turn while its condition is known, else once for all turns.
+
+        True if its end is reached, False if its body is left or it never ends.
+        """
         condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
         if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
@@ -303,7 +331,7 @@ class AllWays(Interpreter):
         return True
 
     def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
-        """Whether the loop's body may change data that its condition names.
+        """Whether the loop may change data that its condition names; False if the condition cannot be read.
 
         Args:
             keys: of the data that the loop may change.
@@ -316,9 +344,10 @@ class AllWays(Interpreter):
         return any("%" + name in keys for name in names) or any(d.key in keys for d in found if d is not None)
 
     def unknown_turns(self, loop: Statement, memory: Memory, certain: bool = False) -> None:
-        """Follow the body of a loop of unknown turns once, with all data unknown that differs between turns.
+        """Run the body of a loop once for all its turns, with all data unknown that may differ between turns.
 
         If it moves the arm, its beginning is followed again from its end, up to the first motion, as in a second turn.
+        After far too many steps the body is not run: all that it may change becomes unknown.
 
         Args:
             certain: the body is known to run at least once.
@@ -346,9 +375,10 @@ class AllWays(Interpreter):
         memory.ends = self.recorder.either(memory.ends, begin)
 
     def varying(self, body: Sequence[Statement], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
-        """Keys of data that may differ from one turn of a loop to the next; at worst all ``keys``.
+        """Keys of data that may differ from one turn of a loop to the next, found by trial turns that leave no trace.
 
-        They are found by trial turns, in which no motion is recorded and of which nothing is kept.
+        Args:
+            keys: of the data that the loop may change; all are returned if the trials do not settle.
         """
         found: set[str] = {UNSEEN} & keys
         if memory.trial or self.exhausted(memory.frame.routine.source):

@@ -47,16 +47,16 @@ class WalkFindings:
         self.once(Diagnostic("RAP033", "warning", text, source, None, help_))
 
     def late(self, statement: Statement, source: Source) -> None:
-        """Report RAP032 at a call by a name that is not known."""
+        """Report RAP032 at a call by a text (``%name%``, ``CallByVar``) whose routine is not known."""
         text = "which routine is called here is known only at run time"
         help_ = "the routines it may call are followed on their own"
         self.once(Diagnostic("RAP032", "warning", text, source, statement.span, help_))
 
     def unseen(self, statement: Statement, arguments: int, source: Source) -> None:
-        """Report RAP031 at a call of a routine in none of the files, which is taken not to move the arm.
+        """Report RAP031 at a call of a routine in none of the files, once per routine; it is taken not to move the arm.
 
         Args:
-            arguments: how many the call has.
+            arguments: how many the call has; by them a misspelt motion instruction is recognised.
         """
         span = statement.span[0], statement.span[0] + len(statement.word)
         name = source.data[slice(*span)].decode("latin-1")
@@ -73,7 +73,12 @@ class WalkFindings:
             self.once(Diagnostic("RAP031", "info", text, source, span, help_, Matter.UNSEEN, name))
 
     def undeclared_state(self, data: Data, source: Source, missing: Missing) -> None:
-        """Report once a name without declaration if that is why the load or displacement ``data`` is Unknown."""
+        """Report, once per name, a name declared nowhere if that is why a load or displacement is unknown.
+
+        Args:
+            data: the load, displacement or the like; source: file of the statement that sets it.
+            missing: knows the names that have been reported.
+        """
         if isinstance(data, Unknown) and data.missing and data.span and missing.is_news(data.missing):
             meant = meant_name(data.missing, (d.name for d in self.program.declarations))
             self.all.append(undeclared("data", data.missing, source, data.span, meant))
@@ -82,6 +87,9 @@ class WalkFindings:
         """Report RAP036 for PERS data in a branch's conditions which nothing in these files writes, once per branch.
 
         Only branches that move the arm or write data count.
+
+        Args:
+            statement: IF or TEST.
         """
         routine = memory.frame.routine
         place = routine.source.path, statement.span[0]
@@ -125,8 +133,12 @@ class WalkFindings:
             self._moved(declaration, source, statement.span)
 
     def taught_ends(self, memory: Memory) -> None:
-        """Report ``--taught`` data whose value at the end of a run, where the next run begins, is not that in the
-        file.
+        """Report RAP035 for ``--taught`` data whose value at the end of a run is not the one in its file.
+
+        The next run begins with that value.
+
+        Args:
+            memory: at the end of the run.
         """
         moved = set(self.teaching.mixed())
         for key, data in memory.changed.items():
@@ -139,7 +151,7 @@ class WalkFindings:
             self._moved(*self.teaching.moved[key])
 
     def _moved(self, declaration: Declaration, source: Source, span: Span) -> None:
-        """Report RAP035: the program moves ``--taught`` data, so that the value in the file is not what runs."""
+        """Report RAP035 at a span: the program changes ``--taught`` data, so that its value in the file is not used."""
         name = declaration.name
         text = f"`{name}`, which is to be taught, is moved by the program"
         help_ = f"leave `--taught {name}` out, and set it from a CONST before the first motion"

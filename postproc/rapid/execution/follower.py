@@ -33,12 +33,12 @@ MOVED, CALLED = 0.3, 0.4  # of the calls of code in none of the files move the a
 
 @dataclass(frozen=True, slots=True)
 class WorldMotion:
-    """One motion of a program in a world; a place that the world does not give is None.
+    """One motion of a program that is followed in a ``World``; a target or frame without value there is None.
 
     Goals are in the object frame, before the program displacement.
 
     Args:
-        begins: where the arm stands before it, where something else than the motion before has brought it there.
+        begins: where the arm stands before it, if something else than the motion before has brought it there.
     """
 
     statement: MotionStatement
@@ -60,12 +60,13 @@ def follow(
 ) -> list[WorldMotion]:
     """The motions that a program makes in a world, which draws at random, repeatably, all that the text leaves open.
 
-    It starts at its entry (main if None), then at each procedure that the pendant or code outside the files may start.
+    It starts at its entry, then at each procedure that the pendant or code outside the files may start.
 
     Args:
-        ordinals: numbers of the motion statements that the original program has; others (added ones) cost no steps, and
-            no trap runs behind them.
-        changes: of the program, where they are known already.
+        entry: name of the routine that runs first; main if None.
+        ordinals: number of each motion statement of the original program, by its key; others (added ones) cost no
+            steps, and no trap runs behind them.
+        changes: write effects of the program, worked out if None.
         added: routines that the original does not have, in which statements cost no steps.
     """
     follower = _Follower(program, world, ordinals, changes, added)
@@ -93,7 +94,7 @@ class _Follower(OneWay):
     """Follows one way through a program in which a world decides every condition, input and interrupt at random.
 
     Args:
-        motions: that have been made, in their order; own: how many of them the original program has too.
+        motions: the motions made so far, in order; own: how many of them the original program has too.
         interrupted: a trap is running; calling: code in none of the files is running a procedure of the files.
     """
 
@@ -142,7 +143,7 @@ class _Follower(OneWay):
     # -- statements ----------------------------------------------------------------------------------------------------
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
-        """Run one statement on ``memory``; False if it leaves its body.
+        """Run one statement on ``memory``; False if it leaves the body in which it stands.
 
         Raises:
             Stopped: it ends the program, or ``MOST_STATEMENTS`` have been run.
@@ -158,12 +159,21 @@ class _Follower(OneWay):
         return statement.kind == "call" and self.program.motion(memory.frame.routine.source, statement) is not None
 
     def forget_written(self, statement: Statement, functions: StatementEffect, memory: Memory) -> None:
-        """Mark data as written anew that functions in no file get; the program's own run where they are called."""
+        """Mark data as written once more that functions in no file may write; not in motion statements.
+
+        The program's own functions are run instead.
+
+        Args:
+            functions: effect of the functions in the statement's expressions.
+        """
         if not self.moves(statement, memory):
             super().forget_written(statement, functions, memory)
 
     def asked(self, condition: Span, memory: Memory) -> bool:
-        """Whether a condition holds: even odds, drawn by its routine and text, anew each time it is asked for."""
+        """Whether a condition holds that no data decides: drawn with even odds, anew each time it is asked for.
+
+        The draw depends on the routine and the text of the condition.
+        """
         routine = memory.frame.routine
         words = routine.source.data[slice(*condition)].decode("latin-1")
         return self.world.next(f"{routine.key} {words}").random() < 0.5
@@ -171,8 +181,7 @@ class _Follower(OneWay):
     # -- motions -------------------------------------------------------------------------------------------------------
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Record a motion, then run the procedure that it starts and the traps that the world lets interrupt behind
-        it.
+        """Record a motion, then run the procedure that it starts and the traps that interrupt the program behind it.
 
         Raises:
             Stopped: ``MOST_MOTIONS`` motions of the original program are recorded.
@@ -208,10 +217,10 @@ class _Follower(OneWay):
     def place(
         self, motion: MotionStatement, role: str, memory: Memory, jointed: bool = False
     ) -> RobTarget | JointTarget | None:
-        """The target of the argument with this role; None if there is no such argument or it has no value.
+        """The target in the argument with this role; None if there is no such argument or it has no value.
 
         Args:
-            jointed: the argument is a jointtarget.
+            role: ``to`` or ``via``; jointed: the argument is a jointtarget.
         """
         if role not in motion.roles:
             return None
@@ -234,7 +243,10 @@ class _Follower(OneWay):
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Draw what code in no file does: in 30 % of calls it moves the arm, in 40 % it runs a procedure of the files.
 
-        The world draws by the name of the code. Such a procedure is not run inside another one run so.
+        The draw depends on the name that is called. Such a procedure is not run while another one runs for that reason.
+
+        Args:
+            statement: the call; arguments: how many it has, None if a text names the routine.
         """
         drawn = self.world.next(f"unseen {'%' if arguments is None else statement.word}")
         chance = drawn.random()

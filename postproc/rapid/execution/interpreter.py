@@ -30,8 +30,10 @@ MAX_CALLS = 30  # depth
 
 @dataclass(frozen=True, slots=True)
 class AddedMotions:
-    """Motions and routines (by their keys) that were written into a program: following them takes no steps, so that the
-    program ends with them where it ends without them, and in these routines values that are assumed decide.
+    """Motions and routines, by their keys, that were written into a program.
+
+    Executing them counts no steps, so that the written program is followed as far as the original. In these routines a
+    value that is only assumed decides which way is taken.
     """
 
     motions: frozenset[StatementKey] = frozenset()
@@ -39,22 +41,26 @@ class AddedMotions:
 
     @classmethod
     def between(cls, program: Program, written: Program, motions: Iterable[StatementKey] = ()) -> AddedMotions:
-        """Return the routines that ``written`` has and ``program`` has not, with the given motions."""
+        """Return the given added motions, and the routines that ``written`` has and ``program`` has not.
+
+        Args:
+            motions: keys of the motion statements that were added.
+        """
         own = {routine.key for routine in program.all_routines()}
         return cls(frozenset(motions), frozenset(routine.key for routine in written.all_routines()) - own)
 
 
 class Interpreter(ABC):
-    """Runs statements on a ``Memory``, which is then as it is behind them.
+    """Runs statements: each changes a ``Memory`` from the state before it to the state behind it.
 
-    What is open (a condition that no data decides, code in none of the files) and where a jump leads, a subclass says:
-    it takes all ways at once, or one.
+    A subclass says what happens where the text leaves open how the program goes on (a condition that no data decides,
+    code in none of the files) and where a jump leads: it follows all ways at once, or one.
 
     Args:
-        data: reads and writes data by the text of the routine that runs.
-        assumed_decides: whether a condition counts as certain whose value is assumed.
-        followed: places of the calls that have been run; passed_over: keys of routines that some call means which was
-            not run.
+        data: evaluates and assigns data by its text in the routine that runs.
+        assumed_decides: whether a value that is only assumed counts as certain in conditions and loop bounds.
+        followed: places of the calls that have been run.
+        passed_over: keys of routines of which some call was not run.
     """
 
     assumed_decides = False
@@ -88,11 +94,11 @@ class Interpreter(ABC):
 
     @abstractmethod
     def branches(self, statement: Statement, memory: Memory) -> bool:
-        """Run IF or TEST; True if the end of an arm, or no arm, is reached."""
+        """Run IF or TEST; True if the statement behind it may run next, False if the body is left."""
 
     @abstractmethod
     def turns(self, loop: Statement, memory: Memory) -> bool:
-        """Run all turns of a FOR loop; True if their end is reached."""
+        """Run all turns of a FOR loop; True if its end is reached, False if its body is left."""
 
     @abstractmethod
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
@@ -100,7 +106,7 @@ class Interpreter(ABC):
 
     @abstractmethod
     def jump(self, statement: Statement, memory: Memory) -> bool:
-        """Come to a GOTO or a label; True if what follows it in the text is followed next."""
+        """Run a GOTO or a label; True if the statement behind it in the text is run next."""
 
     # -- statements ----------------------------------------------------------------------------------------------------
 
@@ -139,13 +145,13 @@ class Interpreter(ABC):
         """Make data unknown that functions in none of the files may write in the expressions of a statement.
 
         Args:
-            functions: what functions in its expressions do.
+            functions: effect of the functions in these expressions.
         """
         if functions.unseen:
             forget(memory, functions.keys, Kind.MAY_BE_WRITTEN, f"`{functions.unseen[-1]}`")
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
-        """Run a FOR loop on ``memory``, whose index hides data of its name; False if its body is left."""
+        """Run a FOR loop on ``memory``; in it the loop index hides data of the same name. False if its body is left."""
         bindings = memory.frame.bindings
         hidden = bindings.get(loop.word)
         reached = self.turns(loop, memory)
@@ -162,22 +168,29 @@ class Interpreter(ABC):
         return data if isinstance(data, bool) else self.asked(condition, memory)
 
     def deciding(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain."""
+        """Value of the expression at a span, by which a way is chosen: ``Assumed`` or ``Unknown`` if not certain.
+
+        With ``assumed_decides``, and in added routines, an assumed value counts as certain.
+        """
         data = self.data.value_or_not(span, memory)
         if self.assumed_decides or memory.frame.routine.key in self.added.routines:
             return without_causes(data)[0]  # in what is added, a place is worked out of places that are assumed
         return data
 
     def asked(self, condition: Span, memory: Memory) -> bool | None:
-        """Whether a condition holds that no data decides; None: it may, so that both ways are followed."""
+        """Whether a condition holds that no data decides; None: both are possible, so that both ways are followed.
+
+        Args:
+            condition: its span.
+        """
         return None
 
     def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
         """Whether an arm of IF or TEST is taken; None if that is not known.
 
         Args:
-            conditions: spans of the IF condition, or of the values of a CASE, one of which must equal the TEST
-                expression; none of ELSE and DEFAULT.
+            conditions: span of the IF condition, or spans of the values of a CASE, one of which must equal the TEST
+                expression; empty for ELSE and DEFAULT.
         """
         if not conditions:
             return True
@@ -235,15 +248,19 @@ class Interpreter(ABC):
                 memory.doubt()
 
     def forget_given(self, statement: Statement, writer: str, memory: Memory) -> None:
-        """Make data unknown that an instruction, or code in none of the files, may write.
+        """Make data unknown that a call of an instruction, or of code in none of the files, may write.
 
         Args:
-            writer: what may write it, in words.
+            writer: name of what is called, in backticks, for messages.
         """
         forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, writer)
 
     def set_state(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
-        """Carry out an instruction of ``STATE`` (``word``, lower case) with these arguments."""
+        """Carry out an instruction that sets load, displacement or the like.
+
+        Args:
+            word: the instruction in lower case, a key of ``STATE``; pieces: its arguments.
+        """
         run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
 
     def late_name(self, call: LateCall, memory: Memory) -> str:
@@ -256,16 +273,18 @@ class Interpreter(ABC):
         return word if call.number is None else ""
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
-        """Run a motion: the data becomes unknown to which a search writes the position that it finds."""
+        """Run a motion: data in which a search stores the position that it finds becomes unknown."""
         found = motion.argument("found")
         if found is not None:
             self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
-        """Run code that is in none of the files, after what it may write has become unknown: it may move the arm.
+        """Note that a call of code in none of the files may have moved the arm.
+
+        What it may write has become unknown before.
 
         Args:
-            statement: that calls it; arguments: how many it has, None where a text names it.
+            statement: the call; arguments: how many it has, None if a text names the routine.
         """
         memory.doubt()
 
@@ -277,9 +296,8 @@ class Interpreter(ABC):
         A call that is too deep or may recur for ever is not run: what it writes becomes unknown, and so does its value.
 
         Args:
-            pieces: arguments of the call (option, span of expression, span of whole) in the file of the calling
-                routine.
-            again: the call has been followed before.
+            pieces: arguments of the call, as ``read_arguments`` gives them, in the file of the calling routine.
+            again: this call has been run before.
         """
         frame = bound_frame(routine, pieces, memory, self.data.tree)
         frame.supposed &= again
@@ -301,13 +319,20 @@ class Interpreter(ABC):
         return result
 
     def beyond(self, routine: Routine, depth: int) -> bool:
-        """Whether a call of a routine is not run, being inside ``depth`` others."""
+        """Whether a call of a routine is not run because more than ``MAX_CALLS`` calls are in progress.
+
+        Args:
+            depth: number of calls in progress.
+        """
         return depth > MAX_CALLS and routine.key not in self.added.routines
 
     def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: CallFrame, memory: Memory) -> None:
-        """Make data uncertain that the call may have written by reference through a parameter that is no sure one.
+        """Make data unknown, or assumed, that a call may have written through a parameter that is no sure reference.
 
-        Such a parameter got an element with an unknown index, or one that the caller itself got by value.
+        Such a parameter got an element with an unknown index, or data that the caller itself got by value.
+
+        Args:
+            pieces: arguments of the call; frame: of the call, with its parameters; memory: of the caller.
         """
         written, data = self.changes.of_routine.get(routine.key, frozenset()), memory.frame.routine.source.data
         for parameter, span in paired(routine.parameters, pieces):
@@ -331,7 +356,7 @@ class Interpreter(ABC):
         """The result of a function of the program, which is run; None if the program has no function of that name.
 
         Raises:
-            Unknown: the function has no known value here.
+            Unknown: the result is not known, or the function ends without one.
         """
         routine = self.program.routine(call.name, memory.frame.routine.module)
         if routine is None or routine.kind != "FUNC":
@@ -345,7 +370,10 @@ class Interpreter(ABC):
 
 
 def _endless(frame: CallFrame, before: CallFrame) -> bool:
-    """Whether a call of a running routine may never end: no arguments, its own data by reference, or a new condition.
+    """Whether a call of a routine that is running already may recur for ever.
+
+    That is assumed if it has no arguments, gets the routine's own data by reference, or stands under more unknown
+    conditions than the call before.
 
     Args:
         frame: the new call; before: the call of that routine which has not ended.

@@ -41,9 +41,10 @@ class _Rewritten:
     """The statements of a body up to a place, with loops and branches in place of their jumps.
 
     Args:
-        labels, ahead: by label, where in ``steps`` it stands, and where a conditional jump to it that has not come yet.
-            What has become part of a loop or branch since is no longer there.
-        sizes: how many statements each of the steps holds, with those inside; spare: how many may still be looked at.
+        labels: by label, its index in ``steps`` and its statement.
+        ahead: by label that has not come yet, index in ``steps`` and statement of the conditional jump to it.
+        sizes: how many statements each of the steps contains, itself included.
+        spare: how many statements may still be looked at.
     """
 
     def __init__(self, body: tuple[Statement, ...], jumps: Mapping[str, int]) -> None:
@@ -56,13 +57,13 @@ class _Rewritten:
         self.spare = MOST_SEEN * len(body)
 
     def take(self, statement: Statement) -> None:
-        """Append the next statement to ``steps``; if it closes a loop or branch, replace the steps belonging to it."""
+        """Append the next statement of the body to ``steps``; a loop or branch that it closes replaces its steps."""
         self.at += 1
         alone = self.jumps.get(statement.word) == 1
         if statement.kind == "label":
             if not (alone and self.skips(statement)):
                 self.labels[statement.word] = len(self.steps), statement
-                self.put(len(self.steps), [statement])
+                self.replace_from(len(self.steps), [statement])
             return
         jump = _jump(statement)
         if jump is not None and self.jumps.get(jump[0].word) == 1:
@@ -71,54 +72,54 @@ class _Rewritten:
                     return
             elif statement is not jump[0]:
                 self.ahead[jump[0].word] = len(self.steps), statement
-        self.put(len(self.steps), [statement])
+        self.replace_from(len(self.steps), [statement])
 
-    def put(self, at: int, steps: Sequence[Statement]) -> None:
-        """Replace all steps from index ``at`` on by these."""
+    def replace_from(self, at: int, steps: Sequence[Statement]) -> None:
+        """Replace all steps from index ``at`` on by the given ones."""
         self.steps[at:] = steps
         self.sizes[at:] = [len(statements_in([step])) if step.branches else 1 for step in steps]
 
     def place(self, places: Mapping[str, tuple[int, Statement]], word: str) -> int | None:
-        """Index in ``steps`` of a label, or of the jump to it; None if it is not there any more.
+        """Index in ``steps`` of a label, or of the jump to it; None if it has become part of a loop or branch.
 
         Args:
-            places: ``labels`` or ``ahead``. word: the label in lower case.
+            places: ``labels`` or ``ahead``; word: the label in lower case.
         """
         at, statement = places.get(word, (0, None))
         return at if at < len(self.steps) and self.steps[at] is statement else None
 
-    def looks(self, at: int) -> bool:
-        """Count all statements from step ``at`` on against the budget ``spare``; whether there is some of it left."""
+    def within_budget(self, at: int) -> bool:
+        """Subtract the number of statements from step ``at`` on from the budget ``spare``; False if it is exceeded."""
         self.spare -= sum(self.sizes[at:])
         return self.spare >= 0
 
     def skips(self, label: Statement) -> bool:
-        """Replace a conditional jump ahead and all steps up to its label by a branch; False if that is not possible."""
+        """Put a branch in place of a conditional jump and the steps up to its label; False if that is not possible."""
         at = self.place(self.ahead, label.word)
-        if at is None or not self.looks(at):
+        if at is None or not self.within_budget(at):
             return False
         statement, part = self.steps[at], tuple(self.steps[at + 1 :])
         jump = _jump(statement)
         if jump is None or any(self.leads_before(s, at) for s in part):
             return False
         span, branch = (statement.span[0], label.span[1]), Branch(statement.branches[0].conditions, jump[1])
-        self.put(at, [Statement("if", span, "", (), (branch, Branch((), part)))])
+        self.replace_from(at, [Statement("if", span, "", (), (branch, Branch((), part)))])
         return True
 
     def leads_before(self, statement: Statement, at: int) -> bool:
-        """Whether a statement is a jump back to a label before step ``at``: what it skips is then part of a loop."""
+        """Whether a statement is a jump back to a label before step ``at``."""
         jump = _jump(statement)
         place = self.place(self.labels, jump[0].word) if jump is not None else None
         return place is not None and place < at
 
     def loops(self, statement: Statement, jump: Jump) -> bool:
-        """Replace the steps between a label and the jump back to it by a loop; False if that is not possible.
+        """Put a loop in place of the steps between a label and the jump back to it; False if that is not possible.
 
         Args:
-            statement: that holds the jump. jump: the GOTO, and what the statement does before it.
+            statement: holds the jump; jump: the GOTO, and what the statement does before it.
         """
         at = self.labels[jump[0].word][0]
-        if not self.looks(at):
+        if not self.within_budget(at):
             return False
         part, (goto, before) = tuple(self.steps[at + 1 :]), jump
         span = self.steps[at].span[0], statement.span[1]
@@ -126,24 +127,24 @@ class _Rewritten:
         conditions = statement.branches[0].conditions if statement is not goto else ()
         if not conditions:
             if turns := self.until(part, span):
-                self.put(at, [gone, *turns])
+                self.replace_from(at, [gone, *turns])
                 self.at += 1
                 return True
             inside = {s.word for s in part if s.kind == "label"}
             if any(s.kind == "goto" and s.word not in inside for s in statements_in(part)):
                 return False  # it leads out of the loop, nobody knows when
         loop = Statement("while", span, "", conditions, (Branch(conditions, (*before, *part)),))
-        self.put(at, [gone, *part, loop] if conditions else [loop])
+        self.replace_from(at, [gone, *part, loop] if conditions else [loop])
         return True
 
     def until(self, part: tuple[Statement, ...], span: Span) -> tuple[Statement, ...]:
-        """Steps of an endless loop in which a condition jumps to the label right behind it, as a loop UNTIL it holds.
+        """Steps of an endless loop that a conditional jump leaves to the label right behind it, with a loop UNTIL.
 
         Args:
             part: statements of the loop; span: of the loop statement to make.
 
         Returns:
-            An empty tuple if no condition leads out of the loop that way.
+            The steps in place of ``part``; empty if no condition leads out of the loop that way.
         """
         after = self.body[self.at] if self.at < len(self.body) else None
         if after is None or after.kind != "label" or self.jumps.get(after.word) != 1:
@@ -161,7 +162,7 @@ def _jump(statement: Statement) -> Jump | None:
     """The GOTO that a statement is, or with which its only branch ends; None for other statements.
 
     Returns:
-        The GOTO, and the statements of the branch before it.
+        The GOTO, and the statements before it in the branch.
     """
     if statement.kind == "goto":
         return statement, ()

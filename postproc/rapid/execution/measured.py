@@ -16,12 +16,13 @@ _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robt
 
 
 def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | None = None) -> dict[str, Diagnostic]:
-    """Return RAP023 for PERS data whose value at some motion only the running program has.
+    """Findings RAP023 about PERS data that a motion needs and whose value only the running program knows.
 
-    The help offers ``--taught``, except for data that the program moves, which is found by following it once more.
+    The help offers ``--taught``, except for data that the program moves: to find it the program is followed once more.
 
     Args:
-        events: of the program, as followed from ``entry``.
+        events: the motions of the program, as followed from ``entry``.
+        entry: name of the routine that runs first; main if None.
 
     Returns:
         One finding for each such data, by its key, at the first motion that needs it.
@@ -38,7 +39,7 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
     tried = walk_program(replace(program, taught=program.taught | names), entry)
     moved = {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
     offered = [d.name for d, _, _ in waiting.values() if d.name.lower() not in moved]
-    return {key: _said(*found, offered) for key, found in waiting.items()}
+    return {key: _finding(*found, offered) for key, found in waiting.items()}
 
 
 def with_advice(
@@ -47,10 +48,10 @@ def with_advice(
     program: Program,
     measured: Mapping[str, Diagnostic],
 ) -> list[Diagnostic]:
-    """The findings; of those about statements left unchanged (CMP005) the help says how to make the missing data known.
+    """All findings; the help of those about statements left unchanged says how to make the missing data known.
 
     Args:
-        events: of the program. measured: findings of ``say_measured`` by key of the data.
+        events: the motions of the program; measured: result of ``say_measured``.
     """
     told: dict[tuple[Source | None, Span | None], str] = {
         (event.statement.source, event.statement.span): measured[declaration.key].help
@@ -61,11 +62,11 @@ def with_advice(
     return [replace(d, help=told.get((d.source, d.span), d.help)) if d.matter is Matter.LEFT else d for d in findings]
 
 
-def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
-    """The finding RAP023 for one data at one motion.
+def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, offered: Sequence[str]) -> Diagnostic:
+    """The finding RAP023 that data is not known at a motion.
 
     Args:
-        event: the motion. unknown: why the data is not known there.
+        declaration: of the data; event: the motion; unknown: why the data is not known there.
         offered: names of data for which the help offers ``--taught``.
     """
     name = declaration.name
@@ -81,7 +82,10 @@ def _said(declaration: Declaration, event: MotionEvent, unknown: Unknown, offere
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:
-    """The module's PERS data with a value in its file in which an unknown value was stored last, or None."""
+    """The PERS data of a module, declared with a value, in which an unknown value was stored last; None if none.
+
+    Data that ``--taught`` names does not count.
+    """
     for key in _keys(unknown):
         found = program.names.get(key)
         stored = found is not None and found.storage == "PERS" and found.init is not None and not found.routine

@@ -22,7 +22,7 @@ class OneWay(Interpreter):
 
     Args:
         goal: the label, in lower case, to which the last GOTO leads; None once it is reached.
-        taken: statements and turns of WHILE loops that have been run; most: that are run.
+        taken: how many statements and turns of WHILE loops have been run; most: how many may be run.
     """
 
     assumed_decides = True
@@ -57,13 +57,13 @@ class OneWay(Interpreter):
         return True
 
     def jump(self, statement: Statement, memory: Memory) -> bool:
-        """Leave the body at a GOTO, to go on at its label; go on behind a label."""
+        """Go on behind a label; at a GOTO set ``goal`` to its label and leave the body (False)."""
         if statement.kind == "goto":
             self.goal = statement.word
         return statement.kind == "label"
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
-        """Run the first arm of IF or TEST that is taken; False if its end is not reached."""
+        """Run the first arm of IF or TEST whose condition holds; False if its body is left."""
         for branch in statement.branches:
             if self.chosen(statement, branch.conditions, memory):
                 return self.body(branch.body, memory)
@@ -72,7 +72,7 @@ class OneWay(Interpreter):
     def turns(self, loop: Statement, memory: Memory) -> bool:
         """Run all turns of a FOR loop; False if its body is left.
 
-        There are two where the bounds are no numbers, and none where there are more than can be run.
+        Two turns are run if the bounds are not known, none if there are more than ``MAX_TURNS``.
         """
         bounds = [self.deciding(span, memory) for span in loop.parts]
         known = all(isinstance(bound, float) for bound in bounds)

@@ -26,10 +26,12 @@ class Choice:
     """What is known of an IF or TEST that moves nothing and of which several arms are possible.
 
     Args:
-        arms: numbers of the possible ones. keys: of the data that they may change.
-        values: by arm, the data that it leaves, by key. left: an arm ends the routine.
-        certain: keys that every arm sets, to the same value whenever it is taken: in a loop, too, they have what one of
-            the arms sets. A counter has not, nor what one arm sets and another leaves.
+        arms: numbers of the possible arms; the number of all arms stands for taking none of them.
+        keys: keys of the data that the branch may change.
+        certain: those keys that every arm sets, to the same value whenever that arm is taken, also in a loop. A counter
+            is not among them, nor is data that one arm sets and another does not.
+        values: for each arm, the data at its end by key.
+        left: an arm may end the routine by RETURN.
     """
 
     arms: tuple[int, ...]
@@ -45,7 +47,7 @@ class SplitBranches:
     Each arm of them can be followed in a walk of its own.
 
     Args:
-        forced: number of the arm that is taken in this walk, by place; as many as there are arms: none of them.
+        forced: by the place of a branch, number of the arm that this walk takes; the number of all arms: none of them.
         found: what is known of each branch, also from earlier walks, by place.
     """
 
@@ -56,7 +58,7 @@ class SplitBranches:
         self.taken: set[Place] = set()
 
     def again(self, place: Place) -> bool:
-        """Record that the forced branch at this place is executed; whether it has been before in this walk."""
+        """Record that the forced branch at this place is run; True if this walk has run it before."""
         before = place in self.taken
         self.taken.add(place)
         return before
@@ -66,8 +68,8 @@ class SplitBranches:
 
         Args:
             ends: data by key at the end of each arm, by the arm's number; None for the way on which no arm is taken.
-            keys: of the data that the branch may change; written: the keys that each arm may change.
-            left: an arm ends the routine.
+            keys: keys of the data that the branch may change; written: those that each arm may change.
+            left: whether an arm may end the routine by RETURN.
         """
         if len(ends) > MOST_WAYS:  # too many to follow, whatever they set
             self.found[place] = Choice((), frozenset(keys), frozenset(), {}, left)
@@ -89,7 +91,7 @@ class SplitBranches:
         self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
 
     def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
-        """The possible arms, by place, of branches not forced that decide data which some motion needs."""
+        """The possible arms, by place, of branches not forced that set data which some motion needs but lacks."""
         undecided = {
             unknown.root.key for event in events for unknown in event.unknowns if unknown.root.kind is Kind.UNDECIDED
         }
@@ -103,10 +105,10 @@ class SplitBranches:
 
 
 def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
-    """Every choice of one arm for each branch, by place; none if there are more than ``MOST_WAYS``.
+    """Every choice of one arm for each branch, by place; an empty list if there are more than ``MOST_WAYS``.
 
     Args:
-        branches: numbers of the arms of each branch, by its place.
+        branches: numbers of the possible arms of each branch, by its place.
     """
     if prod(map(len, branches.values())) > MOST_WAYS:
         return []

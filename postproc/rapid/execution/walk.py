@@ -30,7 +30,7 @@ from postproc.rapid.unknown import Kind, Unknown
 
 @dataclass(frozen=True)
 class Walk:
-    """The events in program order and what was found on the way (the findings of the events among it)."""
+    """The motions of a program in the order in which they run, and all findings made while it was followed."""
 
     events: list[MotionEvent]
     diagnostics: tuple[Diagnostic, ...]
@@ -55,7 +55,7 @@ def walk(program: Program, entry: str | None = None, added: AddedMotions | None 
 
 
 def walk_program(program: Program, entry: str | None = None, added: AddedMotions | None = None) -> Walk:
-    """The events that ``walk`` gives, with the findings made on the way.
+    """The motions that ``walk`` gives, with the findings made on the way; the arguments are the same.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -88,9 +88,12 @@ def walk_program(program: Program, entry: str | None = None, added: AddedMotions
 
 
 def _followed(program: Program, started: Sequence[Routine], added: AddedMotions | None) -> AllWays:
-    """The state after the routines are run in turn, repeated for every arm of branches that decide data motions need.
+    """Run the given routines in turn, once for every combination of arms of branches that decide data motions need.
 
-    No arm is chosen where that would be too many combinations or steps; the data is then unknown.
+    If the combinations or steps would be too many, no arm is chosen; the data is then unknown.
+
+    Returns:
+        What ran them, with the events and findings of all runs.
     """
     branches: dict[Place, tuple[int, ...]] = {}
     ways, met, changes = combinations(branches), dict[Place, Choice](), WriteEffects(program)
@@ -117,10 +120,10 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
 
 
 def _follow_rest(run: AllWays, unknown: Mapping[str, Data]) -> None:
-    """Follow traps and handlers, then routines with motions or calls that no known way has reached.
+    """Follow traps and handlers, then routines with motions or calls that have not been reached.
 
     Args:
-        unknown: state at their start, by ``@`` key.
+        unknown: state at their start by ``@`` key, Unknown where the program may set it.
     """
     for routine in run.program.all_routines():
         if not routine.source.read_only:
@@ -133,7 +136,10 @@ def _follow_rest(run: AllWays, unknown: Mapping[str, Data]) -> None:
 
 
 def _marked(run: AllWays) -> list[MotionEvent]:
-    """The recorded events, marked if their statement also runs on ways that are not followed, to other places."""
+    """The recorded events, marked if their statement also runs, to other targets, on ways that are not followed.
+
+    Numbers in them whose values differ on those ways are left out.
+    """
     events, recorder = run.recorder.events, run.recorder
     marked, unshared = recorder.other_targets, _unshared(run)
     for i, event in enumerate(events if marked or unshared else ()):
@@ -147,7 +153,10 @@ def _marked(run: AllWays) -> list[MotionEvent]:
 
 
 def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
-    """Names of numbers, by statement, with other values on ways not followed: no correction may depend on them."""
+    """By statement key, names of numbers in its arguments whose values on ways not followed occur in no event.
+
+    No correction may depend on them.
+    """
     events, found = run.recorder.events, dict[StatementKey, set[str]]()
     rows = executions_of(events) if run.recorder.others else {}
     for key, target, numbers in run.recorder.others:
@@ -162,10 +171,11 @@ def _unshared(run: AllWays) -> dict[StatementKey, set[str]]:
 
 
 def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: bool = False) -> Memory:
-    """Run a routine as if it were started from outside, with unknown parameters; the memory at its end.
+    """Run a routine as if it were started from outside, with unknown parameters, and return the memory at its end.
 
     Args:
-        state: at its start by ``@`` key; supposed: the routine has run before, only what is new in it counts.
+        state: at its start by ``@`` key.
+        supposed: the routine has been run before: only motion statements without an event are recorded.
     """
     memory = _memory(run, routine, state)
     memory.frame.supposed = supposed
@@ -174,7 +184,11 @@ def _start(run: AllWays, routine: Routine, state: Mapping[str, Data], supposed: 
 
 
 def _memory(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Memory:
-    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file."""
+    """Memory before a routine is started from outside; ``--taught`` data that may be written is as in its file.
+
+    Args:
+        state: at its start by ``@`` key.
+    """
     frame, values = unbound_frame(routine), dict(state)
     teaching = run.findings.teaching
     memory = Memory(run.program, run.changes, run.constants, frame, run.function, values, teaching=teaching)
@@ -187,7 +201,11 @@ def _memory(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> Memory
 
 
 def _interrupt(run: AllWays, routine: Routine, state: Mapping[str, Data]) -> None:
-    """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown."""
+    """Follow the handlers of a routine (of a trap also its body) that move the arm, with all written data unknown.
+
+    Args:
+        state: at their start by ``@`` key.
+    """
     for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in run.changes.of(body, routine):
             continue
@@ -233,7 +251,7 @@ def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
 
 
 def _uncalled(program: Program) -> list[Routine]:
-    """Procedures that no call, CONNECT or motion of the program names, without those of files that are only lent."""
+    """Procedures that no call, CONNECT or motion of the program names, without those of read-only files."""
     named: set[str] = set()
     for motion in program.statements:
         if "procedure" in motion.roles:

@@ -39,12 +39,15 @@ PLACES = {
 
 
 class World:
-    """Values of what is open, drawn by what they are values of.
+    """A choice of all that the text of a program leaves open: conditions, inputs, what operators and others write.
+
+    Each value is drawn from the seed and the name of what it is the value of, so that an original and a corrected
+    program get the same.
 
     Args:
         seed: of this world.
         taught: keys of the declarations that an operator may touch up or set: those of the original program.
-        words: that a string may be: those of its text.
+        words: values that a string may have: those of the program's text.
     """
 
     def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
@@ -61,25 +64,36 @@ class World:
         """What the last run or something unseen has left in data, by how often that may have been and which it was."""
 
     def generator(self, thing: str) -> random.Random:
-        """A random generator that depends only on the world's seed and the name ``thing``: alike at every call."""
+        """A random generator that depends only on the world's seed and a name: alike at every call.
+
+        Args:
+            thing: name of what is drawn.
+        """
         return random.Random(f"{self.seed} {thing}")
 
     def next(self, thing: str) -> random.Random:
-        """A random generator for ``thing`` that is another one at each call, counted per name."""
+        """A random generator that depends on the world's seed, a name, and how often it was asked for by that name.
+
+        Args:
+            thing: name of what is drawn.
+        """
         count = self.counts[thing] = self.counts.get(thing, 0) + 1
         return self.generator(f"{thing} {count}")
 
     def beside(self, target: RobTarget) -> RobTarget:
-        """The target moved at random by up to ``BESIDE_MM`` along each axis, where another motion took the arm."""
+        """The target moved at random by up to ``BESIDE_MM`` along each axis: where something else took the arm."""
         drawn = self.next("beside")
         x, y, z = (axis + drawn.uniform(-BESIDE_MM, BESIDE_MM) for axis in target.trans)
         return replace(target, trans=(x, y, z))
 
     def varied(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
-        """Data of type ``kind`` with other values drawn at random; an Unknown counts as zero.
+        """Data with other values drawn at random; an Unknown counts as zero.
 
         Positions move by up to 3 mm along each axis, whole numbers by up to 6, others by up to 20 %; orientations and
         configurations stay.
+
+        Args:
+            kind: type of the data, in lower case; records: fields of each record type; drawn: gives the random numbers.
         """
         if isinstance(data, Unknown):
             data = zero(kind, records)
@@ -128,6 +142,9 @@ class WorldDeclared(DeclaredValues):
     def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
         """The value that a declaration gives in this world, in which an operator may have changed it.
 
+        Args:
+            span: of the value in the text, None if there is none; home: gives the scope in which it is evaluated.
+
         Raises:
             Unknown: the declaration gives none.
         """
@@ -144,7 +161,11 @@ class WorldDeclared(DeclaredValues):
         return replace(value, data=each(changed, value.data, value.rank))
 
     def _touched_up(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
-        """Data of type ``kind`` in which the position of every robtarget is moved by up to 3 mm along each axis."""
+        """Data in which the position of every robtarget is moved by up to 3 mm along each axis.
+
+        Args:
+            kind: type of the data, in lower case; records: fields of each record type; drawn: gives the random numbers.
+        """
         fields = records.get(kind, ())
         if not isinstance(data, tuple) or len(fields) != len(data):
             return data
@@ -188,7 +209,7 @@ class WorldMemory(Memory):
         return self.world.left[at]
 
     def _declared(self, declaration: Declaration) -> Value:
-        """The declared value of data; if there is none, a value of its type drawn by its key."""
+        """The declared value of data; if there is none, a value of its type drawn at random, the same at every call."""
         try:
             return self.declared(declaration)
         except Unknown:
@@ -203,7 +224,7 @@ class WorldMemory(Memory):
         return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:
-        """The value of a name; for a signal (0 or 1) and for a parameter without argument it is drawn."""
+        """The value of a name; a signal (0 or 1) and a parameter without argument have one drawn at random."""
         try:
             return Memory.lookup(self, name)  # super() does not know a class with slots
         except Unknown:  # a signal, or a parameter that nobody gave
@@ -216,9 +237,9 @@ class WorldMemory(Memory):
             return value
 
     def call(self, call: Call) -> Value | None:
-        """The result of a function of the program, which is run; of one that cannot be evaluated it is drawn.
+        """The result of a call: of the program's own function, which is run, or drawn for one that cannot be evaluated.
 
-        None for a built-in function that is evaluated from its arguments.
+        None for a built-in function, which is then evaluated from its arguments.
         """
         own = self.function(call, self)
         if own is not None or call.name in FUNCTIONS:

@@ -44,7 +44,8 @@ class _Routine:
 
     Args:
         moves: whether it may move the arm, calls included; handled: whether its handlers may.
-        exit: the state at its end, from ``ENTRY``; states: at the begin of each block.
+        exit: the state at its end; states: at the begin of each block. ``ENTRY`` in them stands for where the arm is
+            when the routine is entered.
     """
 
     routine: Routine
@@ -59,7 +60,9 @@ class Arrivals:
     """After which motions each motion statement may run, whatever the data of the program are.
 
     A ``State`` has the motions that may have been the last, each with the keys of data that may be written since.
-    ``open`` is whether anything but constants of the text decides which way the program takes.
+
+    Args:
+        open: whether anything but constants of the text decides which way the program takes.
     """
 
     def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
@@ -89,6 +92,8 @@ class Arrivals:
     def before(self, key: StatementKey) -> State:
         """Motions that may come last before a statement, with what may be written since; empty if none leads there.
 
+        ``LOST`` if that is not known.
+
         Args:
             key: of the motion statement.
         """
@@ -101,7 +106,7 @@ class Arrivals:
     def resumed_behind_errors(self) -> frozenset[str]:
         """Keys of routines in which a statement that fails may be passed over by TRYNEXT.
 
-        TRYNEXT stands in a handler of their own, or of a routine that their errors reach.
+        TRYNEXT stands in a handler of the routine, or of another routine to which its errors are passed.
         """
 
         def reached(key: str) -> set[str]:
@@ -113,12 +118,12 @@ class Arrivals:
         return frozenset(closure((key for key, routine in self._routines.items() if routine.graph.skips), reached))
 
     def keeps(self, statement: MotionStatement, text: str) -> bool:
-        """Whether data in a text has, on any way to a statement, the value that it had at the motion before.
+        """Whether the value of an expression at a statement is the same as at the motion before, on every way there.
 
-        Neither it nor the program displacement may have been written since.
+        That holds if no data in it and neither displacement nor offset may have been written since.
 
         Args:
-            text: of an expression at the statement.
+            text: of the expression.
         """
         since = NOTHING.union(*self.before(statement.key).values())
         if not since and not self.changes.volatile and not self.changes.unseen_any_time:
@@ -129,10 +134,10 @@ class Arrivals:
         return all(self._holds(name, routine, since) for name in identifiers(text.encode("latin-1")))
 
     def _holds(self, name: str, routine: Routine, since: frozenset[str]) -> bool:
-        """Whether a name in a routine keeps its value although other data may have been written.
+        """Whether a name keeps its meaning and value in a routine although other data may have been written.
 
         Args:
-            name: in lower case. since: keys of all that may have been written.
+            name: in lower case; since: keys of all that may have been written.
         """
         if self.program.routine(name, routine.module) is not None and since - {CALLED}:
             return False  # a function of the program's own may read anything
@@ -173,7 +178,7 @@ class Arrivals:
                 pending |= dict.fromkeys(self._callers.get(key, ()))
 
     def _states(self, routine: _Routine) -> list[State]:
-        """The state at the begin of each block of a routine, from its ``ENTRY``; empty if no way leads there."""
+        """The state at the begin of each block of a routine, relative to its ``ENTRY``; empty for blocks not run."""
         graph = routine.graph
         states: list[State] = [{} for _ in graph.blocks]
         reached = [False] * len(states)
@@ -195,7 +200,7 @@ class Arrivals:
         return states
 
     def _behind(self, step: Step, state: State, routine: _Routine) -> State:
-        """The state behind a step that begins in ``state``; empty if nothing goes on behind it."""
+        """The state behind a step of a routine that begins in ``state``; empty if nothing goes on behind it."""
         if isinstance(step, Go):
             return LOST if step.unresolved_start or routine.graph.skips else {step.statement.key: NOTHING}
         if not isinstance(step, CallStep):
@@ -208,7 +213,11 @@ class Arrivals:
         return joined([returned(self._at(step, state, routine), exit_, step.keys) for exit_ in exits])
 
     def _at(self, step: Step, state: State, routine: _Routine) -> State:
-        """The state in which a step begins: ``LOST`` if a handler may repeat it after the arm has moved."""
+        """The state in which a step of a routine begins: ``LOST`` if a handler may repeat it after the arm has moved.
+
+        Args:
+            state: in which it begins when it is run for the first time.
+        """
         graph = routine.graph
         again = routine.handled or (isinstance(step, CallStep) and _moves(step, self._routines))
         return LOST if state and (graph.retries or graph.skips) and again else state
@@ -256,7 +265,11 @@ def _steps(graph: Graph, start: int = 0) -> Iterator[Step]:
 
 
 def _moves(step: Step, routines: Mapping[str, _Routine]) -> bool:
-    """Whether a step may move the arm: a motion, or a call of a routine that moves or is in no file."""
+    """Whether a step may move the arm: a motion, or a call of a routine that moves or is in no file.
+
+    Args:
+        routines: by key; the program's routines that are not among them count as not moving.
+    """
     if isinstance(step, CallStep):
         return step.unseen or any(key in routines and routines[key].moves for key in step.routines)
     return isinstance(step, Go)

@@ -19,7 +19,7 @@ MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs 
 
 
 class Constants:
-    """Values of expressions in which nothing but constants of the text stand."""
+    """Values of expressions that contain nothing but constants of the text."""
 
     def __init__(self, program: Program) -> None:
         """Take constants and record types from a program."""
@@ -27,7 +27,7 @@ class Constants:
         self.declared = DeclaredValues(program)
 
     def value(self, routine: Routine, span: Span, hidden: frozenset[str]) -> Data | None:
-        """Value of the expression at a span in a routine; None if anything else than constants of the text decides it.
+        """Value of the expression at a span in a routine; None if it contains anything but constants of the text.
 
         Args:
             hidden: lower-case names of the counters of loops around it, which are no constants.
@@ -98,7 +98,7 @@ class _Scope(Scope):
         return self.declared.value(found, self._home)
 
     def _home(self, declaration: Declaration) -> _Scope:
-        """The scope in which the value of a declaration is evaluated."""
+        """The scope in which the value of a declaration is evaluated: that of its own module and routine."""
         return _Scope(self.program, self.declared, (declaration.module, declaration.routine))
 
     def call(self, call: Call) -> Value | None:

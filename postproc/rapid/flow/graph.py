@@ -15,7 +15,7 @@ EXIT = 1  # the block at which all ways end by which a routine is left
 
 @dataclass(slots=True)
 class FlowBlock:
-    """Steps that run one after the other, and the indices of the blocks of which one runs then."""
+    """Steps that run one after the other, and the indices of the blocks of which one runs next."""
 
     steps: list[Step] = field(default_factory=list)
     then: list[int] = field(default_factory=list)
@@ -23,14 +23,14 @@ class FlowBlock:
 
 @dataclass(slots=True)
 class Graph:
-    """The flow of a routine, which begins at its first block and ends at ``EXIT``.
+    """The flow of control in a routine, which begins at its first block and ends at the block ``EXIT``.
 
     Args:
         handlers: index of the first block of each handler; inside: blocks from this index on belong to handlers.
-        retries, skips: whether a handler may repeat the statement that failed, or go on behind it; raises: or leave the
-            error to the caller's.
-        open: whether anything but constants of the text decides on a way.
-        counters: names of its loop counters.
+        retries, skips, raises: whether a handler may repeat the statement that failed (RETRY), go on behind it
+            (TRYNEXT), or leave the error to the caller's handler (RAISE).
+        open: whether anything but constants of the text decides which way is taken.
+        counters: names of the routine's loop counters.
     """
 
     blocks: list[FlowBlock]
@@ -47,13 +47,19 @@ def draw(routine: Routine, reader: StepReader, constants: Constants) -> Graph:
     """The flow graph of a routine's body and handlers.
 
     Args:
-        reader: gives the steps of a statement. constants: decide conditions and bounds of loops.
+        reader: gives the steps of a statement; constants: evaluates conditions and bounds of loops.
     """
     return _Drawing(routine, reader, constants).graph
 
 
 class _Drawing:
-    """Draws a graph; ``now`` is the block that the next step comes to, None behind a statement that leaves."""
+    """Draws the flow graph of a routine.
+
+    Args:
+        now: index of the block to which the next step is appended; None behind a statement that leaves.
+        labels: index of the block that begins at each label.
+        counters: names of the counters of the loops around the present statement.
+    """
 
     def __init__(self, routine: Routine, reader: StepReader, constants: Constants) -> None:
         """Draw the whole graph of a routine: its body from block 0 to ``EXIT``, then its handlers."""
@@ -84,7 +90,7 @@ class _Drawing:
         self.now = None
 
     def step(self, steps: Iterable[Step]) -> None:
-        """Append steps to the present block; without one (behind a jump or RETURN) they are dropped."""
+        """Append steps to the present block; they are dropped if there is none (behind a jump or RETURN)."""
         if self.now is not None:
             self.graph.blocks[self.now].steps += steps
 
@@ -119,7 +125,7 @@ class _Drawing:
                 self.step(self.reader.steps(statement, self.routine))
 
     def label(self, word: str) -> int:
-        """Index of the block that begins at a label, which is made when it is first asked for.
+        """Index of the block that begins at a label; the block is made if it does not exist yet.
 
         Args:
             word: the label in lower case.
@@ -129,7 +135,7 @@ class _Drawing:
         return self.labels[word]
 
     def out(self, statement: Statement) -> None:
-        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle, behind which nothing runs; note the first three."""
+        """Add RETRY, TRYNEXT, RAISE, EXIT or ExitCycle: nothing runs behind it. The graph records the first three."""
         text = self.routine.source.data[slice(*statement.span)].lower()
         self.graph.retries |= text.startswith(b"retry")
         self.graph.skips |= text.startswith(b"trynext")
@@ -157,7 +163,11 @@ class _Drawing:
         self.now = behind
 
     def verdict(self, statement: Statement, branch: Branch) -> bool | None:
-        """Whether constants decide that an arm is taken; True without conditions, None if they do not decide."""
+        """Whether an arm is taken once it is reached; True for ELSE and DEFAULT, None if constants do not decide.
+
+        Args:
+            statement: IF or TEST; branch: the arm.
+        """
         hidden = frozenset(self.counters)
         if not branch.conditions:
             return True

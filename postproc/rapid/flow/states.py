@@ -43,23 +43,27 @@ def joined(states: Iterable[State]) -> State:
 
 
 def written(state: State, keys: Writes) -> State:
-    """The state after data of these keys may have been written."""
+    """The state after data of these keys may have been written.
+
+    Args:
+        keys: are added to what may have been written since each motion.
+    """
     if not keys or ANYWHERE in state:
         return state
     return {key: since if keys <= since else bounded(since | keys) for key, since in state.items()}
 
 
 def bounded(writes: Writes) -> Writes:
-    """The keys, or ``ANYTHING`` if there are more than ``MOST_WRITES``."""
+    """The given keys, or ``ANYTHING`` if there are more than ``MOST_WRITES``."""
     return ANYTHING if len(writes) > MOST_WRITES or "*" in writes else writes
 
 
 def entered(state: State) -> State:
-    """The caller's state as the called routine has it at its begin.
+    """The state at the begin of a called routine, from the caller's state at the call.
 
-    The caller's parameters and loop counters have no names there: see ``_beyond``.
+    Keys of the caller's parameters and loop counters mean nothing there: see ``_across_call``.
     """
-    return {key: bounded(_beyond(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
+    return {key: bounded(_across_call(writes)) for key, writes in state.items()} if ANYWHERE not in state else LOST
 
 
 def returned(before: State, exit_: State, keys: Writes) -> State:
@@ -68,12 +72,12 @@ def returned(before: State, exit_: State, keys: Writes) -> State:
     Args:
         before: the caller's state at the call.
         exit_: state at the end of the called routine, in which ``ENTRY`` stands for where the arm was at the call.
-        keys: what the call may write, as the caller names it.
+        keys: what the call may write, by the names that hold in the caller.
     """
     found: list[State] = []
     for key, writes in exit_.items():
         if any(k[0] in "%" for k in writes):
-            writes = _beyond(writes) | keys
+            writes = _across_call(writes) | keys
         own = frozenset(k for k in writes if k != CALLED and k[0] != "#")
         if key == ENTRY:
             found.append(written(before, own))
@@ -85,17 +89,18 @@ def returned(before: State, exit_: State, keys: Writes) -> State:
 
 
 def substituted(state: State, entry: State) -> State:
-    """The state with ``ENTRY`` replaced by the state in which the routine is entered."""
+    """The state with ``ENTRY`` replaced by the state ``entry`` in which the routine is entered."""
     if ENTRY not in state:
         return state
     rest = {key: writes for key, writes in state.items() if key != ENTRY}
     return joined([rest, written(entry, state[ENTRY])])
 
 
-def _beyond(writes: Writes) -> Writes:
-    """Keys on the other side of a call.
+def _across_call(writes: Writes) -> Writes:
+    """Keys by the names that hold in the other routine of a call (caller or called).
 
-    There ``CALLED`` stands for parameters and loop counters of this side, with ``REFERRED`` if parameters are written.
+    Parameters and loop counters have no names there: ``CALLED`` stands for them, with ``REFERRED`` if parameters are
+    written.
     """
     here = frozenset(k for k in writes if k[0] not in "%#")
     return here | {CALLED, REFERRED} if any(k[0] == "%" for k in writes) else here | {CALLED}

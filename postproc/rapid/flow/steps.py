@@ -21,10 +21,10 @@ LEAVING = MOVING | word_set("clearpath storepath restopath startmoveretry pathre
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """A motion.
+    """The step of a motion that may take the arm to another place.
 
     Args:
-        unresolved_start: nobody knows where it ends, as of a search: the next motion starts there.
+        unresolved_start: where it ends, and the next motion starts, is known only at run time, as for a search.
     """
 
     statement: MotionStatement
@@ -33,18 +33,19 @@ class Go:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Something that may write data of these keys."""
+    """The step of anything that may write data of these keys and does not move the arm."""
 
     keys: Writes
 
 
 @dataclass(frozen=True, slots=True)
 class CallStep:
-    """A call that runs one of some routines.
+    """The step of a call that runs one of several routines.
 
     Args:
-        routines: their keys. unseen: perhaps one that is in none of the files, which may move the arm to anywhere.
-        keys: what the call may write, as the caller names it.
+        routines: keys of those of the program.
+        unseen: whether it may be one in none of the files, which may move the arm to anywhere.
+        keys: what the call may write, by the names that hold in the caller.
     """
 
     routines: tuple[str, ...]
@@ -57,7 +58,7 @@ LOSE = CallStep((), True, NOTHING)
 
 
 class StepReader:
-    """Reads the steps of statements of a program."""
+    """Reads the steps of statements of a program: what they do to the arm and to data."""
 
     def __init__(self, program: Program, changes: WriteEffects) -> None:
         """Take the program and its write effects."""
@@ -78,13 +79,13 @@ class StepReader:
             yield LOSE
 
     def functions(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """At most one step: the call of functions in the statement's own expressions that may write data."""
+        """At most one step: the call of all functions in the statement's own expressions that may write data."""
         effect = self.changes.direct.functions(statement, routine)
         if effect is not NO_EFFECT:
             yield _call(effect, self.changes.through(effect, routine))
 
     def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """Steps of a motion statement: the motion, then the writes of a search or of the procedure that it starts."""
+        """Steps of a motion statement: the motion, then what a search or the procedure that it starts may write."""
         roles, still = motion.roles, motion.interpolation == "none"
         if not still:
             yield Go(motion, "found" in roles)
@@ -92,7 +93,7 @@ class StepReader:
             yield from self._writes(statement, routine)
 
     def _writes(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """A step with the keys that a statement may write; before it ``LOSE`` if code outside the files may run."""
+        """A step with the keys that a statement may write; before it ``LOSE`` if code in none of the files may run."""
         keys = self.changes.of_one(statement, routine)
         if UNSEEN in keys:
             yield LOSE
@@ -101,7 +102,7 @@ class StepReader:
             yield Write(keys)
 
     def _of_call(self, statement: Statement, routine: Routine) -> Iterator[Step]:
-        """Step of a call that is no motion: the routines it may run, ``LOSE`` if the arm may be moved, or a write."""
+        """At most one step, of a call that is no motion: call of routines, ``LOSE`` if it may move the arm, write."""
         effect, keys = self.changes.direct.own(statement, routine), self.changes.of_one(statement, routine)
         if effect.calls:
             yield _call(effect, keys)
@@ -115,16 +116,16 @@ def _call(effect: StatementEffect, keys: Writes) -> CallStep:
     """The step of a call.
 
     Args:
-        effect: of the call. keys: what it may write, with what the called routines write.
+        effect: of the call; keys: what it may write, with what the called routines write.
     """
     return CallStep(tuple(sorted({key for key, _ in effect.calls})), bool(effect.unseen), keys - {"@moves", UNSEEN})
 
 
 def comes_back(trap: Routine, reader: StepReader) -> bool:
-    """Whether a trap leaves the arm where it was.
+    """Whether a trap brings the arm back to where it was.
 
-    All motions stand between ``StorePath`` and ``RestoPath``, and the last goes to the place where the arm stood
-    (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
+    All its motions must stand between ``StorePath`` and ``RestoPath``, and the last one must go to the place where the
+    arm stood (``p:=CRobT(); StorePath; .. MoveL p,..; RestoPath;``).
     """
     stored, last = False, None
     for statement in trap.body:
@@ -140,7 +141,7 @@ def comes_back(trap: Routine, reader: StepReader) -> bool:
 
 
 def _goes_back(last: Statement | None, trap: Routine, reader: StepReader) -> bool:
-    """Whether ``last``, the last motion, goes to a position read from the arm; True if there is no motion (None)."""
+    """Whether the last motion of a trap goes to a position read from the arm; True without a motion (None)."""
     motion = None if last is None else reader.program.motion(trap.source, last)
     if motion is None or "to" not in motion.roles:
         return last is None

@@ -95,16 +95,16 @@ class MotionReader:
         if shape is None:
             pieces = read_arguments(data, start + len(word), span[1])
             names = frozenset(identifiers(b" ".join((*beside, data[at : span[1]]))))
-            shape = self.shapes[key] = _shape(signature, (module, routine), names, _counted(pieces, start, ends))
+            shape = self.shapes[key] = _shape(signature, (module, routine), names, _relative(pieces, start, ends))
         return MotionStatement(self.source, span, shape, self.ends.setdefault(ends, ends), (self.source.path, start))
 
 
-def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
+def _relative(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[Piece]:
     """The arguments with spans relative to the end of the target before each (or to the start of the statement).
 
     Args:
-        pieces: arguments with byte offsets in the file. start: offset of the statement.
-        ends: where the targets end, counted from ``start``.
+        pieces: arguments with byte offsets in the file; start: offset of the statement.
+        ends: where the targets end, in bytes from ``start``.
     """
     found = []
     for i, (name, span, whole) in enumerate(pieces):
@@ -114,18 +114,19 @@ def _counted(pieces: Sequence[Piece], start: int, ends: Sequence[int]) -> list[P
 
 
 def _shape(
-    signature: Signature, home: tuple[str, str], names: frozenset[str], counted: Sequence[Piece]
+    signature: Signature, home: tuple[str, str], names: frozenset[str], pieces: Sequence[Piece]
 ) -> StatementShape:
-    """The common shape of statements with these arguments, with the role of each argument by the signature.
+    """The common shape of motion statements that differ in their targets alone, with the role of each argument.
 
     Args:
-        home: names of module and routine; names: words beside the targets; counted: arguments with relative spans.
+        home: names of module and routine; names: words beside the targets.
+        pieces: arguments with relative spans, as ``_relative`` gives them.
     """
-    count = len([1 for name, _, _ in counted if not name])
+    count = len([1 for name, _, _ in pieces if not name])
     given = signature.older if signature.older and count == len(signature.older) else signature.roles
     rest = iter(given)
-    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in counted])
-    places = tuple([place for _, span, whole in counted for place in (*span, *whole)])
+    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])
+    places = tuple([place for _, span, whole in pieces for place in (*span, *whole)])
     complete = not signature.roles or count == len(given)
     return StatementShape(signature, *home, roles, places, complete, names)
 
@@ -137,7 +138,7 @@ def argument_name(data: bytes, span: Span) -> str:
 
 
 def component_path(data: bytes, span: Span) -> tuple[str, ...]:
-    """The component names of a reference (``b``, ``c`` of ``a.b.c``) in lower case; empty for anything else."""
+    """The component names of a reference in lower case, (``b``, ``c``) of ``a.b.c``; empty for anything else."""
     name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
     return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
 

@@ -46,7 +46,7 @@ _NO_PLACE = re.compile(rb"(?i)\.\s*(?:extax|robconf)\b")
 def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:
     """A pattern that matches calls in this file of functions that may write data; None if there is none.
 
-    They are the program's own functions and those in none of the files, without the controller's that only read.
+    They are the program's own functions and those in none of the files, except the controller's that only read.
     """
     names = {name.lower() for name in _CALLED.findall(source.data)} - {name.encode() for name in READING}
     kinds = {r.name.lower().encode("latin-1"): r.kind for r in program.all_routines()}
@@ -54,10 +54,10 @@ def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | N
 
 
 def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
-    """Name and span of arguments of each call of a function that the pattern matches in a statement's expressions.
+    """Name and span of the arguments of each call, in a statement's own expressions, that the pattern matches.
 
     Args:
-        functions: the pattern, as of ``writing_functions``. data: bytes of the statement's file.
+        functions: a pattern of ``writing_functions``; data: bytes of the statement's file.
     """
     for start, end in _expressions(statement):
         if not functions.search(data, start, end):
@@ -73,10 +73,11 @@ def acting_functions(
 ) -> re.Pattern[bytes] | None:
     """A pattern that matches calls of the program's functions that do more than calculate; None if there is none.
 
-    They wait, set a signal, move the arm or write data, or call a routine that does.
+    They wait, set a signal, move the arm or write lasting data, or call a routine that does.
 
     Args:
-        routines: by key; changed: keys of the data that each changes; callers: keys of the routines that call each.
+        routines: by key; changed: by key of a routine, keys of the data that it changes; callers: by key of a routine,
+            keys of the routines that call it.
     """
     names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
     direct = set()
@@ -90,7 +91,10 @@ def acting_functions(
 
 
 def _calls_of(names: Set[bytes]) -> re.Pattern[bytes] | None:
-    """A pattern, blind to case, of a call of one of these functions up to its parenthesis; None without names."""
+    """A pattern of a call of one of these functions up to its parenthesis, whatever the case; None without names.
+
+    Group 1 of a match is the name.
+    """
     words = b"|".join(map(re.escape, sorted(names)))
     return re.compile(rb"(?<![\w\x80-\xff.])(" + words + rb")\s*\(", re.IGNORECASE) if names else None
 
@@ -146,9 +150,10 @@ def measured_places(program: Program) -> frozenset[str]:
 
 
 def _written(statement: Statement, routine: Routine, program: Program) -> tuple[set[str], bytes]:
-    """Lower-case names of the data that a statement may write, and the text from which the value comes.
+    """Lower-case names of the data that a statement may write, and the text from which the written value comes.
 
-    Both are empty for statements other than assignments and calls of the program's routines.
+    Both are empty for an assignment to ``extax`` or ``robconf``, and for statements other than assignments and calls of
+    the program's routines.
     """
     data = routine.source.data
     if statement.kind == "assign":

@@ -24,11 +24,12 @@ Template = tuple[str | None, ...]
 
 @dataclass(frozen=True, slots=True)
 class LateCall:
-    """A call of a routine by a name that is a text: ``%name%`` or ``CallByVar``.
+    """A call of a routine by a name that is a string expression: ``%name%`` or ``CallByVar``.
 
     Args:
-        name: span of the text. number: span of the number that CallByVar puts behind it; None for ``%name%``.
-        template: of the routine's name, see ``text_template``. pieces: arguments of the call.
+        name: span of the string expression.
+        number: span of the number that CallByVar appends to it; None for ``%name%``.
+        template: of the routine's name, as ``text_template`` gives it; pieces: arguments of the call.
     """
 
     name: Span
@@ -62,7 +63,10 @@ def late_call(statement: Statement, data: bytes, program: Program, module: str) 
 
 
 def text_template(expression: bytes) -> Template:
-    """The template of a string expression: its literals in lower case, None for each part computed at run time."""
+    """The template of a string expression: its literals in lower case, None for each part computed at run time.
+
+    A module's name in front (``module:name``) is left out.
+    """
     parts: list[str | None] = []
     for i, part in enumerate(TEXT.split(expression)):  # every other part is outside quotes: it is worked out
         if i % 2:
@@ -76,7 +80,7 @@ def _joined(parts: Sequence[str | None]) -> Template:
     """The template with neighbouring literals joined, and without a module's name in front (``module:name``).
 
     Args:
-        parts: literals in lower case, None for what is computed at run time.
+        parts: literals in lower case, None for each part computed at run time.
     """
     joined: list[str | None] = []
     for part in parts:
@@ -90,7 +94,7 @@ def _joined(parts: Sequence[str | None]) -> Template:
 
 
 def may_be(template: Template, name: str) -> bool:
-    """Whether a name (any case) fits a template, in which None stands for any text; takes linear time per literal."""
+    """Whether a name (any case) fits a template, in which None stands for any text."""
     name, at, free = name.lower(), 0, False
     for i, part in enumerate(template):
         if part is None:
@@ -110,10 +114,10 @@ def may_be(template: Template, name: str) -> bool:
 
 
 def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
-    """Module data that GetDataVal, SetDataVal or SetAllDataVal may mean by a text; nothing for other statements.
+    """Module data that a call of GetDataVal, SetDataVal or SetAllDataVal may name by a string expression.
 
-    Its name fits the first argument, and it has the type of the data passed (any if unknown), as in
-    ``SetDataVal "p"+ValToStr(n),pNew``.
+    Its name fits the first argument, and it has the type of the data passed (any type if that is unknown), as in
+    ``SetDataVal "p"+ValToStr(n),pNew``. For other statements there is none.
     """
     if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
         return

@@ -25,10 +25,10 @@ ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """PERS data that other tasks of the controller declare too, by lower-case (name, type).
+    """Global PERS data that other tasks of the controller declare too, by lower-case (name, type).
 
     Args:
-        shared: all of it. written: what another task may write at any time, or declares with another value.
+        shared: all such data; written: what another task may write at any time, or declares with another value.
     """
 
     shared: frozenset[tuple[str, str]] = frozenset()
@@ -44,13 +44,13 @@ class Program:
         modules: in the order of the files and of the text.
         declarations: data of modules and routines, in text order.
         statements: every motion statement in text order.
-        diagnostics: what is wrong or not understood.
+        diagnostics: findings about the files: what is wrong or not understood.
         motions: the same motion statements by their key.
-        names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
-        routines: by lower-case (module, name); what the whole task sees by ("", name) too.
+        names: data by its key (``Declaration.key``); what the whole task sees also by ``..name``.
+        routines: by lower-case (module, name); what the whole task sees also by ("", name).
         taught: lower-case names of data that calibration routines set to the value in the text, as the user states.
-        arm: that runs it, for functions that need one; None where it is not known.
-        elsewhere: what other tasks of its controller have of its data.
+        arm: the arm that runs the program, for functions that need its kinematics; None where it is not known.
+        elsewhere: which of its data other tasks of the controller share or write.
     """
 
     sources: tuple[Source, ...]
@@ -80,7 +80,7 @@ class Program:
         return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
 
     def hides(self, name: str, module: str, routine: str) -> bool:
-        """Whether the program gives the name a meaning in this routine or module, so that it is no built-in there."""
+        """Whether the program itself gives the name a meaning in this routine or module, so that it is no built-in."""
         inside = self.routine(routine, module) if routine else None
         own = () if inside is None else names_of(inside)
         return (
@@ -93,7 +93,7 @@ class Program:
         """Names of the module and the routine that contain a byte of a file; empty where it lies outside of them.
 
         Args:
-            offset: of the byte.
+            offset: of the byte, from the beginning of the file.
         """
         for module in self.modules:
             if module.source.path == source.path and module.span[0] <= offset < module.span[1]:
@@ -140,7 +140,7 @@ def statements_of(routine: Routine) -> Sequence[Statement]:
 
 
 def is_encrypted(data: bytes) -> bool:
-    """Whether a file is an encrypted module: its first byte begins no text, and control bytes follow."""
+    """Whether the bytes of a file are an encrypted module: the first begins no text, and control bytes follow."""
     return data[:1] >= b"\xf8" and not is_utf16(data) and any(byte < 9 for byte in data[:256])
 
 
@@ -196,7 +196,7 @@ def read_again(program: Program, text: Mapping[str, bytes]) -> Program:
 def _read_motions(
     modules: Sequence[Module], routines: Mapping[tuple[str, str], Routine]
 ) -> dict[StatementKey, MotionStatement]:
-    """The motion statements of all files by their key; calls of a user's routine with such a name are none.
+    """The motion statements of all files by their key, without calls of own routines with the name of an instruction.
 
     Args:
         routines: by lower-case (module, name).
@@ -262,7 +262,7 @@ def _named_twice(modules: Sequence[Module]) -> Iterator[Diagnostic]:
 
 
 def _no_module(code: str, text: str, source: Source, help_: str) -> Diagnostic:
-    """The finding, an error with a code, text and help, that a file holds no module that can be read."""
+    """An error finding that a file holds no module that can be read."""
     return Diagnostic(code, "error", text, source, None, help_, Matter.NO_MODULE)
 
 

@@ -42,9 +42,9 @@ class Use:
         source: the file.
         span: the name.
         routine: name of the routine, empty for declarations of a module.
-        statement: the motion statement, for ``motion`` and ``expression``.
-        role: role of the argument there.
-        handed: key of the parameter that a call hands it over to, whole.
+        statement: the motion statement in which the name stands, else None.
+        role: role of the argument there, empty outside of motion statements.
+        handed: key of the parameter to which a call passes the data (or a part of it) without calculation; else empty.
     """
 
     kind: UseKind
@@ -106,7 +106,7 @@ def _touches_target(use: Use, kind: str, records: Records) -> bool:
     """Whether a use of data may read or write a robtarget, not only components beside one.
 
     Args:
-        kind: type of the data. records: fields of each record type.
+        kind: type of the data; records: fields of each record type.
     """
     named = _COMPONENTS.match(use.source.data, use.span[1])
     components = re.findall(IDENTIFIER, named[1]) if named else []
@@ -125,7 +125,7 @@ def _holds_target(kind: str, records: Records, depth: int) -> bool:
     """Whether a type is ``robtarget`` or a record that contains one; too deeply nested records count as such.
 
     Args:
-        kind: type in lower case. records: fields of each record type. depth: in how many records it is nested.
+        kind: type in lower case; records: fields of each record type; depth: in how many records it is nested.
     """
     inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
     return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
@@ -196,12 +196,12 @@ def _is_plain(text: bytes) -> bool:
 
 
 def _numbers_only(source: Source, span: Span) -> bool:
-    """Whether the text at a span is an aggregate in which no names stand."""
+    """Whether the text at a span is an aggregate of numbers (``[1,[2,3]]``) in which no name stands."""
     return source.data[span[0] : span[0] + 1] == b"[" and bool(_NUMBERS_ONLY.fullmatch(source.data, *span))
 
 
 def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
-    """Lower-case name and span of each data or routine named in a piece of text.
+    """Lower-case name and span of each data, routine or instruction named in the text at a span.
 
     Components, option names, words in strings and comments, and the argument of Dim are left out.
     """

@@ -64,10 +64,10 @@ def all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
 
 
 def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
-    """Declarations by lower-case key, ``module.routine.name`` or ``module..name``; if not LOCAL by ``..name``, too.
+    """Declarations by lower-case key, ``module.routine.name`` or ``module..name``; those not LOCAL also by ``..name``.
 
     Args:
-        diagnostics: gets RAP012 for names that are declared twice.
+        diagnostics: receives a finding RAP012 for each name that is declared twice.
     """
     names: dict[str, Declaration] = {}
     declarations = list(all_declarations(modules))
@@ -117,7 +117,7 @@ def check_taught(taught: Collection[str], names: Mapping[str, Declaration]) -> I
 
 
 def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
-    """Routines by lower-case (module, name); those that are not LOCAL by ("", name), too."""
+    """Routines by lower-case (module, name); those that are not LOCAL also by ("", name)."""
     routines: dict[tuple[str, str], Routine] = {}
     for module in modules:
         for routine in module.routines:

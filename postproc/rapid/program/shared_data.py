@@ -23,10 +23,10 @@ Values = dict[tuple[str, str], set[bytes]]
 def data_elsewhere(sources: Sequence[Source], others: Iterable[tuple[Source, ...]]) -> Elsewhere:
     """Which of a task's global PERS data other tasks of the controller declare too, and which of it they may change.
 
-    It counts as changed if another task may write it or declares it with another value.
+    It counts as changed if another task may write it, or if their declared values differ.
 
     Args:
-        sources: all files of the task; others: all files of each other task, background tasks included.
+        sources: all files of the task; others: for each other task, background tasks included, all its files.
     """
     own = _values(sources)
     shared, written = set[tuple[str, str]](), set[tuple[str, str]]()
@@ -65,7 +65,7 @@ def _values(sources: Iterable[Source]) -> Values:
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
-    """Return RAP037 for data that motion statements name and another task may change, at the first of them."""
+    """Findings RAP037: data that motion statements name and another task may change, each at the first of them."""
     found: dict[str, Diagnostic] = {}
     for statement in program.statements if program.elsewhere.written else ():
         for name, span in names_at(statement.source, statement.span):
@@ -81,13 +81,14 @@ def say_written_elsewhere(program: Program) -> list[Diagnostic]:
 
 
 def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]]) -> list[Source]:
-    """Files that give the data a value which the task declares without one, taken from its other tasks.
+    """Declarations of other tasks that give a value to global PERS data which this task declares without one.
 
     Args:
-        sources: all files of the task; others: reads those of the other tasks, which is done only where it may help.
+        sources: all files of the task.
+        others: reads the files of the other tasks; it is called only if data without a value is declared.
 
     Returns:
-        Read-only copies of the others' files in which all but these declarations is blank, so that offsets stay.
+        Read-only copies of the other tasks' files; all but these declarations is blank, so that offsets stay.
     """
     if not any(_OPEN.search(source.data) for source in sources):
         return []

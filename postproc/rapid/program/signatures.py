@@ -32,25 +32,29 @@ def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _three(
-    stem: str, roles: tuple[str, ...], tail: str = "", after: tuple[str, ...] = (), other: tuple[str, ...] = ()
+    stem: str, roles: tuple[str, ...], tail: str = "", after: tuple[str, ...] = (), older: tuple[str, ...] = ()
 ) -> list[Signature]:
     """Signatures of the joint, linear and circular form of one instruction, named ``stem`` + J, L or C + ``tail``.
 
     Args:
-        roles: of the common arguments; after: those that follow; other: what S4 programs may write instead of
-            ``after``.
+        roles: of the arguments of the linear form; after: roles of the arguments behind them.
+        older: roles that S4 programs may use instead of ``after``.
     """
     forms: tuple[tuple[str, Interpolation, tuple[str, ...]], ...] = (
         ("J", "joint", roles), ("L", "line", roles), ("C", "arc", _circular(roles))
     )  # fmt: skip
     return [
-        Signature(f"{stem}{letter}{tail}", way, first + after, older=first + other if other else ())
+        Signature(f"{stem}{letter}{tail}", way, first + after, older=first + older if older else ())
         for letter, way, first in forms
     ]
 
 
 def _arcs(number: str) -> list[Signature]:
-    """Signatures ArcLStart to ArcCEnd of one arc system; ``number`` is empty, or a digit as in ``ArcL1Start``."""
+    """Signatures of all arc welding instructions, ArcLStart to ArcCEnd, of one arc system.
+
+    Args:
+        number: of the arc system, a digit as in ``ArcL1Start``; empty for instructions without a number.
+    """
     found = []
     for suffix, phase in (("Start", "start"), ("", "weld"), ("End", "end")):
         found.append(Signature(f"ArcL{number}{suffix}", "line", ARC, phase, OLD_ARC))
@@ -59,10 +63,10 @@ def _arcs(number: str) -> list[Signature]:
 
 
 def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:
-    """Signatures without arguments of instructions whose targets never change.
+    """Signatures, without roles of arguments, of motion instructions whose targets are never changed.
 
     Args:
-        names: of the instructions, with blanks between them. why: the reason that the user is told.
+        names: of the instructions, with blanks between them; why: the reason that the user is told.
     """
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 

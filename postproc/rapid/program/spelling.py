@@ -34,7 +34,8 @@ def meant_data(program: Program, name: str, types: frozenset[str], module: str, 
     """A "did you mean" question with data that a routine sees and whose name is similar, or an empty text.
 
     Args:
-        types: that the data may have; any if empty. module, routine: names of those that use it.
+        types: types that the data may have; any if empty.
+        module, routine: names of the module and the routine that use the name.
     """
     of_type = (d for d in program.declarations if not types or d.type in types)
     seen = (d.name for d in of_type if program.declaration(d.name, module, routine) is not None)

@@ -26,12 +26,12 @@ CalledWith = tuple[str, tuple[tuple[str, str], ...]]
 
 @dataclass(frozen=True, slots=True)
 class StatementEffect:
-    """What a statement, or the functions in it, may do.
+    """What a statement, or the functions in its expressions, may write and run.
 
     Args:
         keys: of what is written: declarations, ``@`` state, parameters of the routine as ``%name``, ``UNSEEN``.
         calls: keys of the program's routines that may run, with (parameter, data) passed by reference.
-        unseen: names of what runs and is in none of the files.
+        unseen: names of routines that may run and are in none of the files.
     """
 
     keys: frozenset[str] = frozenset()
@@ -44,12 +44,13 @@ _MOVES = StatementEffect(frozenset({"@moves"}))
 
 
 class EffectReader:
-    """Reads the effects of statements of a program, and notes from all of them who writes what.
+    """Reads the effects of statements of a program, and records from all of them what is written by what.
 
-    ``paths`` has the components that are written of a declaration, by its key (an empty path for all of it).
-    ``writers`` has the names of instructions in no file that write it (an empty name for the program itself).
-    ``lasting`` has the keys of data that an instruction goes on writing, ``started`` those of routines that a motion
-    starts.
+    Args:
+        paths: by key of data, the components of it that are written, such as ("trans", "x"); an empty path for all.
+        writers: by key of data, names of instructions and unknown routines that write it; empty: the program itself.
+        lasting: keys of data that an instruction goes on writing at any later moment.
+        started: keys of routines that a motion starts.
     """
 
     def __init__(self, program: Program) -> None:
@@ -68,7 +69,9 @@ class EffectReader:
         self._functions: dict[tuple[str, Span], StatementEffect] = {}
 
     def own(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What a motion, call, assignment or unreadable text does, without functions in its expressions.
+        """Effect of a motion, call, assignment or unreadable text, without the functions in its expressions.
+
+        Other statements have none.
 
         Args:
             routine: in which it stands.
@@ -103,7 +106,11 @@ class EffectReader:
         return reading.effect()
 
     def functions(self, statement: Statement, routine: Routine) -> StatementEffect:
-        """What the functions do that the expressions of a statement call: those that may write, or are in no file."""
+        """Effect of the functions that a statement's own expressions call, except the controller's that only read.
+
+        Args:
+            routine: in which the statement stands.
+        """
         path, (start, end) = routine.source.path, statement.span
         functions, places = self.calling.get(path, (None, ()))
         at = bisect_left(places, start)
@@ -121,22 +128,25 @@ class EffectReader:
         return found
 
     def key_of(self, name: str, routine: Routine, path: tuple[str, ...] = (), writer: str = "") -> str | None:
-        """Key of the data or parameter to which a routine writes by a name; notes it; None for constants and all else.
+        """Record that a routine writes to the data or parameter of this name, and return its key.
 
         Args:
-            path: components of the data that are written.
-            writer: name of the instruction in no file that writes it; empty for the program itself.
+            name: in lower case; path: components of the data that are written, empty for all of it.
+            writer: name of the instruction or unknown routine that writes it; empty for the program itself.
+
+        Returns:
+            None for constants and names without declaration.
         """
         if any(p.name == name for p in routine.parameters):
             return "%" + name
         return self.written(self.program.declaration(name, routine.module, routine.name), path, writer)
 
     def written(self, declaration: Declaration | None, path: tuple[str, ...] = (), writer: str = "") -> str | None:
-        """Note that declared data is written, and return its key; None for constants and without a declaration.
+        """Record that declared data is written, and return its key; None for constants and without a declaration.
 
         Args:
-            path: components of the data that are written.
-            writer: name of the instruction in no file that writes it; empty for the program itself.
+            path: components of the data that are written, empty for all of it.
+            writer: name of the instruction or unknown routine that writes it; empty for the program itself.
         """
         if declaration is None or declaration.storage == "CONST":
             return None
@@ -145,14 +155,14 @@ class EffectReader:
         return declaration.key
 
     def fitting(self, template: Template) -> Sequence[Routine]:
-        """Procedures whose name fits the template of a text."""
+        """Procedures of the program whose name fits the template of a string expression."""
         if len(template) == 1 and template[0] is not None:
             return self._procedures.get(template[0], [])
         return [r for procedures in self._procedures.values() for r in procedures if may_be(template, r.name)]
 
 
 class _Reading:
-    """The effect of one statement of a routine while it is read."""
+    """Collects the effect of one statement of a routine."""
 
     def __init__(self, reader: EffectReader, routine: Routine) -> None:
         """Start without any effect."""
@@ -162,7 +172,7 @@ class _Reading:
         self.unseen: list[str] = []
 
     def effect(self) -> StatementEffect:
-        """Return all that was added."""
+        """The effect of all that was added."""
         if not self.keys and not self.calls:
             return NO_EFFECT
         return StatementEffect(frozenset(self.keys), frozenset(self.calls), tuple(self.unseen))
@@ -171,23 +181,24 @@ class _Reading:
         """Add that the data or parameter of a name is written.
 
         Args:
-            path: components of the data that are written.
-            writer: name of the instruction in no file that writes it; empty for the program itself.
+            path: components of the data that are written, empty for all of it.
+            writer: name of the instruction or unknown routine that writes it; empty for the program itself.
         """
         key = self.reader.key_of(name, self.routine, path, writer)
         if key is not None:
             self.keys.add(key)
 
     def unseen_code(self, name: str) -> None:
-        """Add that code of this name runs that is in none of the files."""
+        """Add that a routine of this name runs that is in none of the files."""
         self.keys.add(UNSEEN)
         self.unseen.append(name)
 
     def hand_over(self, called: Routine | None, pieces: Sequence[Piece], writer: str) -> None:
-        """Add a call of a routine with these arguments; for one in no file (None) that it may write all of them.
+        """Add what a call may do to its arguments.
 
         Args:
-            pieces: the arguments. writer: name of a routine in no file.
+            called: the routine; None if it is an instruction or in none of the files, and may write all arguments.
+            pieces: the arguments; writer: name of what is called, used if ``called`` is None.
         """
         data = self.routine.source.data
         if called is None:
@@ -198,10 +209,10 @@ class _Reading:
         self.calls.add((called.key, tuple((name, argument_name(data, span)) for name, span in by_reference)))
 
     def late_call(self, template: Template, pieces: Sequence[Piece]) -> None:
-        """Add a call by name: of every procedure whose name fits the template, and perhaps of one in no file.
+        """Add a call by a text: of every procedure whose name fits the template, and perhaps of one in no file.
 
         Args:
-            pieces: arguments of the call.
+            template: of the name, as ``text_template`` gives it; pieces: arguments of the call.
         """
         found = self.reader.fitting(template)
         for called in found:

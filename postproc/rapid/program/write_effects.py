@@ -23,14 +23,15 @@ class WriteEffects:
     ``UNSEEN`` among them stands for all that a routine in none of the files may write.
 
     Args:
-        direct: what single statements do.
-        of_routine: the keys that each routine may change, by its key; everything: that any routine may change.
-        started: keys of routines that a motion starts: nobody knows when they run.
+        direct: effects of single statements.
+        of_routine: by key of a routine, the keys that it may change, calls included.
+        everything: all keys that any routine may change, without parameters.
+        started: keys of routines that a motion starts, and which so run at any moment.
         unseen: names of routines in none of the files.
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
-        shared: keys of data that other tasks declare too; elsewhere: that another task may write at any time.
-        volatile: keys of data that any code may write at any moment: other tasks, traps, handlers.
-        unseen_any_time: code in none of the files may run at any moment.
+        shared: keys of data that other tasks declare too; elsewhere: of data that another task may write at any time.
+        volatile: keys of data that may be written at any moment: by other tasks, traps, handlers.
+        unseen_any_time: whether code in none of the files may run at any moment.
     """
 
     def __init__(self, program: Program) -> None:
@@ -76,7 +77,10 @@ class WriteEffects:
         self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
 
     def paths(self, declaration: Declaration) -> Sequence[tuple[str, ...]]:
-        """The components of declared data that are written, none inside another; an empty path stands for all of it."""
+        """The components of declared data that are written, none inside another; an empty path stands for all of it.
+
+        If no component is known, all of it counts as written.
+        """
         found = sorted(self.direct.paths.get(declaration.key, {()}))
         return [path for i, path in enumerate(found) if not any(path[: len(p)] == p for p in found[:i])]
 
@@ -109,7 +113,7 @@ class WriteEffects:
     def may_be_written(self) -> frozenset[str]:
         """Keys of declarations that anything, in these files or not, may write while the program runs.
 
-        Operators write PERS data, too: where no task's files write it, that is not counted.
+        That an operator may change PERS data on the pendant does not count.
         """
         written = {k for k in self.everything if k[0] != "@"} | self.elsewhere
         if UNSEEN in self.everything:
@@ -117,7 +121,7 @@ class WriteEffects:
         return frozenset(written)
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
-        """Keys that one statement, with those inside it, may change; kept for the next time it is executed."""
+        """Keys that one statement, with all in it and what they call, may change, as of ``of``; worked out once."""
         key = (routine.source.path, statement.span)
         if key not in self._kept:
             self._kept[key] = frozenset(self.of([statement], routine))
@@ -131,17 +135,17 @@ class WriteEffects:
         return changed
 
     def through(self, effect: StatementEffect, routine: Routine) -> frozenset[str]:
-        """Keys of what is changed by the routines that a statement, or the functions in it, calls.
+        """Keys of what routines called by an effect change; for their parameters by reference, of the data passed.
 
         Args:
-            effect: of the statement or the functions. routine: in which the statement stands.
+            effect: of a statement or of the functions in it; routine: in which the statement stands.
         """
         changed: set[str] = set()
         self._add_calls(changed, effect.calls, self.of_routine, routine)
         return frozenset(changed)
 
     def _effects(self, statements: Sequence[Statement], routine: Routine) -> list[StatementEffect]:
-        """The effects of all statements, and of the functions in them, as far as there are any."""
+        """The effects of statements of a routine, and of the functions in them, without those that have none."""
         reader = self.direct
         found = [reader.own(statement, routine) for statement in statements]
         if routine.source.path in reader.calling:
@@ -154,8 +158,8 @@ class WriteEffects:
         """Add to ``changed`` what called routines change; for their parameters by reference, the data passed.
 
         Args:
-            calls: keys of routines, with (parameter, data) passed by reference.
-            below: what each routine changes, by its key. routine: that calls them.
+            calls: keys of the called routines, with (parameter, data) passed by reference.
+            below: by key of a routine, the keys that it changes; routine: the caller.
         """
         for called, passed in calls:
             keys = below[called]
@@ -166,17 +170,17 @@ class WriteEffects:
 
 
 def _goes_on(body: Sequence[Statement], routine: Routine) -> bool:
-    """Whether the program may go on behind a handler: a statement in it is RETRY, TRYNEXT or RETURN.
+    """Whether the program may go on behind an error handler: a statement in it is RETRY, TRYNEXT or RETURN.
 
     Args:
-        body: of the handler. routine: that has it.
+        body: statements of the handler; routine: that has it.
     """
     data = routine.source.data
     return any(data[slice(*statement.span)].lower().startswith(_GOES_ON) for statement in statements_in(body))
 
 
 def named_writers(writers: Iterable[str]) -> str:
-    """Two names at most, the first in order, in backticks and joined by "and", for messages."""
+    """Text for messages that names the writers: the first two in alphabetical order, joined by "and"."""
     return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
 
 
