@@ -6,6 +6,10 @@ import numpy as np
 
 from postproc.arrays import Array
 
+CLOSE = 2 * float(np.log(50))
+"""Log evidence by which one explanation must lead to be told from another: odds of 50 to 1."""
+DECADES = (0.1, 1.0, 10.0, 100.0)
+"""A size that is not known beforehand is taken at each of these times what is ordinary: its prior is flat over them."""
 NOTHING = 1e-12
 """Share of the sum of squares below which none is left, whatever rounding says."""
 
@@ -27,21 +31,23 @@ def log_evidence(before: float, after: Array | float, freedom: float, informatio
     return np.asarray(gained - np.sum(np.log1p(information), axis=-1))
 
 
-def unit_information(count: int, freedom: float) -> Array:
-    """Return (count,) freedom - 1: information, relative to the prior, on parameters of unknown size.
+def schwarz(before: float, after: Array | float, count: int, freedom: float) -> Array:
+    """Return the log evidence of ``count`` parameters of unknown size: nu log(S / S') - m log(nu), Schwarz's criterion.
 
-    All numbers together then tell as much as ``freedom`` times the prior, and log evidence is Schwarz's criterion,
-    nu log(S / S') - m log(nu) (Kass and Wasserman 1995).
+    Their prior says as much as one number of the data: unit information (Kass and Wasserman 1995).
+
+    Args:
+        before, after, freedom: as in `log_evidence`.
     """
-    return np.full(count, freedom - 1.0)
+    return log_evidence(before, after, freedom, np.full(count, freedom - 1.0))
 
 
-def f_test(before: float, after: float, added: int, freedom: float, searched: float = 0.0) -> float:
+def f_test(before: float, after: float, added: int, freedom: float, price: float = 0.0) -> float:
     """Return the p value of the fall of a sum of squares by ``added`` parameters; 1 where it did not fall.
 
     Args:
         before, after: the sums of squares; freedom: degrees of freedom left after.
-        searched: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
+        price: 2 log of the odds against these parameters among all that were tried; multiplies the p value.
     """
     from scipy.special import betainc
 
@@ -51,4 +57,4 @@ def f_test(before: float, after: float, added: int, freedom: float, searched: fl
         return 0.0
     # P(F > f) = I_x(freedom/2, added/2), x = freedom / (freedom + added f); exact in the far tail, unlike 1 - cdf.
     p = float(betainc(freedom / 2, added / 2, after / before))
-    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
+    return float(np.exp(min(0.0, np.log(p) + price / 2))) if p > 0 else 0.0

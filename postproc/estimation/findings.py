@@ -13,33 +13,24 @@ from postproc.estimation.unseen import anywhere
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import distances, mm
 from postproc.measure.measurements import Measurements
+from postproc.measure.significance import CHANCE, DOUBTFUL, chance_of_excess
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 
-RARE = 1e-3
-"""Chance that any row of clean data stands out as much."""
 SCARCE = 3.0
-"""So many times the error on a fit's own rows that on others may be before poses are too few."""
-DOUBTFUL = 0.01
-"""Chance that repeats scatter as much beyond a noise that was stated rightly."""
-MANY = 1e6
-"""Degrees of freedom of a noise that was stated."""
+"""So many times the error where it was measured that elsewhere may be before poses are too few."""
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
 SHOWN = 9
 """Rows that are named beside the one that stands out most."""
-ELSEWHERE, FAR = 100, 3.0
-"""Poses between the joint angles of a record, and so many times its held-out error a prediction there may be off."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
     """Return findings on the data of a fit: an impossible noise, rows set aside, rows far off the fitted model."""
-    from scipy.special import fdtrc
-
     found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
     own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
-    if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
+    if own is not stated and chance_of_excess(_ratio(own, stated), own.dof, np.inf) < DOUBTFUL:
         message = (
             f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
             f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
@@ -89,9 +80,9 @@ def one_path(fit: Fit) -> list[Diagnostic]:
     state = fit.data.state
     if not is_record(state) or fit.observed.name != "position":
         return []
-    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0), ELSEWHERE)
+    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0))
     away = float(np.sqrt(np.mean(predict_sigma(recorded_model(fit), between) ** 2)))
-    if away < FAR * fit.held_out_rms:
+    if away < SCARCE * fit.held_out_rms:
         return []
     message = (
         f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "
@@ -119,7 +110,7 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
     used = fit.problem.weights.used
     square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
     rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
-    return np.flatnonzero((rare < RARE) & used.any(axis=1))
+    return np.flatnonzero((rare < CHANCE) & used.any(axis=1))
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:

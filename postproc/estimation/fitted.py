@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import CLOSE
 from postproc.estimation.leftover import Leftover, split_residual
 from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
+from postproc.measure.significance import DOUBTFUL, chance_of_excess
 
 
 @dataclass(frozen=True)
@@ -89,13 +91,10 @@ class Fit(Solution):
         It is the residual variance less that of the noise, where that is significant (F test, 1 %), else 0; without a
         known noise, it is the part of the residual that follows the channels.
         """
-        own, noise = self.surer * self._square, self.noise.sigma
+        own, noise = self.overconfidence * self._square, self.noise.sigma
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
-        from scipy.special import fdtrc
-
-        dof = self.noise.dof if np.isfinite(self.noise.dof) else 1e6
-        if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
+        if own <= noise**2 or chance_of_excess(own / noise**2, max(self.freedom, 1.0), self.noise.dof) > DOUBTFUL:
             return 0.0
         return float(np.sqrt(own - noise**2))
 
@@ -107,8 +106,8 @@ class Fit(Solution):
         """
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
-        numbers = self.serial * self.told * len(self.problem.residual)
-        return float(np.sqrt(2 * np.log(50) * self.surer * self._square / numbers))
+        numbers = self.serial * self.informative * len(self.problem.residual)
+        return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))
 
     @cached_property
     def covariance(self) -> Array:
@@ -125,7 +124,7 @@ class Fit(Solution):
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
-        return self.surer * self.variance / (self.serial * apart)
+        return self.overconfidence * self.variance / (self.serial * apart)
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:

@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import CLOSE, schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.measure.trajectory import is_record
-
-SURE = 100.0
-"""Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
 
 
 def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> float:
@@ -44,8 +41,8 @@ def record_share(problem: Problem, plain: Linear, stopped: Sequence[Array]) -> f
     new = share(without)
     count = without.parameters - plain.parameters
     freedom = new * len(plain.residual) - count
-    earned = log_evidence(plain.square, without.square, freedom, unit_information(count, freedom))
-    return new if earned > 2 * np.log(SURE) else share(plain)
+    earned = schwarz(plain.square, without.square, count, freedom)
+    return new if earned > CLOSE else share(plain)
 
 
 def serial_share(errors: Array) -> float:

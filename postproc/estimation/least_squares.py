@@ -22,7 +22,7 @@ from postproc.estimation.solving.smooth import choose_smoothness, enough_for_smo
 from postproc.estimation.solving.solve import ROUGHLY, Terms, solve
 from postproc.estimation.solving.start import elsewhere, seen_from, start_frames, turned_tool
 from postproc.estimation.solving.step import Masks
-from postproc.measure.checks.repeats import Noise, estimate_noise
+from postproc.measure.checks.repeats import Noise, estimate_noise, significantly_below
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.watch import Watch, unwatched
@@ -35,8 +35,6 @@ ROWS = 20_000
 """Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
 POSES = 100
 """Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
-QUIETER = 0.8
-"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 
 
 def fit_model(
@@ -99,13 +97,13 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
 
 
 def _quieter(fit: Fit) -> Noise | None:
-    """Return the noise by what the model leaves within repeats, where that is clearly below their raw scatter.
+    """Return the noise by what the model leaves within repeats, where that is significantly below their raw scatter.
 
     Repeats at another time, temperature or force differ by what the model explains. None where it is no smaller.
     """
     left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
-    return left if told and left.sigma and left.sigma < QUIETER * (known.sigma or 0.0) else None
+    return left if told and left.sigma and significantly_below(left.sigma**2, left.dof, known) else None
 
 
 def _solved(problem: Problem, figures: Noise, fresh: frozenset[str], terms: Terms) -> Fit:

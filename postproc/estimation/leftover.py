@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.estimation.channels import fit_channels
+from postproc.estimation.evidence import DECADES
 from postproc.estimation.held_out import contiguous_blocks
 from postproc.estimation.solution import Solution
 from postproc.measure.errors import rms
@@ -17,8 +18,6 @@ from postproc.model.derivatives.places import INSTRUMENT
 
 NUMBERS = 450
 """Measured numbers that are looked at: 150 positions, or 75 poses of six encoders."""
-RATIOS = (0.1, 1.0, 10.0, 100.0)
-"""Variance of the free function in units of that of the noise; its prior is flat in the logarithm."""
 WIDTHS = (0.03, 0.1, 0.3, 1.0)
 """Lengths over which a free function changes, as shares of a channel's range."""
 OWN = {"q": WIDTHS, "load": WIDTHS[1:], "v": WIDTHS[2:], "dir": WIDTHS[2:3]}
@@ -62,10 +61,10 @@ def split_residual(fit: Solution) -> Leftover:
     evidence, variance, best, chosen = [alone[0]], [alone[1]], alone[0], field.own
     several = list(_processes(fit, rows, used))
     for process in several:
-        for ratio in RATIOS:
+        for ratio in DECADES:
             covariance = ratio * process + field.own
             likelihood, left = field.restricted(covariance)
-            evidence.append(likelihood - np.log(len(several) * len(RATIOS)))
+            evidence.append(likelihood - np.log(len(several) * len(DECADES)))
             variance.append(left)
             if likelihood > best:
                 best, chosen = likelihood, covariance

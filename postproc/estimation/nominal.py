@@ -9,9 +9,8 @@ from postproc.effects.roles import FRAMES
 from postproc.estimation.fitted import Fit
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
+from postproc.measure.measurements import FEWEST
 
-FEWEST = 8
-"""Rows of which a median tells anything."""
 FARTHER, LEAST_M = 1.2, 5e-5
 """So many times as far as the nominal arm, and by so much [m]: least squares give most rows a little away for a few."""
 

@@ -58,6 +58,13 @@ class Weights:
             numbers[:, :m] = np.linalg.solve(self.turn, numbers[:, :m, None])[:, :, 0]
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
+    def nearly(self, other: Weights) -> bool:
+        """Return whether other weights use the same numbers, and differ by less than 1 %."""
+        same = np.array_equal(self.used, other.used) and np.allclose(self.values, other.values, rtol=0.01)
+        if self.turn is None or other.turn is None:
+            return same and self.turn is other.turn
+        return same and np.allclose(self.turn, other.turn, atol=0.01)
+
     def rows(self, index: NDArray[np.bool_] | NDArray[np.int_]) -> Weights:
         """Return the weights of some rows, by a mask or by indices."""
         return Weights(self.values[index], None if self.turn is None else self.turn[index])

@@ -106,7 +106,7 @@ class Solution:
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, self.basis(), self.problem.row, min(share, self.told))
+        return Linear(y, self.basis(), self.problem.row, min(share, self.informative))
 
     def basis(self, share: float = 1.0) -> Array:
         """Return (N, k) basis of what the fit can still move, with the patterns beside the model.
@@ -136,7 +136,7 @@ class Solution:
         return np.array([values[key][i] for key, i in self.parameters])
 
     @cached_property
-    def told(self) -> float:
+    def informative(self) -> float:
         """Share of the measured numbers that are new information: repeats of a pose share its rounded angles."""
         turn = self.problem.weights.turn
         return 1.0 if turn is None else repeated_share(turn, self.data.repeats)
@@ -144,7 +144,7 @@ class Solution:
     @cached_property
     def freedom(self) -> float:
         """Degrees of freedom: informative numbers minus fitted parameters, effective ones under a penalty."""
-        return self.told * len(self.problem.residual) - self.linear.parameters
+        return self.informative * len(self.problem.residual) - self.linear.parameters
 
     @cached_property
     def variance(self) -> float:
@@ -161,7 +161,7 @@ class Solution:
         return np.asarray(inverse / np.outer(scale, scale))
 
     @cached_property
-    def surer(self) -> float:
+    def overconfidence(self) -> float:
         """Factor, at least 1, by which the residual variance on unseen poses exceeds that on the fitted rows.
 
         A free function that few poses determine is too confident: the same rows chose its prior. 1 without a penalty.
@@ -226,4 +226,4 @@ class Solution:
     def _square(self) -> float:
         """Residual variance [m^2], [rad^2] of the observed numbers, corrected for the degrees of freedom."""
         error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
-        return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
+        return rms(error) ** 2 * self.informative * len(self.problem.residual) / max(self.freedom, 1.0)

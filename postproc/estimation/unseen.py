@@ -10,8 +10,8 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.solving.step import Name, sizes
 from postproc.model.uncertainty import derivatives
 
-ELSEWHERE = 60
-"""Poses anywhere between the joint limits at which a parameter may show that these rows did not."""
+ELSEWHERE = 100
+"""Poses anywhere between joint limits at which a model is asked for what measured rows do not show."""
 NOTHING = 1e-7
 """Move [m] by an ordinary size that is none: such a parameter only says the same in other axes (joint 1, the base)."""
 
@@ -36,7 +36,7 @@ def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
     left = columns - fit.columns @ taken
 
     low, high = np.clip([fit.model.robot.lower, fit.model.robot.upper], -np.pi, np.pi)
-    some = anywhere(fit.data.state, low, high, ELSEWHERE)
+    some = anywhere(fit.data.state, low, high)
     if some.approach is not None:  # all rows may have come from one side
         some = some.with_(approach=some.approach * np.where(np.arange(ELSEWHERE) % 2, -1.0, 1.0)[:, None])
     D = derivatives(fit.model, some, (*fit.parameters, *held))[0]
@@ -52,12 +52,12 @@ def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
     return names, off[:, [*range(count), *(count + held.index(name) for name in names)]]
 
 
-def anywhere(state: State, low: Array, high: Array, count: int) -> State:
-    """Return ``count`` states with random joint angles, and payload, time .. as in random rows of a table.
+def anywhere(state: State, low: Array, high: Array) -> State:
+    """Return `ELSEWHERE` states with random joint angles, and payload, time .. as in random rows of a table.
 
     Args:
         low, high: (6,) limits of the angles [rad].
     """
     random = np.random.default_rng(0)
-    rows = state.rows(random.integers(len(state), size=count))
-    return rows.with_(q=random.uniform(low, high, (count, 6)))
+    rows = state.rows(random.integers(len(state), size=ELSEWHERE))
+    return rows.with_(q=random.uniform(low, high, (ELSEWHERE, 6)))

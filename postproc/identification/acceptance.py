@@ -9,27 +9,34 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import DECADES, NOTHING
 from postproc.estimation.fitted import Fit
 from postproc.estimation.held_out import neighbouring_blocks
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.linear import Linear, basis_of
 from postproc.estimation.problem import Problem, at_least_ordinary
+from postproc.estimation.solving.determined import WIDE
 from postproc.estimation.solving.solve import ROUGHLY, SETTLED, Terms
 from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import columns_of, compose, linear_part
+from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
-from postproc.identification.evidence import DECADES, NEAR, QUIET, SIGNIFICANT, WIDE, laplace
+from postproc.identification.gain import laplace
+from postproc.measure.significance import CHANCE
 from postproc.model.arm import Model
-from postproc.patterns.place import with_and_without_a_row
+
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+CLEARLY = 2.0
+"""Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
+is left."""
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
     """Return the candidate's effect with the amplitudes that fit the linear residual best, inside its bounds."""
-    mask = linear_part(candidate.effect, candidate.free)
+    mask = candidate.free & candidate.effect.amplitudes()
     size = ordinary(problem.model, candidate.effect, mask)
-    columns = columns_of(problem, candidate.effect, candidate.free)
+    columns = candidate.columns(problem)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     weak = s2 / (WIDE * DECADES[-1]) ** 2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
@@ -99,7 +106,7 @@ def fitted_best(
         after = refit(base, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
-            if is_white(after):
+            if within_noise(after):
                 break
     return max(found, key=lambda pair: pair[0].evidence, default=None)
 
@@ -117,12 +124,12 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
     rest = min(after.linear.square + float(same @ same - own @ own), before)
     freedom = base.linear.freedom
-    linear = max(before - candidate.fall, 1e-12 * before)
-    gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
+    linear = max(before - candidate.fall, NOTHING * before)
+    gained = freedom * float(np.log(linear / max(rest, NOTHING * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
+        worth = settled(base.linear, rest, after, candidate.key) - candidate.price
     else:
         worth = candidate.evidence + gained
     if impossible(after, candidate.key).any():
@@ -147,9 +154,10 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
-def is_white(fit: Fit) -> bool:
-    """Return whether a fit leaves hardly more than the noise; False where the noise is not known."""
-    return fit.noise.sigma is not None and fit.variance < QUIET
+def within_noise(fit: Fit) -> bool:
+    """Return whether a fit leaves no more than the noise, by three standard deviations; False where it is not known."""
+    rest, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.sigma is not None and rest <= freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
@@ -173,17 +181,11 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
 
 
 def convincing(candidate: Candidate) -> bool:
-    """Return whether a candidate has positive log evidence and a p value below `SIGNIFICANT`."""
-    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT
+    """Return whether a candidate has positive log evidence, and is no chance find where odds alone are too sure.
 
-
-def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
-    """Return whether an effect has negative log evidence without the row that gains most by it."""
-    linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
-    both = with_and_without_a_row(linear, columns)
-    plainly = unit_information(best.count, linear.freedom)
-    whole, less = (float(log_evidence(square, square - fall, linear.freedom, plainly)) for square, fall in both)
-    return best.evidence + min(0.0, less - whole) < 0
+    That they are where few numbers are left to tell the noise.
+    """
+    return candidate.evidence > 0 and candidate.p_value < CHANCE
 
 
 def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
@@ -201,22 +203,13 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
         best = fitted_best(fit, screen, candidate, ROUGHLY)
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
-    if exceeds_noise(fit):
+    if not within_noise(fit):
         least = max(0.0, 0.5 * max(c.evidence for c in found))
         found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
-    found = [fitted(c) if c.forming and c.evidence > near else c for c in found]
-    near = max(0.0, NEAR * max(c.evidence for c in found))
-    rivals = [c for c in found if c.evidence > near]
-    if len(rivals) > 1:
-        found = [fitted(c) if c in rivals and c.fit is None else c for c in found]
+    alone = sum(c.evidence > near for c in found) == 1
+    found = [fitted(c) if c.evidence > near and (c.forming or not alone) else c for c in found]
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
-
-
-def exceeds_noise(fit: Fit) -> bool:
-    """Return whether the residual exceeds the noise by three standard deviations; True where no noise is known."""
-    rest, freedom = fit.linear.square, fit.linear.freedom
-    return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:

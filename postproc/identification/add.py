@@ -15,12 +15,12 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.candidates.candidate import Screen
 from postproc.identification.candidates.composition import compose
-from postproc.identification.refits import thinned
+from postproc.identification.refits import refit_all, thinned
 from postproc.identification.refits import without as without_some
 from postproc.measure.measurements import Measurements
 from postproc.measure.observations import Observation
@@ -113,10 +113,9 @@ def add_effects(
     classes = [find_effect(key, library) for key in keys]
     data = data.in_order
     added = _added(model, data, classes, noise, watch)
-    told = added.fit.data.rounded
-    if told is None or told == rounded(added.fit):
-        return added
-    return _added(model, replace(data, rounded=not told), classes, noise, watch)
+    if misjudged(added.fit):
+        return _added(model, replace(data, rounded=not added.fit.data.rounded), classes, noise, watch)
+    return added
 
 
 def _added(
@@ -126,20 +125,26 @@ def _added(
     watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     # Forms are chosen on as many rows as tell them, and fitted to all.
-    found = start = thinned(base, noise)
+    found = start = thinned(base)
     steps, bound = [Step("base", FitFigures.of(base), base.model)], base.smooth_bound
     every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
     total = len(classes) + len(every) + 2
+
+    def on_all_rows(found: Fit, keys: Sequence[str]) -> Fit:
+        """Return what was found on some rows fitted to all of them."""
+        # A start that some of the rows have settled needs no step below a third of a standard deviation.
+        return found if start is base else refit_all(base, found, keys, closely=0.1 / len(base.problem.residual))
+
     for k, cls in enumerate(classes):
         watch(f"`{cls.key}`", (k + 1) / total)
-        found = grown(found, cls, noise)
+        found = grown(found, cls)
         if cls is not classes[-1]:
-            rung = _on_all_rows(base, start, found, noise)
+            rung = on_all_rows(found, [c.key for c in classes[: k + 1]])
             steps.append(Step(f"+ {cls.key}", FitFigures.of(rung), rung.model))
     added = [cls for cls in classes if model.effect(cls.key) is None]
-    found = _beside_each_other(found, added if len(classes) > 1 else [], noise)
+    found = _beside_each_other(found, added if len(classes) > 1 else [])
     watch("all of it", (len(classes) + 1) / total)
-    final = _on_all_rows(base, start, found, noise)
+    final = on_all_rows(found, [cls.key for cls in classes])
     no_farther_than_nominal(final)
     steps.append(Step(f"+ {classes[-1].key}", final, final.model))
     level = final.parts.level
@@ -152,26 +157,11 @@ def _added(
     for k, effect in enumerate(e for e in final.model.effects if not e.is_frame):
         watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
         # Of many rows what the slope foretells is near enough: nobody fits them ten times.
-        fit = _without(final, effect.key, noise) if start is base else without_some(final, [effect.key])
+        fit = _without(final, effect.key) if start is base else without_some(final, [effect.key])
         # The frames of sessions that saw the arm from elsewhere come back by themselves.
         if fit.model.effect(effect.key) is None:
             without[effect.key] = FitFigures.of(fit)
     return Addition(tuple(steps), without, floor)
-
-
-def _on_all_rows(base: Fit, start: Fit, found: Fit, noise: float | None) -> Fit:
-    """Return what was found on some rows fitted to all, with the smoothness of free functions that these can carry.
-
-    Args:
-        base: the fit before on all rows; start: on some; found: with further effects on some.
-    """
-    if start is base:
-        return found
-    known = frozenset(base.parameters + found.parameters)
-    # A start that some of the rows have settled needs no step below a third of a standard deviation.
-    closely = 0.1 / len(base.problem.residual)
-    terms = Terms({**base.free, **found.free}, base.strength, closely=closely, determined=known)
-    return fit_model(base.model.with_effects(*found.model.effects), base.data, noise=noise, terms=terms)
 
 
 def fit_effects(
@@ -192,11 +182,11 @@ def fit_effects(
     fit = fit_model(model, data, [c.null() for c in classes if not c.structures()], noise=noise, watch=watch)
     for cls in classes:
         if cls.structures():
-            fit = grown(fit, cls, noise)
+            fit = grown(fit, cls)
     return fit
 
 
-def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
+def grown(fit: Fit, cls: type[Effect]) -> Fit:
     """Return a fit with one more effect, in its form of the largest log evidence."""
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
@@ -206,7 +196,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     screen = Screen(fit.problem, {cls.key: cls})
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
-        return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
+        return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=fit.noise.stated)
     found = fitted_best(fit, screen, candidate)
     if found is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
@@ -214,20 +204,20 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     return found[1]
 
 
-def _beside_each_other(final: Fit, added: Sequence[type[Effect]], noise: float | None) -> Fit:
+def _beside_each_other(final: Fit, added: Sequence[type[Effect]]) -> Fit:
     """Return the fit with each added effect in the form that suits it beside all the others.
 
     The first were chosen without them; a form is changed where the held-out error falls by `HELPS` at least.
     """
     for cls in added:
-        anew = grown(_without(final, cls.key, noise), cls, noise)
+        anew = grown(_without(final, cls.key), cls)
         final = anew if anew.held_out_rms < (1 - HELPS) * final.held_out_rms else final
     return final
 
 
-def _without(final: Fit, key: str, noise: float | None) -> Fit:
+def _without(final: Fit, key: str) -> Fit:
     """Return the model without one effect, everything else fitted again."""
     kept = [e for e in final.model.effects if e.key != key]
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}
-    return fit_model(final.model.with_effects(*kept), final.data, noise=noise, terms=Terms(free, strength))
+    return fit_model(final.model.with_effects(*kept), final.data, noise=final.noise.stated, terms=Terms(free, strength))

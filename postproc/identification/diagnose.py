@@ -13,7 +13,7 @@ from postproc.estimation.channels import channels
 from postproc.estimation.findings import data_findings
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
-from postproc.estimation.solving.rounding import rounded
+from postproc.estimation.solving.rounding import misjudged
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.diagnosis import Diagnosis, Verdict, too_few
 from postproc.identification.forward import search, with_patterns
@@ -51,11 +51,9 @@ def diagnose(
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
     found = _diagnosed(model, data, library, noise, watch)
-    told = found.final.data.rounded
-    if told is None or told == rounded(found.final):
-        return found
-    # What was missing looked like rounded angles, or hid them.
-    return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
+    if misjudged(found.final):
+        return _diagnosed(model, replace(data, rounded=not found.final.data.rounded), library, noise, watch)
+    return found
 
 
 def _diagnosed(
@@ -73,7 +71,7 @@ def _diagnosed(
     library = {k: c for k, c in library.items() if c.unlikely < np.inf and (carried or "external_axes" not in c.reads)}
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
     classes = {k: c for k, c in library.items() if k not in untestable}
-    start = thinned(base, noise)
+    start = thinned(base)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
     watch("every effect alone", 0.1)
@@ -84,7 +82,7 @@ def _diagnosed(
     del begin
     watch("all of it on all rows", 0.8)
     named = found.beside(())
-    final = named.fit if start is base else refit_all(base, named.fit, named.missing, noise)
+    final = named.fit if start is base else refit_all(base, named.fit, named.keys)
     missing = _steps(named.missing, final)
     lacking = lacks_fit(final)
     # A few numbers for each parameter follow anything.

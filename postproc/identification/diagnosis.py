@@ -18,7 +18,7 @@ from postproc.measure.errors import rms
 from postproc.patterns.suspects import Suspect
 
 Verdict = Literal["complete", "missing", "unknown"]
-CLEARLY = 0.98
+BETTER = 0.98
 """Share of the error without an effect below which a level is predicted better with it."""
 
 
@@ -42,7 +42,7 @@ class Level:
 
     def carries(self, key: str) -> bool | None:
         """Return whether an effect lowers the error of this level by over 2 %; None if other levels leave it open."""
-        return None if key in self.untold else self.after < CLEARLY * self.without[key]
+        return None if key in self.untold else self.after < BETTER * self.without[key]
 
 
 @dataclass(frozen=True)

@@ -13,23 +13,21 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import (
+    CLEARLY,
     convincing,
-    is_white,
     judged,
-    lives_on_a_row,
     predicts_better,
     refit,
+    within_noise,
 )
 from postproc.identification.candidates.candidate import Candidate
 from postproc.identification.candidates.composition import compose
-from postproc.identification.evidence import CLEARLY
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
+from postproc.patterns.place import with_and_without_a_row
 
 MOST = 6
 """Effects and patterns that are taken at most."""
-ROUNDS = 2
-"""Times that a search goes on after its pass back at most."""
 PATTERNS = 3
 """Patterns that stand beside one another at most."""
 
@@ -39,20 +37,18 @@ def search(start: SearchState) -> SearchState:
 
     Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
     is taken if it is significant, an effect only if held-out rows confirm it; everything is refitted; again until
-    nothing is left that is worth it. After one pass back (`backward`), the search is repeated, with one pattern fewer
-    or with names alone, while that raises the log evidence of the whole, at most `ROUNDS` times.
+    nothing is left that is worth it. After one pass back (`backward`), the search goes on once more: with names alone
+    and one pattern fewer, if there is a pattern. The result stays if the log evidence of the whole is larger.
     """
     state = backward(forward(start))
-    for _ in range(ROUNDS if state.keys or state.outside else 0):
-        bare, most = state.beside(()), len(state.outside) - 1
-        other = forward(bare, most=PATTERNS if most < 0 else 0)
-        if other is bare:
-            break
-        other = backward(other) if most < 0 else with_patterns(backward(other), most)
-        if other.log_evidence <= state.log_evidence:
-            break
-        state = other
-    return state
+    if not (state.keys or state.outside):
+        return state
+    bare, most = state.beside(()), len(state.outside) - 1
+    other = forward(bare, most=PATTERNS if most < 0 else 0)
+    if other is bare:
+        return state
+    other = backward(other) if most < 0 else with_patterns(backward(other), most)
+    return max(state, other, key=lambda s: s.log_evidence)
 
 
 def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
@@ -89,10 +85,11 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     exceed `CLEARLY` standard errors over the parts.
     """
     before = state.fit
-    if lives_on_a_row(before, best):
+    whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
+    if best.evidence + min(0.0, less - whole) < 0:
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else CLEARLY):
+    if after is None or not predicts_better(after, before, 0.0 if within_noise(after) else CLEARLY):
         return None
     taken = judged(before, after, best)
     return None if taken.evidence < 0 else state.with_effect(taken, after)

@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import CLOSE, NOTHING, schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.linear import Linear
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.candidates.composition import columns_of
-from postproc.identification.evidence import CLOSE, DIM, TELLING
+from postproc.identification.gain import DIM
 
 PARTS, SHARE = 20, 0.7
 """Random parts of the poses that are asked, and how many poses each has."""
 MOST = 8
 """Rivals that are asked, the best by evidence first."""
+TELLING = 9.0
+"""Square of the deviations by which two effects must differ to be told apart."""
 FREE = 1e-3
 """Share of its penalty that a free function keeps where it is asked what it could do."""
 
@@ -40,8 +41,7 @@ def indistinguishable(
 
     def plain(c: Candidate) -> float:
         """Return the candidate's log evidence by Schwarz's criterion."""
-        plainly = unit_information(c.count, linear.freedom)
-        return float(log_evidence(linear.square, linear.square - c.fall, linear.freedom, plainly))
+        return float(schwarz(linear.square, linear.square - c.fall, c.count, linear.freedom))
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
     alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
@@ -66,7 +66,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bo
     effect = candidate.effect
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
         return False
-    alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
+    alone, further = (candidate.columns(fit.problem) for fit in (before, after))
     value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])
@@ -93,14 +93,14 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
         return []
     asked = [next((c for c in ranking if c.key == chosen.key), chosen), *rivals]
     linear, groups = before.linear, before.data.repeats[before.linear.row]
-    columns = [columns_of(before.problem, c.effect, c.free) for c in asked]
+    columns = [c.columns(before.problem) for c in asked]
 
     def gains(kept: NDArray[np.bool_]) -> Array:
         """Return (c,) gain of each effect on a part of the rows."""
         basis, y = np.linalg.qr(linear.nuisance[kept])[0], linear.residual[kept]
         rest = y - basis @ (basis.T @ y)
         before, falls = float(rest @ rest), [_fall(some[kept], basis, rest) for some in columns]
-        after = np.maximum(before - np.array(falls), 1e-12 * before)
+        after = np.maximum(before - np.array(falls), NOTHING * before)
         return np.asarray(np.mean(kept) * linear.freedom * np.log(before / after))
 
     paid = gains(np.ones(len(groups), dtype=bool)) - [c.evidence for c in asked]

@@ -16,13 +16,11 @@ from postproc.estimation.least_squares import evaluate, fit_model
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.diagnosis import Diagnosis, Intervention, Level
 from postproc.measure.errors import rms
-from postproc.measure.measurements import Measurements
+from postproc.measure.measurements import FEWEST, Measurements
 from postproc.model.arm import Model
 
-FEWEST = 8
-"""Rows of a level that can be predicted."""
 MOST = 6
-"""Levels of a channel; more values are parted into as many with about the same number of rows."""
+"""Values of a channel that are a level each; more of them are parted into three ranges of about as many rows."""
 CHANNELS = ("payload", "temperature", "session", "approach", "region")
 
 
@@ -77,7 +75,7 @@ def _predicted(
 
 
 def _levels(data: Measurements, channel: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Yield (name, (n,) mask of its rows) of each level of a channel with at least 8 rows in it and outside."""
+    """Yield (name, (n,) mask of its rows) of each level of a channel with at least `FEWEST` rows in it and outside."""
     for name, rows in _parts(data, channel):
         if FEWEST <= rows.sum() <= len(data) - FEWEST:
             yield name, rows

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.estimation.findings import MANY, larger_noise, standing_out
+from postproc.estimation.findings import larger_noise, standing_out
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import weighed_by
 from postproc.measure.checks.repeats import scatters
+from postproc.measure.significance import CHANCE, chance_of_excess
 
-CHANCE = 1e-3
-"""That a fit which lacks nothing is said to leave more than the noise."""
 MATTERS = 1.5
-"""Residual variance over that of the noise below which nobody would notice."""
+"""Residual variance over that of the noise below which nobody would notice that more is left."""
 FEWEST = 3
 """Degrees of freedom of a scatter that is looked at: what few of them say, F allows for."""
 
@@ -41,7 +40,7 @@ def lacks_fit(fit: Fit) -> bool | None:
         return any(_exceeds(fit, sigma, dof, CHANCE / len(known)) for sigma, dof in known)
     instrument, arm = fit.noise.instrument, _repeatability(fit)
     most = float(np.hypot(instrument or 0.0, arm or 0.0))
-    if most > 0 and not _exceeds(fit, most, MANY, CHANCE):
+    if most > 0 and not _exceeds(fit, most, np.inf, CHANCE):
         return False
     return None if instrument is None or arm is None else True
 
@@ -52,14 +51,12 @@ def _exceeds(fit: Fit, sigma: float, dof: float, chance: float) -> bool:
     Args:
         sigma: of the noise [m], [rad]; dof: degrees of freedom behind it. chance: of a false alarm.
     """
-    from scipy.special import fdtrc
-
     single = standing_out(fit)
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = max(fit.freedom - int(alone.sum()), 1.0)
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
     ratio = square / freedom * (weighed_by(fit.noise) / sigma) ** 2
-    return bool(ratio > MATTERS and fdtrc(freedom, min(dof, MANY), ratio) < chance)
+    return bool(ratio > MATTERS and chance_of_excess(ratio, freedom, dof) < chance)
 
 
 def _repeatability(fit: Fit) -> float | None:

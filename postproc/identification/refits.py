@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +10,7 @@ import numpy as np
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.solving.determined import slope
-from postproc.estimation.solving.solve import Terms, advance
-from postproc.identification.candidates.candidate import Candidate
+from postproc.estimation.solving.solve import SETTLED, Terms, advance
 
 ENOUGH = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
@@ -19,7 +18,7 @@ STEPS, MISSED = 4, 0.02
 """Steps that are made at most, and the share of the sum of squares by which one may miss what its slope foretells."""
 
 
-def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: float | None) -> Fit:
+def refit_all(base: Fit, fitted: Fit, added: Iterable[str], closely: float = SETTLED) -> Fit:
     """Fit the base again with some of the effects of another fit, starting from where that fit has them.
 
     The springs start there, too: those of the base, found without a load, do not suit it, down to their sign. On more
@@ -28,9 +27,9 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
 
     Args:
         base: the fit whose rows and free parameters count; fitted: the fit with the effects.
-        candidates: the effects to keep; noise: stated by the user, per axis [m].
+        added: keys of the effects to keep beside those of the base; closely: as in `Terms`.
     """
-    keys = {c.key for c in candidates}
+    keys = set(added)
     same = {k for k, mask in base.free.items() if np.array_equal(mask, fitted.free.get(k, ()))}
     start = {e.key: e for e in base.model.effects}
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
@@ -38,22 +37,18 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
     anew = keys if len(fitted.data) < len(base.data) else set()
     strength = {k: v for k, v in fitted.strength.items() if k in start and k not in anew}
     known = frozenset(base.parameters + fitted.parameters)
-    terms = Terms(free, strength, determined=known, beside=fitted.problem.beside)
-    return fit_model(base.model.with_effects(*start.values()), base.data, noise=noise, terms=terms)
+    terms = Terms(free, strength, closely=closely, determined=known, beside=fitted.problem.beside)
+    return fit_model(base.model.with_effects(*start.values()), base.data, noise=base.noise.stated, terms=terms)
 
 
-def thinned(base: Fit, noise: float | None) -> Fit:
-    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more.
-
-    Args:
-        noise: standard deviation per axis [m] stated by the user.
-    """
+def thinned(base: Fit) -> Fit:
+    """Return the base fitted to every k-th pose, about `ENOUGH` measured numbers; itself where it has no more."""
     step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
         return base
     kept = base.data.one_in(step)
     kept[list(base.set_aside)] = False
-    return fit_model(base.model, base.data.rows(kept), noise=noise, terms=Terms(base.free, base.strength))
+    return fit_model(base.model, base.data.rows(kept), noise=base.noise.stated, terms=Terms(base.free, base.strength))
 
 
 def without(fit: Fit, keys: Iterable[str]) -> Fit:

@@ -9,20 +9,23 @@ from functools import cached_property
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.leftover import SLOW
 from postproc.estimation.solving.solve import ROUGHLY, Terms
 from postproc.identification.acceptance import ranking
 from postproc.identification.candidates.candidate import Candidate, FormCache, Screen
-from postproc.identification.evidence import CERTAIN, DOUBTFUL
 from postproc.identification.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.pattern_prior import UNNAMED_LOG_PRIOR
 from postproc.patterns.screening import PatternScreen
 from postproc.patterns.suspects import Suspect
+
+UNSURE = 0.15
+"""Share of what is left that a pattern must explain where nothing tells how much of it is noise: what one function of
+the angles leaves looks like another one."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +60,9 @@ class SearchState:
         The price of each part's search is subtracted, so that five weak effects lose against one smooth pattern.
         """
         first, after = self.base.linear, self.fit.linear
-        added = unit_information(max(after.parameters - first.parameters, 1), first.freedom)
-        gained = log_evidence(first.square, _left_by(self.base, self.fit), first.freedom, added)
-        paid = sum(m.searched for m in self.missing) + sum(s.searched for s in self.outside)
+        added = max(after.parameters - first.parameters, 1)
+        gained = schwarz(first.square, _left_by(self.base, self.fit), added, first.freedom)
+        paid = sum(m.price for m in self.missing) + sum(s.price for s in self.outside)
         return float(gained) - paid
 
     @cached_property
@@ -87,10 +90,10 @@ class SearchState:
         return PatternScreen(self.fit.problem, self.fit.linear, self.patterns)
 
     def patterns_left(self, asked: float = 0.0) -> list[Suspect]:
-        """Return the patterns with positive evidence that explain 3 % or 15 % of the residual, strongest first.
+        """Return the patterns with positive evidence, strongest first.
 
-        It is 15 % where the noise is not known, unless the pattern follows the time from pose to pose, which is not the
-        arm's.
+        Where the noise is not known, they explain `UNSURE` of the residual, unless they follow the time from pose to
+        pose, which is not the arm's.
 
         Args:
             asked: log evidence below which patterns may be missing from the result.
@@ -103,7 +106,7 @@ class SearchState:
         def enough(suspect: Suspect) -> bool:
             """Return whether a suspect explains enough of the residual."""
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
-            return suspect.fall > (CERTAIN if known or slow else DOUBTFUL) * self.fit.linear.square
+            return known or slow or suspect.fall > UNSURE * self.fit.linear.square
 
         return [s for s in self.pattern_screen.suspects(asked) if s.evidence > 0 and enough(s)]
 
@@ -140,10 +143,10 @@ class SearchState:
         """
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)
         if at < len(self.missing):
-            first, paid = self.missing[at], self.missing[at].searched + one.searched
+            first, paid = self.missing[at], self.missing[at].price + one.price
             told = [one.label] if one.effect.roughness() is not None else [first.label, one.label]
             label = "; ".join(filter(None, told))
-            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, searched=paid)
+            one = replace(first, effect=one.effect, free=one.free, fit=one.fit, label=label, price=paid)
         return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: Candidate) -> SearchState:
@@ -154,7 +157,7 @@ class SearchState:
     def without(self, key: str) -> SearchState:
         """Return the state without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
-        fit = refit_all(self.base, self.fit, others, self.base.noise.stated)
+        fit = refit_all(self.base, self.fit, [m.key for m in others])
         return replace(self, fit=fit, missing=others, plain=None)
 
 

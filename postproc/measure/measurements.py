@@ -17,7 +17,7 @@ from postproc.effects.contract import State
 from postproc.measure.observations import Observation, observations
 
 FEWEST = 8
-"""Rows whose angles may all be round by chance."""
+"""Fewer rows tell nothing of a table: their angles may all be round, and any half of them be right, by chance."""
 
 
 @dataclass(frozen=True)

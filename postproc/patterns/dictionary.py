@@ -14,6 +14,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import joined
 from postproc.effects.contract import State
 from postproc.estimation.channels import shown
+from postproc.measure.read.own import MOST_LEVELS
 from postproc.patterns.curves import (
     GEAR,
     LINE,
@@ -53,8 +54,6 @@ from postproc.patterns.pattern_prior import APART, LOADED, UNNAMED_LOG_PRIOR, od
 from postproc.patterns.signals import Signal, added, channel_signal, place_code
 from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
-MOST = 12
-"""Values of a column that may each have a shift of its own."""
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
 """Channels that may be the size of what comes again in time or along a column of the table's own."""
 TABLE = frozenset({"row", "session", "temperature", "time", "payload"})
@@ -338,9 +337,9 @@ def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
 
 
 def each_level(signal: Signal) -> Iterator[Pattern]:
-    """Yield one pattern with a shift for each number of a column of 3 to `MOST` numbers, each of them repeated."""
+    """Yield one pattern with a shift for each number of a column of 3 to `MOST_LEVELS`, each of them repeated."""
     distinct, count = np.unique(signal.values, return_counts=True)
-    if 2 < len(distinct) <= MOST and count.min() > 1:
+    if 2 < len(distinct) <= MOST_LEVELS and count.min() > 1:
         form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
         near = 0.5 * float(np.diff(distinct).min())
         some = (block(level(signal, [float(v)], near), signal)[0] for v in distinct[1:])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.patterns.formula import Single
 
@@ -29,15 +30,21 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     return square, square - after
 
 
-def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (sum of squares, fall by the columns) of all rows, and without the row whose fall is largest.
+def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
+    """Return the log evidence of some columns by Schwarz's criterion, of all rows and without the one that gains most.
 
-    A pattern that only one reading supports loses its fall in the second pair.
+    What only one reading supports is worth nothing without it.
+
+    Args:
+        columns: (N, m) whitened.
     """
     square, taken = taken_off(linear, columns)
-    most = int(np.argmax(taken))
-    whole = float(square.sum()), float(taken.sum())
-    return whole, (whole[0] - float(square[most]), whole[1] - float(taken[most]))
+    others = np.arange(len(square)) != np.argmax(taken)
+    whole, less = (
+        float(schwarz(square[some].sum(), (square - taken)[some].sum(), columns.shape[1], linear.freedom))
+        for some in (np.full(len(square), True), others)
+    )
+    return whole, less
 
 
 def explained(gram: Array, along: Array, least: Array) -> Array:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import schwarz
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
-from postproc.patterns.curves import sharper
+from postproc.patterns.curves import FINE, sharper
 from postproc.patterns.dictionary import Patterns
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.pattern_prior import SEATED, UNNAMED_LOG_PRIOR, off_everywhere
@@ -20,9 +20,7 @@ from postproc.patterns.place import Place, above, taken_off, with_and_without_a_
 from postproc.patterns.suspects import Suspect, places
 
 MOST = 40
-"""Patterns at one place that are kept, and that are told in the end."""
-FINE = 400
-"""Edges of a pattern that are told at most."""
+"""Patterns at one place that are kept, and of all places in the end."""
 SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
 third of the rows than the same in all."""
@@ -110,7 +108,7 @@ class PatternScreen:
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], form.values))
         fall = float(taken_off(linear, columns)[1].sum())
-        worth = _worth(linear.square, fall, columns.shape[1], linear) - self.every.price(form)
+        worth = schwarz(linear.square, linear.square - fall, columns.shape[1], linear.freedom) - self.every.price(form)
         return self._suspect(where, form, fall, float(worth))
 
     def _best(self, asked: float) -> list[Suspect]:
@@ -130,10 +128,9 @@ class PatternScreen:
 
     def _without_a_row(self, one: Suspect) -> Suspect:
         """Return the suspect with its evidence limited to what it is without the row that gains most by it."""
-        linear, columns = self._seen(one.where).linear, self.problem.whiten(spread(one.place, one.values))
-        _, (left, fall) = with_and_without_a_row(linear, columns)
-        worth = float(_worth(left, fall, columns.shape[1], linear)) - one.searched
-        return replace(one, evidence=min(one.evidence, worth))
+        columns = self.problem.whiten(spread(one.place, one.values))
+        _, less = with_and_without_a_row(self._seen(one.where).linear, columns)
+        return replace(one, evidence=min(one.evidence, less - one.price))
 
     def _ranked(self, where: str, falls: Array, price: Array, made: Made, top: int) -> list[Suspect]:
         """Return the suspects of the best of P patterns at a place, best first.
@@ -144,7 +141,8 @@ class PatternScreen:
                 (`ALIKE`).
         """
         seen = self._seen(where)
-        worth = _worth(seen.linear.square, falls, seen.count, seen.linear) - price
+        square = seen.linear.square
+        worth = schwarz(square, square - falls, seen.count, seen.linear.freedom) - price
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
         order = order[np.argsort(-worth[order])]
         best = [self._suspect(where, made(k), float(falls[k]), float(worth[k])) for k in order.tolist()]
@@ -196,8 +194,8 @@ class PatternScreen:
     def _could(self, one: Suspect, times: float, tries: float = 1.0) -> float:
         """Return the log evidence of a suspect with ``times`` its fall, among ``tries`` times as many patterns."""
         seen = self._seen(one.where)
-        most = min(times * one.fall, 0.99 * seen.linear.square)
-        worth = float(_worth(seen.linear.square, most, seen.count, seen.linear))
+        square = seen.linear.square
+        worth = float(schwarz(square, max(square - times * one.fall, 0.01 * square), seen.count, seen.linear.freedom))
         return worth - 2 * float(np.log(tries)) - self.every.price(one.form)
 
     def _closest(self, one: Suspect, found: list[Suspect]) -> Suspect:
@@ -243,15 +241,6 @@ class PatternScreen:
 def _kind(one: Suspect) -> Kind:
     """Return the labels of a suspect's signals and the kind of its pattern: of each such pair one is refined."""
     return tuple(s.label for s in one.form.signals), one.form.kind
-
-
-def _worth(before: float, fall: Array | float, count: int, linear: Linear) -> Array:
-    """Return the log evidence of falls of the sum of squares by ``count`` parameters each (Schwarz's criterion).
-
-    Args:
-        before: sum of squares without them; fall: (P,) or one.
-    """
-    return log_evidence(before, before - np.asarray(fall), linear.freedom, unit_information(count, linear.freedom))
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:

@@ -33,7 +33,7 @@ class Suspect:
         where: the place, for people; place: (n, r, m) how the prediction moves with it.
         form: the pattern; alike: those that the data does not tell from it.
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
-            of having no name; searched: 2 log of all these odds.
+            of having no name; price: 2 log of all these odds.
         channel: by which it is told; one that the pattern does not follow goes with the one that it follows here.
         share: of the whitened sum of squares above the noise that it explains.
     """
@@ -43,7 +43,7 @@ class Suspect:
     form: Pattern
     fall: float
     evidence: float
-    searched: float
+    price: float
     channel: str
     share: float = 0.0
     alike: Callable[[], Iterable[Pattern]] = tuple

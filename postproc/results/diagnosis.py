@@ -14,8 +14,8 @@ from postproc.estimation.channels import shown, unit_of
 from postproc.estimation.solving.smooth import effective_parameters
 from postproc.grouping import grouped
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.curves import JointCurve, curves
 from postproc.identification.diagnosis import Diagnosis, Intervention
+from postproc.identification.joint_curves import JointCurve, curves
 from postproc.measure.errors import mm
 from postproc.report.blocks import (
     Bar,

@@ -211,7 +211,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
 ) -> None:
     alike = {"arm_load": ("payload_error", "dress_pack"), "backlash": (), "link_compliance": ()}
     missing = [
-        SimpleNamespace(candidate=SimpleNamespace(key=key), not_separable=rivals, held_out_after=after)
+        SimpleNamespace(key=key, not_separable=rivals, held_out_after=after)
         for (key, rivals), after in zip(alike.items(), (6e-5, 3e-5, 2.98e-5), strict=True)
     ]
     found = SimpleNamespace(

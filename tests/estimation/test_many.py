@@ -76,7 +76,7 @@ def test_a_search_on_some_of_the_poses_loses_nothing_that_alternates():
     data = table(1000)
     side = np.where(np.arange(1000) % 2, 1.0, -1.0)[:, None] * np.ones(6)
     time = np.arange(1000) * 20.0
-    fit = thinned(base_fit(replace(data, state=data.state.with_(approach=side, time=time)).in_order), None)
+    fit = thinned(base_fit(replace(data, state=data.state.with_(approach=side, time=time)).in_order))
     assert len(fit.data) == 500 and 0.4 < np.mean(fit.data.state.approach == 1.0) < 0.6
     few = enough_for_smoothness(
         base_fit(replace(table(5600), state=table(5600).state.with_(payload_mass=np.tile([0.0, 9.0], 2800)))).problem

@@ -9,9 +9,10 @@ import numpy as np
 
 from postproc.effects.library.joints.backlash import Backlash
 from postproc.effects.library.loads.arm_load import ArmLoad
+from postproc.estimation.evidence import CLOSE
 from postproc.identification.candidates.candidate import Candidate
-from postproc.identification.candidates.composition import columns_of
-from postproc.identification.evidence import CLOSE, gain
+from postproc.identification.candidates.forms import columns_of
+from postproc.identification.gain import gain
 from postproc.identification.indistinguishable import contenders
 from tests.identification.cells import base_fit, cell
 

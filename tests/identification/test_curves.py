@@ -11,8 +11,8 @@ from postproc.effects.library.joints.joint_error_map import JointErrorMap
 from postproc.effects.library.joints.servo_lag import ServoLag
 from postproc.effects.library.joints.wrist_coupling import WristCoupling
 from postproc.identification.add import grown
-from postproc.identification.curves import curves
 from postproc.identification.diagnose import diagnose
+from postproc.identification.joint_curves import curves
 from postproc.results.diagnosis import diagnosis_values
 from postproc.results.sentences import headline
 from tests.identification.cells import base_fit, cell

@@ -38,8 +38,8 @@ from postproc.identification.candidates.candidate import Candidate, Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import forms_of
 from postproc.identification.diagnose import diagnose
-from postproc.identification.evidence import laplace
 from postproc.identification.forward import accepted
+from postproc.identification.gain import laplace
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
 from postproc.measure.measurements import Measurements

@@ -12,11 +12,11 @@ from postproc.effects.library.joints.transmission_error import TransmissionError
 from postproc.effects.registry import effect_library
 from postproc.estimation.least_squares import fit_model
 from postproc.identification.candidates.candidate import Candidate, Screen
-from postproc.identification.candidates.composition import _sharpened, columns_of, compose
-from postproc.identification.candidates.forms import forms_of
+from postproc.identification.candidates.composition import _sharpened, compose
+from postproc.identification.candidates.forms import columns_of, forms_of
 from postproc.identification.diagnose import _steps, diagnose
-from postproc.identification.evidence import gain
 from postproc.identification.forward import backward
+from postproc.identification.gain import gain
 from postproc.identification.state import SearchState
 from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect

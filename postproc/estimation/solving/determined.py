@@ -13,8 +13,8 @@ from postproc.effects.roles import Role
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 
-NEARBY = 3.0
-"""Ordinary sizes by which places deviate from the origin of their body."""
+WIDE = 3.0
+"""Ordinary sizes by which parameters scatter: amplitudes about null, places about the origin of their body."""
 
 
 def slope(
@@ -98,14 +98,14 @@ def _weak(problem: Problem, parameters: list[Name]) -> Array:
 
 
 def pull(problem: Problem, effect: Effect) -> Array:
-    """Return (p,) weights of a weak pull to null of an effect's amplitudes, with a deviation of thirty ordinary sizes.
+    """Return (p,) weights of a weak pull to null of an effect's amplitudes, with a deviation of ten times `WIDE`.
 
     Frames have none. It is far below the noise of anything that the data determines, and keeps what it barely
-    determines from running away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal
+    determines from running away. Places of either sign (the ends of a hose) deviate by `WIDE`: along a valley of equal
     fits lies one that an arm may have.
     """
     if effect.is_frame or effect.role is Role.SESSION_FRAMES:  # the instrument may stand anywhere
         return np.zeros(len(effect.vector()))
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
-    wide = np.where(effect.amplitudes(), 30.0, np.where(places, NEARBY, np.inf))
+    wide = np.where(effect.amplitudes(), 10 * WIDE, np.where(places, WIDE, np.inf))
     return np.asarray(1 / (wide * sizes(problem, effect)))

@@ -62,6 +62,14 @@ def rounded(fit: Fit) -> bool:
     return _likelihood(error, noise, turns, 0.0) - _likelihood(error, noise, turns, 1.0) < DENIED
 
 
+def misjudged(fit: Fit) -> bool:
+    """Return whether a fit took the angles of its table as rounded, and they were not, or the other way round.
+
+    What a model lacked looked like rounded angles, or hid them.
+    """
+    return fit.data.rounded is not None and fit.data.rounded != rounded(fit)
+
+
 def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float:
     """Return the largest log likelihood of errors (n, 3) [m] with the covariance v I + x_0 w I + sum_j x_j J_j J_j^T.
 

@@ -15,6 +15,7 @@ from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.reweight import reweighted
+from postproc.estimation.solving.start import FEWEST
 from postproc.estimation.solving.step import Masks, Name, Slope, sizes
 from postproc.measure.checks.repeats import Noise
 
@@ -27,8 +28,6 @@ FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED, ROUGHLY = 1e-7, 1e-4
 """Share of the sum of squares below which a step is none; for a fit that only has to be compared with others."""
-FEWEST = 4
-"""Poses of which a model of an arm could be made."""
 NOTHING = 1e-3
 """Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
 LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2

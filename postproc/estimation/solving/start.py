@@ -18,7 +18,7 @@ from postproc.measure.alignment import Alignment, align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm
 
 FEWEST = 4
-"""Points that place an instrument."""
+"""Poses that place an instrument, and below which all rows of a pose count as one."""
 
 
 def start_frames(problem: Problem) -> Problem:

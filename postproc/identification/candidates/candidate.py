@@ -14,7 +14,7 @@ from postproc.effects.sums import SumOfTerms
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem, Weights
 from postproc.estimation.solving.step import Masks
-from postproc.identification.candidates.forms import Form, Forms, forms_of
+from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_of
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Candidate:
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
-        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; price: 2 log of
             the odds against this form among all that were tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
@@ -40,7 +40,7 @@ class Candidate:
     evidence: float
     fall: float
     count: int
-    searched: float
+    price: float
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()
@@ -53,6 +53,10 @@ class Candidate:
     def not_separable(self) -> tuple[str, ...]:
         """Keys of the effects that this data does not tell from it."""
         return (*self.alike, *self.unseen)
+
+    def columns(self, problem: Problem) -> Array:
+        """Return (N, k) whitened columns of its free amplitudes, for their ordinary sizes."""
+        return columns_of(problem, self.effect, self.free)
 
     @property
     def forming(self) -> int:
@@ -76,10 +80,6 @@ class Candidate:
         return self.forming > 0 or type(self.effect).load is not Effect.load
 
 
-LIKE = 0.01
-"""Share by which weights may differ and are still the same."""
-
-
 @dataclass
 class FormCache:
     """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
@@ -95,15 +95,8 @@ class FormCache:
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
     def at(self, weights: Weights) -> FormCache:
-        """Return this cache where weights are within 1 % of its own and use the same numbers, else an empty one."""
-        old = self.weights
-        if old is None or not np.array_equal(old.used, weights.used):
-            return FormCache(weights)
-        if old.turn is None or weights.turn is None:
-            turned = old.turn is not weights.turn
-        else:
-            turned = not np.allclose(old.turn, weights.turn, atol=LIKE)
-        return FormCache(weights) if turned or not np.allclose(old.values, weights.values, rtol=LIKE) else self
+        """Return this cache where it was made with hardly other weights, else an empty one."""
+        return self if self.weights is not None and self.weights.nearly(weights) else FormCache(weights)
 
 
 @dataclass

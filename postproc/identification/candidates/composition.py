@@ -13,8 +13,8 @@ from postproc.estimation.evidence import f_test
 from postproc.estimation.linear import Linear
 from postproc.estimation.problem import Problem
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.candidates.forms import Form, Forms, forms_nearby, ordinary
-from postproc.identification.evidence import DIM, Gain, gain, gains
+from postproc.identification.candidates.forms import Form, Forms, columns_of, forms_nearby
+from postproc.identification.gain import DIM, Gain, gain, gains
 
 EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
@@ -86,16 +86,16 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         first: gain of the form; price: 2 log of the odds against it; widest: most amplitudes of a form to add.
     """
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
-    searched = price + type(effect).unlikely
+    price += type(effect).unlikely
     columns = _columns(screen.problem, form, free)
     while True:
         if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):
             nearest, whole, cost = nearer
             effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
-            searched += cost
+            price += cost
         # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
         inner = linear.extended(columns, DIM**0.5)
-        further = _further(screen, inner, form.key, effect, widest) if whole.evidence > searched else None
+        further = _further(screen, inner, form.key, effect, widest) if whole.evidence > price else None
         if further is None:
             break
         option, cost = further
@@ -108,18 +108,18 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         # A free function in another resolution is the same thing better said.
         labels = [*(labels[:-1] if flexible else labels), option.label]
         effect, free, whole, columns = option.effect, mask, trial, wide
-        searched += cost
+        price += cost
     label = "; ".join(text for text in labels if text)
-    return _candidate(linear, replace(form, effect=effect, refit=free, label=label), whole, searched)
+    return _candidate(linear, replace(form, effect=effect, refit=free, label=label), whole, price)
 
 
-def _candidate(linear: Linear, form: Form, brought: Gain, searched: float) -> Candidate:
-    """Return a form as a candidate with its gain, at the price ``searched`` (2 log of odds) of finding it."""
+def _candidate(linear: Linear, form: Form, brought: Gain, price: float) -> Candidate:
+    """Return a form as a candidate with its gain; price: 2 log of the odds against finding it."""
     fall, count = float(brought.fall), int(brought.count)
-    p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, searched)
-    worth = float(brought.evidence) - searched
+    p = f_test(linear.square, linear.square - fall, count, linear.freedom - count, price)
+    worth = float(brought.evidence) - price
     return Candidate(
-        form.key, form.effect, form.refit, form.label, worth, fall, count, searched, float(brought.visible), p
+        form.key, form.effect, form.refit, form.label, worth, fall, count, price, float(brought.visible), p
     )
 
 
@@ -165,19 +165,5 @@ def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Arra
         before: (N, k) columns of what was there before the form, if any.
     """
     whole = form.columns if before is None else np.hstack([before, form.columns])
-    alike = whole.shape[1] == linear_part(form.effect, mask).sum()
+    alike = whole.shape[1] == (mask & form.effect.amplitudes()).sum()
     return whole if alike else columns_of(problem, form.effect, mask)
-
-
-def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Return (N, k) whitened columns of an effect's amplitudes in a mask (q,), for their ordinary sizes.
-
-    Parameters that only form the effect have no columns while its amplitudes are null.
-    """
-    part = linear_part(effect, mask)
-    return problem.columns(effect, part) * ordinary(problem.model, effect, part)
-
-
-def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return (q,) the part of a mask over an effect's vector that are amplitudes, in which the effect is linear."""
-    return mask & effect.amplitudes()

@@ -161,6 +161,15 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
     return Form(key, v.label, v.effect, v.refit, columns, v.free, forming, v.odds, sign)
 
 
+def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Return (N, k) whitened columns of an effect's amplitudes in a mask (q,), for their ordinary sizes.
+
+    Parameters that only form the effect have no columns while its amplitudes are null.
+    """
+    part = mask & effect.amplitudes()
+    return problem.columns(effect, part) * ordinary(problem.model, effect, part)
+
+
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
     """Return (p,) ordinary sizes (typical magnitudes on such an arm) of an effect's parameters in a mask (q,).
 

@@ -12,12 +12,12 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, loads_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.evidence import f_test
+from postproc.estimation.evidence import CLOSE, f_test
 from postproc.estimation.linear import Linear
-from postproc.estimation.problem import Problem, Weights
+from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import pull
 from postproc.identification.candidates.candidate import Candidate, Screen, kind
-from postproc.identification.evidence import NEARLY, laplace
+from postproc.identification.gain import laplace
 from postproc.model.derivatives.places import carried, placed
 
 POSES = 120
@@ -91,7 +91,7 @@ def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
     if step == 1:
         return SubsampledProblem(problem, linear, known)
     some = np.arange(len(problem.data)) % step == 0
-    few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
+    few = problem.some(some)
     kept = some[linear.row]
     U = linear.nuisance[kept]
     gram = U.T @ U + (np.eye(U.shape[1]) - linear.nuisance.T @ linear.nuisance) / step
@@ -125,19 +125,19 @@ def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: floa
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
-        if -linear.freedom * np.log1p(-share) - candidate.searched < least:
+        if -linear.freedom * np.log1p(-share) - candidate.price < least:
             return candidate
     whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
     some = [_moved(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
-    near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
+    near = tuple(c for c in every if c.evidence > every[0].evidence - CLOSE)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
 
 
 def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
     """Return the candidate's `Effect.relatives` as candidates, at the price of being rarer."""
     every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
-    return [replace(start, effect=v.effect, label=v.label, searched=start.searched - 2 * np.log(v.odds)) for v in every]
+    return [replace(start, effect=v.effect, label=v.label, price=start.price - 2 * np.log(v.odds)) for v in every]
 
 
 def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
@@ -163,8 +163,8 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     fall = float(x[own] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[own])[amplitude])
     rest = max(linear.square - fall, 0.0)
     effect = effect.with_vector(x)
-    worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.searched
-    p = f_test(linear.square, rest, start.count, linear.freedom - start.count, start.searched)
+    worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.price
+    p = f_test(linear.square, rest, start.count, linear.freedom - start.count, start.price)
     return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
 
 

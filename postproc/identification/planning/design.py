@@ -12,11 +12,15 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.estimation.fitted import Fit
 from postproc.estimation.problem import Problem
+from postproc.estimation.solving.determined import WIDE
 from postproc.estimation.solving.step import Name
 from postproc.identification.candidates.candidate import Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
+
+PRIOR = 1 / (10 * WIDE) ** 2
+"""Precision of a parameter before anything is measured, in ordinary sizes: that of the weak pull in a fit."""
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -32,12 +36,21 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
     for effect in fit.model.effects:
         if effect.key in without:
             continue
-        mask = np.asarray(fit.free[effect.key], dtype=bool)
-        size = ordinary(fit.model, effect, mask)
-        old.append(fit.problem.columns(effect, mask) * size)
-        new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
-        tied.append(np.full(len(size), 1e-6 if effect.is_frame else 1 / 30**2))
+        on_data, on_pool = _of_effect(fit, pool, effect, np.asarray(fit.free[effect.key], dtype=bool))
+        old.append(on_data)
+        new.append(on_pool)
+        tied.append(np.full(on_data.shape[1], 1e-6 if effect.is_frame else PRIOR))
     return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
+
+
+def _of_effect(fit: Fit, pool: Problem, effect: Effect, mask: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return whitened columns of an effect's parameters in a mask (q,) for their ordinary sizes.
+
+    Returns:
+        (N, p) on the data of the fit, (c, 3, p) on the pool.
+    """
+    size = ordinary(fit.model, effect, mask)
+    return fit.problem.columns(effect, mask) * size, pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
 
 
 NEVER = 10.0
@@ -49,8 +62,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
 
     Returns:
         The indices of the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before;
-        the
-        same after; the parameters that are the worst of that before; those that no pose determines.
+        the same after; the parameters that are the worst of that before; those that no pose determines.
     """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
@@ -94,10 +106,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     sides: list[_Side] = []
     forms = []
     for cls in pair:
-        effect, mask = _form(fit, pool, screen, cls)
-        size = ordinary(fit.model, effect, mask)
-        old = fit.problem.columns(effect, mask) * size
-        new = pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
+        old, new = _of_effect(fit, pool, *_form(fit, pool, screen, cls))
         if not new.any():
             message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
             raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
@@ -105,7 +114,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     for this, other in ((0, 1), (1, 0)):
         x = _size(fit, forms[this][0])
         regress = np.hstack([A, forms[other][0]])
-        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], 1 / 30**2)]))
+        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], PRIOR)]))
         P = np.linalg.inv(regress.T @ regress + prior)
         s_old = forms[this][0] @ x
         s_new = forms[this][1] @ x

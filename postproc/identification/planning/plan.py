@@ -135,9 +135,9 @@ def plan_poses(
 
 def _beside(found: Diagnosis, pair: tuple[str, str]) -> tuple[Fit, bool]:
     """Return the fit with all missing effects but a pair, and whether the diagnosis tells these two apart."""
-    others = [m for m in found.missing if m.key not in pair]
+    others = [m.key for m in found.missing if m.key not in pair]
     unsure = any({m.key, other} == set(pair) for m in found.missing for other in m.not_separable)
-    return refit_all(found.base, found.final, others, found.base.noise.stated), not unsure
+    return refit_all(found.base, found.final, others), not unsure
 
 
 def _candidates(fit: Fit, room: Room) -> State:
@@ -204,5 +204,4 @@ def _pool(fit: Fit, state: State, room: Room) -> Problem:
     free = np.minimum(heights.min(axis=1), tip) > 0.1
     if free.sum() < 50 or room.candidates is not None:
         free = np.ones(len(state), dtype=bool)
-    some = data.rows(free & room.holds(problem))
-    return Problem(fit.model, some, make_weights(some, fit.noise))
+    return problem.some(free & room.holds(problem))

@@ -25,13 +25,12 @@ from postproc.measure.checks.readings import (
 )
 from postproc.measure.checks.sizes import check_sizes
 from postproc.measure.consensus import LEAST_M, TIMES, Agreement
-from postproc.measure.measurements import Measurements
+from postproc.measure.measurements import FEWEST, Measurements
 from postproc.measure.read.cells import Cells
 from postproc.measure.read.values.turns import FOLLOWS, Turns
 from postproc.robot.arm import Robot
 
 SHOWN = 5
-FEW = 8
 COARSE = 0.99 * np.radians(0.01)
 """Step of angles [rad] whose rounding stands beside the noise of an instrument."""
 MANY_FAR = 20
@@ -63,8 +62,8 @@ def check_measurements(
     found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
     rows = agreed.rows
     poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
-    if data.tool_known or len(poses) < FEW:
-        small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
+    if data.tool_known or len(poses) < FEWEST:
+        small = len(data) >= FEWEST and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         turned = _check_orientations(data, robot, rows, cells, turns)
         return found + radians + turned + _check_limits(data, robot, cells) + _check_points(data, agreed, cells, unit)
@@ -190,7 +189,7 @@ def _check_readings(
 def _agree(arm: PlacedArm, angles: Array, as_read: Array, turns: Turns | None) -> bool:
     """Return whether orientations follow other joint angles (n, 6) no worse than those that were read (n, 6) [rad]."""
     good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
-    if turns is None or good.sum() < FEW:
+    if turns is None or good.sum() < FEWEST:
         return True
     shown = replace(turns, numbers=turns.numbers[good])
     off, before = (shown.off(arm.rows(good).flange(q[good])[:, :3, :3], None) for q in (angles, as_read))
@@ -221,12 +220,12 @@ def _check_orientations(
     if turns is None:
         return []
     some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
-    if len(some) < FEW:
+    if len(some) < FEWEST:
         return []
     arm = PlacedArm(robot, data.state.T_reference_base)
     flange = arm.rows(some).flange(data.state.q[some])[:, :3, :3]
     placed = None
-    if len(rows) >= FEW:
+    if len(rows) >= FEWEST:
         placed = seen(arm.rows(rows), data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
     shown = replace(turns, numbers=turns.numbers[some])
     off = shown.off(flange, placed)

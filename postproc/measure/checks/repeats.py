@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.measure.measurements import Measurements
-
-CHANCE = 1e-3
-"""That repeats of one noise differ as much."""
+from postproc.measure.significance import CHANCE, chance_of_excess
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +70,7 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
         return Noise(stated, np.inf, rotation, "user", instrument=instrument)
     found: Noise | None = None
     for square, dof in scatters(data, values):
-        if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
+        if dof >= 9 and square > 0 and (found is None or significantly_below(square, dof, found)):
             found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
     return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
 
@@ -90,11 +88,9 @@ def _values(data: Measurements) -> Array:
     return data.numbers(data.observed)
 
 
-def _quieter(square: float, dof: float, than: Noise) -> bool:
+def significantly_below(square: float, dof: float, than: Noise) -> bool:
     """Return whether a variance is significantly below that of a noise (F test)."""
-    from scipy.special import fdtrc
-
-    return bool(fdtrc(than.dof, dof, float(than.sigma or 0.0) ** 2 / square) < CHANCE)
+    return chance_of_excess(float(than.sigma or 0.0) ** 2 / square, than.dof, dof) < CHANCE
 
 
 def visits(data: Measurements) -> NDArray[np.int_]:
@@ -119,8 +115,6 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
 
 def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
     """Return pooled variance and degrees of freedom within groups, less what follows own columns (F test)."""
-    from scipy.special import fdtrc
-
     square, dof = pooled_scatter(values, groups)
     beside = np.zeros((len(data), 0))
     # The levels of one column of words stand side by side: `name=word`.
@@ -130,7 +124,7 @@ def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.in
         if left in (0, dof) or own <= 0:
             continue
         between = (square * dof - own * left) / (dof - left)
-        if fdtrc(dof - left, left, between / own) < CHANCE:
+        if chance_of_excess(between / own, dof - left, left) < CHANCE:
             beside, square, dof = trial, own, left
     return square, dof
 

@@ -11,6 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.contract import State
 from postproc.measure.checks.readings import CLEARER, PlacedArm, fits, seen
+from postproc.measure.measurements import FEWEST
 from postproc.measure.read.columns import EXTERNAL_AXES
 from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import UNITS, fitting
@@ -20,7 +21,6 @@ from postproc.robot.arm import Robot
 from postproc.robot.cells.cell import LETTERS, Joint
 from postproc.robot.cells.station import Station
 
-FEW = 8
 UNIT = {"linear": "mm", "rotary": "deg", "fixed": "mm"}
 DESCRIBE = "`[[external_axes]]` of the model, or `--cell FILE` of `fit`, describes it (docs/my-cell.md)"
 
@@ -114,7 +114,7 @@ def check_work(state: State, table: Table, robot: Robot, position: Array) -> Non
     if station is None or station.work is None or state.external_axes is None:
         return
     rows = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(state.q).all(axis=1))
-    if len(rows) < FEW:
+    if len(rows) < FEWEST:
         return
     other = with_axes(in_world(station), state.with_(T_reference_base=None), state.external_axes)
     work, world = (

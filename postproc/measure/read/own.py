@@ -14,7 +14,7 @@ from postproc.measure.read.lookup import Table
 from postproc.measure.read.values.units import fitting
 
 MOST_LEVELS = 12
-"""A column of more different words holds names or remarks."""
+"""A column of more different words holds names or remarks, one of more numbers a quantity."""
 
 
 def own_channels(table: Table) -> dict[str, Array]:

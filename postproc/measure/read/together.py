@@ -15,7 +15,7 @@ from postproc.effects.contract import State
 from postproc.measure.alignment import align
 from postproc.measure.checks.readings import CLEARER, SUSPICIOUS_M, PlacedArm, seen
 from postproc.measure.clock import going_on
-from postproc.measure.measurements import Measurements
+from postproc.measure.measurements import FEWEST, Measurements
 from postproc.measure.read.cells import read_cells
 from postproc.measure.read.layout import read_column_map
 from postproc.measure.read.table import read_measurements
@@ -25,7 +25,6 @@ from postproc.robot.arm import Robot
 NOTHING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
 PLACED = ("external_axes", "work", "T_reference_base")
 """What a table leaves out where there was none of it (or nobody knows the side); others were not recorded."""
-FEW = 8
 
 
 def read_tables(
@@ -190,7 +189,7 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     Args:
         shared: names of sessions in both.
     """
-    if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
+    if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEWEST:
         return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
     here, there = (PlacedArm(robot, t.state.T_reference_base).rows(_located(t)) for t in (one, other))

@@ -23,7 +23,7 @@ RULES: dict[str, tuple[Patch, ...]] = {
     "maps": (("effects.library.joints.transmission_error", "TransmissionError.generalised", _nothing),),
     "nonlinear": (("identification.acceptance", "refit_form", lambda screen, linear, candidate, *least: candidate),),
     "held_out": (("identification.forward", "predicts_better", lambda after, before, errors: True),),
-    "row": (("identification.forward", "lives_on_a_row", lambda fit, best: False),),
+    "row": (("identification.forward", "with_and_without_a_row", lambda linear, columns: (0.0, 0.0)),),
     "nested": (("identification.acceptance", "_nested", lambda candidate, found: candidate),),
     "rooms": (
         (

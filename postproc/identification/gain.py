@@ -1,4 +1,4 @@
-"""What effects and patterns are worth, as 2 log of odds, and the thresholds of the search in one table."""
+"""What effects are worth, as 2 log of odds: their forms by a score test, fitted parameters by Laplace's method."""
 
 from __future__ import annotations
 
@@ -10,34 +10,12 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.estimation.evidence import log_evidence, unit_information
+from postproc.estimation.evidence import DECADES, NOTHING, log_evidence, schwarz
 from postproc.estimation.linear import Linear
-from postproc.estimation.solving.determined import NEARBY
+from postproc.estimation.solving.determined import WIDE
 from postproc.identification.candidates.forms import Forms, Stack
 from postproc.robot.arm import Robot
 
-SIGNIFICANT = 5e-3
-"""Chance of a false alarm allowed for an effect after counting everything that was tried: with few numbers to spare,
-odds alone are too sure."""
-CLEARLY = 2.0
-"""Standard errors over parts of the joint space by which those left out must be predicted better where more than noise
-is left."""
-QUIET = 1.2
-"""Residual variance, in that of the repeats, at which no other start can be better."""
-CLOSE = 8.0
-"""Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
-TELLING = 9.0
-"""Square of the deviations by which two effects must differ to be told apart."""
-NEAR = 0.9
-"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
-NEARLY = 16.0
-"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
-CERTAIN, DOUBTFUL = 0.03, 0.15
-"""Share of what is left that a pattern must explain where repeats tell how much of it is noise, and where none do: what
-one function of the angles leaves looks like another one."""
-WIDE = 3.0
-DECADES = (0.1, 1.0, 10.0, 100.0)
-"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
@@ -101,7 +79,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     count = seen.sum(axis=1)
     fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
     left = freedom - count - forming
-    s2 = np.maximum(before - fall, 1e-12 * before) / np.maximum(left, 1.0)
+    s2 = np.maximum(before - fall, NOTHING * before) / np.maximum(left, 1.0)
     worth = np.full(M, -np.inf)
     for decade in DECADES:
         wide = ((WIDE * decade) ** 2 / s2)[:, None]
@@ -114,8 +92,7 @@ def _gains(linear: Linear, stack: Stack) -> Gain:
     worth[pushes], fall[pushes] = -np.inf, 0.0
     # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
     for m in np.flatnonzero(stack.flexible):
-        earned = log_evidence(before, before - fall[m], freedom, unit_information(count[m], freedom))
-        worth[m] = min(worth[m], earned)
+        worth[m] = min(worth[m], schwarz(before, before - fall[m], count[m], freedom))
     good = (count > 0) & (left >= 1)
     visible = np.sqrt(value.sum(axis=1))
     every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
@@ -136,7 +113,7 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
     """
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
-    outside = float(np.sum((effect.vector()[places] / (NEARBY * effect.scale()[places])) ** 2))
+    outside = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
     s2 = rest / max(linear.freedom - len(x), 1)
     worth = -np.inf
     for decade in DECADES:
