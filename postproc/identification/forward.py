@@ -25,6 +25,7 @@ from postproc.identification.candidates.composition import compose
 from postproc.identification.indistinguishable import indistinguishable
 from postproc.identification.state import SearchState
 from postproc.patterns.place import with_and_without_a_row
+from postproc.patterns.suspects import Suspect
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -36,8 +37,8 @@ def search(start: SearchState) -> SearchState:
     """Return the state with what the model lacks: effects of the library, and patterns without a name where they win.
 
     Every effect in its best form, and every pattern, is judged on what the fit leaves. That of the largest log evidence
-    is taken if it is significant, an effect only if held-out rows confirm it; everything is refitted; again until
-    nothing is left that is worth it. After one pass back (`backward`), the search goes on once more: with names alone
+    is taken if it is significant and held-out rows confirm it; everything is refitted; again until nothing is left that
+    is worth it. After one pass back (`backward`), the search goes on once more: with names alone
     and one pattern fewer, if there is a pattern. The result stays if the log evidence of the whole is larger.
     """
     state = backward(forward(start))
@@ -54,7 +55,7 @@ def search(start: SearchState) -> SearchState:
 def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> SearchState:
     """Return the state with effects and patterns added one by one, always that of the largest log evidence.
 
-    An effect that held-out data does not confirm is tried again after the next one is in.
+    What held-out data does not confirm is tried again after the next one is in.
 
     Args:
         named: whether effects are tried, or patterns only; most: patterns at most.
@@ -62,37 +63,43 @@ def forward(state: SearchState, named: bool = True, most: int = PATTERNS) -> Sea
     refused: set[str] = set()
     for _ in range(MOST):
         ranked = state.ranked if named else []
-        name = next((c for c in ranked if c.key not in refused and convincing(c)), None)
-        left = state.patterns_left(name.evidence if name else 0.0) if most else []
-        pattern = next(iter(left), None)
-        if pattern is not None and (name is None or pattern.evidence > name.evidence):
+        best: Candidate | Suspect | None = next((c for c in ranked if c.key not in refused and convincing(c)), None)
+        asked = 0.0 if best is None else best.evidence
+        left = state.patterns_left(asked) if most else []
+        pattern = next((s for s in left if s.key not in refused), None)
+        if pattern is not None and pattern.evidence > asked:
             if len(state.outside) == most:
                 break
-            state, refused = state.beside((*state.outside, pattern)), set()
-        elif name is not None:
-            taken = accepted(state, name)
-            state, refused = (taken, set()) if taken is not None else (state, refused | {name.key})
-        else:
+            best = pattern
+        if best is None:
             break
+        taken = accepted(state, best)
+        state, refused = (taken, set()) if taken is not None else (state, refused | {best.key})
     return state
 
 
-def accepted(state: SearchState, best: Candidate) -> SearchState | None:
-    """Return the state with an effect in the model and everything refitted; None where the data does not confirm it.
+def accepted(state: SearchState, best: Candidate | Suspect) -> SearchState | None:
+    """Return the state with an effect or a pattern, everything refitted; None where the data does not confirm it.
 
-    It must not live on a single row, and parts of the joint space that the fit has not seen must be predicted better.
-    Where more than noise is left, neighbouring poses share errors that make anything significant: then the gain must
-    exceed `CLEARLY` standard errors over the parts.
+    Parts of the joint space that the fit has not seen must be predicted better. Where more than noise is left,
+    neighbouring poses share errors that make anything significant: then the gain must exceed `CLEARLY` standard errors
+    over the parts.
     """
+    taken = state.beside((*state.outside, best)) if isinstance(best, Suspect) else _with_effect(state, best)
+    if taken is None or not predicts_better(taken.fit, state.fit, 0.0 if within_noise(taken.fit) else CLEARLY):
+        return None
+    return taken
+
+
+def _with_effect(state: SearchState, best: Candidate) -> SearchState | None:
+    """Return the state with an effect; None where it lives on a single row, or is worth nothing once it is fitted."""
     before = state.fit
     whole, less = with_and_without_a_row(before.linear, best.columns(before.problem))
     if best.evidence + min(0.0, less - whole) < 0:
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if within_noise(after) else CLEARLY):
-        return None
-    taken = judged(before, after, best)
-    return None if taken.evidence < 0 else state.with_effect(taken, after)
+    taken = best if after is None else judged(before, after, best)
+    return None if after is None or taken.evidence < 0 else state.with_effect(taken, after)
 
 
 def backward(state: SearchState) -> SearchState:

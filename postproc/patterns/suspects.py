@@ -49,6 +49,11 @@ class Suspect:
     alike: Callable[[], Iterable[Pattern]] = tuple
 
     @property
+    def key(self) -> str:
+        """What it is called in a search: its place, and the kind and the channels of its pattern."""
+        return " ".join((self.where, self.form.kind, *self.form.channels))
+
+    @property
     def values(self) -> Array:
         """(n,) value of the pattern in every row, or (n, k) for k parts with a size each."""
         return self.form.values
