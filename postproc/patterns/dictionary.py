@@ -332,15 +332,15 @@ def of_words(column: Sequence[Signal]) -> Iterator[Block]:
 def each_word(column: Sequence[Signal]) -> Iterator[Pattern]:
     """Yield one pattern with a shift for every word of a column of three words or more; that of the first is zero."""
     if len(column) > 2:
-        form = f"another value at each of {joined([s.label for s in column])}"
-        yield side_by_side((block(LINE, s)[0] for s in column[1:]), form, "levels")
+        said = f"another value at each of {joined([s.label for s in column])}"
+        yield side_by_side((block(LINE, s)[0] for s in column[1:]), said, "levels")
 
 
 def each_level(signal: Signal) -> Iterator[Pattern]:
     """Yield one pattern with a shift for each number of a column of 3 to `MOST_LEVELS`, each of them repeated."""
     distinct, count = np.unique(signal.values, return_counts=True)
     if 2 < len(distinct) <= MOST_LEVELS and count.min() > 1:
-        form = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
+        said = f"another value at each of {joined([shown(signal.unit, float(v)) for v in distinct])}"
         near = 0.5 * float(np.diff(distinct).min())
         some = (block(level(signal, [float(v)], near), signal)[0] for v in distinct[1:])
-        yield side_by_side(some, form, "levels")
+        yield side_by_side(some, said, "levels")

@@ -29,7 +29,7 @@ class SignalCurve:
     """A function of one signal that a few numbers form.
 
     Args:
-        law: of the signal and of the numbers; said: what it looks like, a template (`Curve.words`). kind: patterns of
+        law: of the signal and of the numbers; said: what it looks like, a template (`words`). kind: patterns of
             one kind are as likely as those of any other, however many there are.
         numbers: the kind of each number: edge, knot, width (half of it), reach, order, phase, start or duty.
         noun: what it is called as a factor; gate: how it is said of something else that it acts only there, and
@@ -103,7 +103,7 @@ class Pattern:
         where: the only place at which it makes sense, None for all; tries: how many times as many as of its kind were
             tried. level: how closely its numbers were found.
         parts: patterns side by side, each with a size of its own, instead of factors: a shift for each level;
-            form: what these are called.
+            said: what these are called.
     """
 
     factors: tuple[tuple[SignalCurve, Signal], ...]
@@ -113,7 +113,7 @@ class Pattern:
     tries: float = 1.0
     level: int = 0
     parts: tuple[Pattern, ...] = ()
-    form: str = ""
+    said: str = ""
 
     @property
     def wide(self) -> bool:
@@ -180,8 +180,8 @@ class Pattern:
         Args:
             alike: patterns that fit the data as well; those with the same curves widen the ranges.
         """
-        if self.form:
-            return self.form
+        if self.said:
+            return self.said
         same = [p for p in alike if [c for c, _ in p.factors] == [c for c, _ in self.factors]]
         said, first = "", 0
         for curve, signal, own in self.each:
@@ -314,13 +314,13 @@ class Group:
         return np.repeat([told(b) for b in self.blocks], [len(b) for b in self.blocks])
 
 
-def side_by_side(some: Iterable[Pattern], form: str, kind: str, where: str | None = None) -> Pattern:
+def side_by_side(some: Iterable[Pattern], said: str, kind: str, where: str | None = None) -> Pattern:
     """Return one pattern whose parts each have a size of their own in a fit.
 
     Args:
-        form: what the whole is called in reports; kind: for its odds; where: the only place where it makes sense.
+        said: what the whole is called in reports; kind: for its odds; where: the only place where it makes sense.
     """
-    return Pattern((), kind=kind, where=where, parts=tuple(some), form=form)
+    return Pattern((), kind=kind, where=where, parts=tuple(some), said=said)
 
 
 def spread(moves: Array, values: Array) -> Array:

@@ -95,13 +95,13 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> tuple[list[Block
     if all(varies(s.values) for s in both):
         # Legs and anchors at two sides each, or a footing that is alike all around.
         for word, law in (("square", lambda x: x * np.abs(x)), ("cube", lambda x: x**3)):
-            form = f"growing with the {word} of the overturning moment about x and about y, to its side"
-            curve = fixed(law, form, "leaning")
-            wide.append(side_by_side((block(curve, s)[0] for s in both), form, "leaning", "base"))
+            said = f"growing with the {word} of the overturning moment about x and about y, to its side"
+            curve = fixed(law, said, "leaning")
+            wide.append(side_by_side((block(curve, s)[0] for s in both), said, "leaning", "base"))
         for other in others:
-            form = f"the overturning moment about x and about y times {other.whole}"
+            said = f"the overturning moment about x and about y times {other.whole}"
             parts = (product_of(line(other), line(s), "leaning")[0] for s in both)
-            wide.append(side_by_side(parts, form, "leaning", "base"))
+            wide.append(side_by_side(parts, said, "leaning", "base"))
     size = Signal(MOMENT, np.hypot(lean[:, 0], lean[:, 1]), f"np.hypot(*{LEAN}[:, :2].T)", "load", LEANING)
     if varies(size.values):
         always = fixed(lambda x: x**0.0, "to the side of {label}, however large", "curve")
