@@ -140,9 +140,6 @@ def _stated(data: str, robot: str | None, cell: Path | None) -> tuple[str, Path 
 def _check_frames(fit: Fit, fitted_effects: Set[str]) -> None:
     """Report DAT030 where a fit without instrument or tool frame misses points by over 1 mm per axis.
 
-    Args:
-        fitted_effects: keys of the effects that were fitted.
-
     Raises:
         PostprocError: DAT030 where it misses them by over `MISMATCH_M`.
     """
