@@ -211,7 +211,7 @@ class Effect:
 
     @classmethod
     def null(cls, **structures: Any) -> Self:
-        """Return the effect with these structural choices and parameters at which it does nothing."""
+        """Return the effect with these structural choices, its parameters at the values at which it does nothing."""
         return cls(**structures)
 
     def vector(self) -> Array:
@@ -241,7 +241,7 @@ class Effect:
 
     @property
     def external_axes(self) -> tuple[str, ...]:
-        """Letters of the external axes that the effect moves."""
+        """Letters (a to f) of the external axes whose errors the effect describes; empty if of none."""
         return ()
 
     @property

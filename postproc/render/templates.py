@@ -27,7 +27,7 @@ def quaternion(values: Sequence[float]) -> list[str]:
 
 
 def axes(values: Sequence[float]) -> list[str]:
-    """External axes [mm], [deg] as RAPID writes them; an unused axis is written 9E9."""
+    """External axes [mm], [deg] as RAPID writes them; an unused axis (``NO_AXIS``) is written 9E9."""
     return ["9E9" if v >= NO_AXIS else rapid_number(v, 6) for v in values]
 
 

@@ -169,7 +169,10 @@ def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
 
 
 def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """Divide the turn of axes 4 and 6 at a straight wrist so that both are in their quadrants, see `_turned`."""
+    """Divide the turn of axes 4 and 6 at a straight wrist so that both are in or near their quadrants.
+
+    Axis 5 is set to exactly straight. Arguments and result are solutions (n, 8, 6) [rad] and quadrants as in `_turned`.
+    """
     forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
     # A quadrant does not own its upper edge.
     low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST

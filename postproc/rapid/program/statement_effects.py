@@ -123,7 +123,7 @@ class EffectReader:
                 called = self.program.routine(name, routine.module)
                 if called is None:
                     reading.unseen_code(name)
-                reading.hand_over(called, read_arguments(routine.source.data, *span), name)
+                reading.add_arguments(called, read_arguments(routine.source.data, *span), name)
             found = self._functions[path, statement.span] = reading.effect()
         return found
 
@@ -193,11 +193,11 @@ class _Reading:
         self.keys.add(UNSEEN)
         self.unseen.append(name)
 
-    def hand_over(self, called: Routine | None, pieces: Sequence[Piece], writer: str) -> None:
-        """Add what a call may do to its arguments.
+    def add_arguments(self, called: Routine | None, pieces: Sequence[Piece], writer: str) -> None:
+        """Add that a call may write its arguments: a routine those that it gets by reference, other code all.
 
         Args:
-            called: the routine; None if it is an instruction or in none of the files, and may write all arguments.
+            called: the routine; None for an instruction and for a routine in none of the files.
             pieces: the arguments; writer: name of what is called, used if ``called`` is None.
         """
         data = self.routine.source.data
@@ -216,10 +216,10 @@ class _Reading:
         """
         found = self.reader.fitting(template)
         for called in found:
-            self.hand_over(called, pieces, "")
+            self.add_arguments(called, pieces, "")
         if not found or None in template:
             self.unseen_code(LATE)
-            self.hand_over(None, pieces, LATE)
+            self.add_arguments(None, pieces, LATE)
 
     def call(self, statement: Statement) -> None:
         """Add a call that is no motion: of a routine, of an instruction, or of what is in none of the files."""
@@ -233,20 +233,20 @@ class _Reading:
         writer = data[statement.span[0] : start].decode("latin-1")
         called = program.routine(word, routine.module)
         if called is not None:
-            self.hand_over(called, read_arguments(data, start, statement.span[1]), writer)
+            self.add_arguments(called, read_arguments(data, start, statement.span[1]), writer)
         elif word in STATE:
             self.keys.add(STATE[word])
         elif word in READ_ONLY:
             if b":=" in data[slice(*statement.span)]:
                 pieces = read_arguments(data, start, statement.span[1])
-                self.hand_over(None, [piece for piece in pieces if piece[0] in WRITTEN], writer)
+                self.add_arguments(None, [piece for piece in pieces if piece[0] in WRITTEN], writer)
         elif word in BY_NAME and word != "getdataval":
             keys = (self.reader.written(d, writer=writer) for d in named_by_text(statement, routine, program))
             self.keys.update(key for key in keys if key is not None)
         else:
             if word not in KNOWN and word not in SIGNATURES:
                 self.unseen_code(writer)
-            self.hand_over(None, read_arguments(data, start, statement.span[1]), writer)
+            self.add_arguments(None, read_arguments(data, start, statement.span[1]), writer)
             if word in LASTING:
                 self.reader.lasting |= self.keys
 
