@@ -39,7 +39,9 @@ class FromTheArm:
         """Follow what the functions ``giving`` (lower-case names) and searches give through a program."""
         self.program, self.giving = program, giving
         into: dict[str, set[str]] = {}
-        for routine in program.all_routines():
+        named = re.compile("|".join(sorted(giving)).encode(), re.IGNORECASE)
+        some = any(named.search(s.data) for s in program.sources) or any("found" in m.roles for m in program.statements)
+        for routine in program.all_routines() if some else ():
             for source, target in self._flows(routine):
                 into.setdefault(source, set()).add(target)
         self.keys = closure([ARM], lambda key: into.get(key, ()))
