@@ -121,3 +121,32 @@ def test_a_part_inside_another_that_is_written_is_not_told_apart(body: str, expe
     declaration = read.declaration("pSet", "M")
     assert declaration is not None
     assert list(WriteEffects(read).paths(declaration)) == expected
+
+
+FOUND = """
+FUNC robtarget fFound()
+  VAR robtarget p;
+  SearchL di1,p,pConst,v5,tool0;
+  RETURN p;
+ENDFUNC
+PROC rSay(string s,num x)
+  VAR robtarget p;
+  p:=CRobT();
+ENDPROC
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("pSet:=CRobT();", {"pset"}),
+        ("pSet:=fFound();", {"pset"}),
+        ("pSet:=pConst; pOwn:=CRobT(); pSet.trans:=pOwn.trans;", {"pset", "pown"}),
+        ("rSay \"a\",n; pSet:=pConst;", set()),
+        ("pSet.extax:=pOwn.extax; pOwn:=CRobT();", {"pown"}),
+        ("pSet:=CalcRobT(jThere,tool0);", set()),
+    ],
+)  # fmt: skip
+def test_what_holds_where_the_arm_stands_is_followed_from_where_it_is_read(body: str, expected: set[str]) -> None:
+    read = program(f"MODULE M\n{DATA}\nPROC main()\n{body}\nENDPROC\n{FOUND}\nENDMODULE\n")
+    assert {key.rsplit(".", 1)[1] for key in WriteEffects(read).measured if ".." in key} == expected

@@ -1,22 +1,19 @@
-"""Functions that are called in expressions: which of them may write data, which do more than calculate, and which data
-holds where the arm stands: what the controller reads there holds the correction already.
-"""
+"""Functions that are called in expressions: which of them may write data, and which do more than calculate."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Set
-from itertools import chain
 
 from postproc.diagnostics import Source, Span
-from postproc.grouping import closure, grouped
+from postproc.grouping import closure
 from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.program.arguments import BY_REFERENCE
 from postproc.rapid.program.instructions import COUNTING
 from postproc.rapid.program.late_binding import TEXT
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.rapid.syntax.tokens import identifiers, word_set
+from postproc.rapid.syntax.tokens import word_set
 
 # Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
 # of which GetNextSym writes.
@@ -38,9 +35,6 @@ READING = word_set("""
     """).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
 # The look-behind keeps the search from starting again at every letter of a long word.
 _CALLED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+\(")
-
-_READS_POSITION = re.compile(rb"(?i)(?<![\w.])c(?:robt|pos|jointt)\s*\(")
-_NO_PLACE = re.compile(rb"(?i)\.\s*(?:extax|robconf)\b")
 
 
 def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:
@@ -118,55 +112,3 @@ def _closings(text: bytes) -> dict[int, int]:
         elif opened:
             found[opened.pop()] = mark.start()
     return found
-
-
-def measured_places(program: Program) -> frozenset[str]:
-    """Keys of data that may hold where the arm stands: from CRobT, CPos, CJointT or a search, or copied from such.
-
-    A routine that reads the position may pass it on: to the data in its call, and to where its value is assigned.
-    """
-    routines = list(program.all_routines())
-    reading = {r.name.lower() for r in routines if _READS_POSITION.search(r.source.data, *r.span)}
-    if not reading and not any(["found" in motion.roles for motion in program.statements]):
-        return frozenset()
-    naming = grouped((word, r.name.lower()) for r in routines for word in identifiers(r.source.data[slice(*r.span)]))
-    reading = closure(reading, lambda name: naming.get(name, ()))
-    found: set[str] = set()
-    copied: dict[str, list[set[str]]] = {}  # by key of data, those of data that it may be copied to
-    for routine in routines:
-        for statement in statements_of(routine):
-            written, value = _written(statement, routine, program)
-            names = identifiers(value)
-            if _READS_POSITION.search(value) or names & reading:
-                found |= _keys(written, routine, program)
-            elif written:
-                keys = _keys(written, routine, program)
-                for key in _keys(names, routine, program):
-                    copied.setdefault(key, []).append(keys)
-            motion = program.motion(routine.source, statement) if statement.kind == "call" else None
-            if motion is not None and (place := motion.argument("found")) is not None:
-                found |= _keys(identifiers(place.text.encode("latin-1")), routine, program)
-    return frozenset(closure(found, lambda key: chain.from_iterable(copied.get(key, ()))))
-
-
-def _written(statement: Statement, routine: Routine, program: Program) -> tuple[set[str], bytes]:
-    """Lower-case names of the data that a statement may write, and the text from which the written value comes.
-
-    Both are empty for an assignment to ``extax`` or ``robconf``, and for statements other than assignments and calls of
-    the program's routines.
-    """
-    data = routine.source.data
-    if statement.kind == "assign":
-        if _NO_PLACE.search(data, *statement.parts[0]):
-            return set(), b""
-        return {statement.word}, data[slice(*statement.parts[1])]
-    if statement.kind == "call" and program.routine(statement.word, routine.module) is not None:
-        text = data[slice(*statement.span)]
-        return identifiers(text) - {statement.word}, text
-    return set(), b""
-
-
-def _keys(names: set[str], routine: Routine, program: Program) -> set[str]:
-    """Keys of the declared data that lower-case names mean inside a routine; undeclared names are dropped."""
-    declared = (program.declaration(name, routine.module, routine.name) for name in names)
-    return {declaration.key for declaration in declared if declaration is not None}

@@ -15,13 +15,9 @@ from postproc.rapid.program.late_binding import BY_NAME, named_by_text
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
-from postproc.rapid.syntax.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
+from postproc.rapid.syntax.tokens import IDENTIFIER, names_at
 
 UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
-# What Dim is asked about is counted, not read.
-_COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
-_DIGITS = rb"(?<![\w\x80-\xff])(?:" + NUMBER + rb")"
-_WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)?(" + IDENTIFIER + rb")"]))
 # After a name: the index of an element, then components.
 _INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
 _COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
@@ -198,13 +194,3 @@ def _is_plain(text: bytes) -> bool:
 def _numbers_only(source: Source, span: Span) -> bool:
     """Whether the text at a span is an aggregate of numbers (``[1,[2,3]]``) in which no name stands."""
     return source.data[span[0] : span[0] + 1] == b"[" and bool(_NUMBERS_ONLY.fullmatch(source.data, *span))
-
-
-def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
-    """Lower-case name and span of each data, routine or instruction named in the text at a span.
-
-    Components, option names, words in strings and comments, and the argument of Dim are left out.
-    """
-    for found in _WORDS.finditer(source.data, *span):
-        if found[2] and not found[1]:
-            yield found[2].decode("latin-1").lower(), found.span(2)

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.program.program import Elsewhere, Program, read_program
-from postproc.rapid.program.references import names_at
 from postproc.rapid.program.scopes import is_shared, shared_name
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module
+from postproc.rapid.syntax.tokens import names_at
 
 _OPEN = re.compile(rb"(?i)\bPERS\s[^:;]{0,500}+;")  # a declaration without a value
 _END = len(b"ENDMODULE")

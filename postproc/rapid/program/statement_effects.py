@@ -111,10 +111,12 @@ class EffectReader:
         Args:
             routine: in which the statement stands.
         """
-        path, (start, end) = routine.source.path, statement.span
-        functions, places = self.calling.get(path, (None, ()))
-        at = bisect_left(places, start)
-        if functions is None or at == len(places) or places[at] >= end:
+        path = routine.source.path
+        if path not in self.calling:
+            return NO_EFFECT
+        functions, places = self.calling[path]
+        at = bisect_left(places, statement.span[0])
+        if at == len(places) or places[at] >= statement.span[1]:
             return NO_EFFECT
         found = self._functions.get((path, statement.span))
         if found is None:

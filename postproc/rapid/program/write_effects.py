@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from functools import cached_property
 
 from postproc.diagnostics import Span
-from postproc.rapid.program.function_effects import acting_functions, measured_places
+from postproc.rapid.program.from_the_arm import FromTheArm
+from postproc.rapid.program.function_effects import acting_functions
 from postproc.rapid.program.instructions import SETTERS
 from postproc.rapid.program.late_binding import LATE
 from postproc.rapid.program.program import Program, statements_in, statements_of
@@ -107,7 +108,7 @@ class WriteEffects:
     @cached_property
     def measured(self) -> frozenset[str]:
         """Keys of data that may hold where the arm stands: by CRobT and the like, by a search, or by copying."""
-        return measured_places(self.program)
+        return frozenset(FromTheArm(self.program).keys & self.program.names.keys())
 
     @cached_property
     def may_be_written(self) -> frozenset[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from postproc.diagnostics import Span
+from postproc.diagnostics import Source, Span
 
 
 def many(choices: bytes) -> bytes:
@@ -40,6 +40,10 @@ MASTER = re.compile(
     rb"|(?P<other>[\x00-\xff])"
 )
 NAMES = re.compile(IDENTIFIER)
+# What Dim is asked about is counted, not read.
+_COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
+_DIGITS = rb"(?<![\w\x80-\xff])(?:" + NUMBER + rb")"
+_WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)?(" + IDENTIFIER + rb")"]))
 # Blanks and comments, as many as there are.
 SKIP = re.compile(many(BLANK + rb"|" + COMMENT))
 
@@ -72,6 +76,16 @@ def number_text(data: bytes, span: Span) -> str:
 def identifiers(data: bytes) -> set[str]:
     """Every word of the text in lower case, those in comments and strings too (a superset is safe for new names)."""
     return {word.decode("latin-1").lower() for word in set(NAMES.findall(data))}
+
+
+def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
+    """Lower-case name and span of each data or routine named in a piece of text.
+
+    Components, option names, words in strings and comments, and the argument of Dim are left out.
+    """
+    for found in _WORDS.finditer(source.data, *span):
+        if found[2] and not found[1]:
+            yield found[2].decode("latin-1").lower(), found.span(2)
 
 
 def word_set(text: str) -> frozenset[str]:

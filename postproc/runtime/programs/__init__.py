@@ -1,6 +1,5 @@
 """Programs whose targets are corrected on the controller.
 
-`from_the_arm` knows data that hold where the arm has stood; `statements` sends targets of a statement through the
-function; `reach` says which statements it can correct; `applied` what it makes of targets that are known; `program`
-puts it into a program.
+`statements` sends targets of a statement through the function; `reach` says which statements it can correct; `applied`
+what it makes of targets that are known; `program` puts it into a program.
 """

@@ -20,19 +20,19 @@ from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.motions.units import MM, tool_matrix
 from postproc.rapid.program.arguments import read_arguments
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.references import names_at
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import names_at
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
 from postproc.render.lines import line_style
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.module import MARKER, NAME
 from postproc.runtime.programs.applied import Applied, apply_module
-from postproc.runtime.programs.from_the_arm import CORRECTING
 from postproc.runtime.programs.reach import Reach
+from postproc.runtime.programs.statements import CORRECTING
 from postproc.runtime.proof.chord import LINE_M
 from postproc.runtime.written import RunTimeModule, write_module
 

@@ -10,12 +10,12 @@ from postproc.compensation.plan import search_starts
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.program.from_the_arm import FromTheArm
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.unknown import Kind, Unknown
-from postproc.runtime.programs.from_the_arm import FromTheArm
-from postproc.runtime.programs.statements import LeftAlone, run_time_edits
+from postproc.runtime.programs.statements import CORRECTING, POSITIONS, LeftAlone, run_time_edits
 
 HOLDS = (
     "its target or work object follows where the arm stood or what a search found, and holds the arm's error already"
@@ -93,7 +93,7 @@ class Reach:
     @cached_property
     def _held(self) -> FromTheArm:
         """Finds data of the program that may hold a position where the arm has stood."""
-        return FromTheArm(self.program)
+        return FromTheArm(self.program, POSITIONS | CORRECTING)
 
     @cached_property
     def _barred(self) -> Mapping[StatementKey, str]:

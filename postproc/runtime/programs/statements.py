@@ -5,6 +5,7 @@ from __future__ import annotations
 from postproc.rapid.data.builtins import FUNCTIONS
 from postproc.rapid.data.events import Argument, MotionStatement
 from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.program.from_the_arm import STANDING
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import (
@@ -19,9 +20,12 @@ from postproc.rapid.syntax.trees import (
     Unary,
 )
 from postproc.rapid.unknown import Unknown
-from postproc.runtime.programs.from_the_arm import POSITIONS
 
 CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
+POSITIONS = STANDING | {"calcrobt"}
+"""Functions that give where the arm stands, or stands with some joint angles."""
+CORRECTING = frozenset({CORRECTED.lower(), CORRECTED_CIRCLE.lower()})
+"""Functions that have corrected what they give."""
 WELDING = ("start", "weld", "end")
 """Phases with the force of the process: where a seam starts, the target is that of what follows."""
 

@@ -5,24 +5,24 @@ Such a position holds the error of the arm already: the arm that is sent there c
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from itertools import product
 
 from postproc.diagnostics import Source, Span
+from postproc.grouping import closure
 from postproc.rapid.program.arguments import BY_REFERENCE, argument_name, paired, read_arguments
 from postproc.rapid.program.late_binding import named_by_text
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.references import names_at
 from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import names_at
 
 ARM = "@arm"
-POSITIONS = frozenset({"crobt", "cpos", "calcrobt", "cjointt"})
-"""Functions that give where the arm stands, or stands with some joint angles."""
-CORRECTING = frozenset({"ppcorrected", "ppcorrectedcirc"})
-"""Functions that have corrected what they give."""
-FROM_THE_ARM = POSITIONS | CORRECTING
+STANDING = frozenset({"crobt", "cpos", "cjointt"})
+"""Functions that give where the arm stands."""
 UNPLACED = frozenset({"bool", "string", "clock", "intnum", "signaldi", "signaldo", "switch"})
 """Types that hold no position and no part of one."""
+_NO_PLACE = re.compile(rb"(?i)\.\s*(?:extax|robconf)\b")  # parts of a target that say nothing of where the TCP is
 Flow = tuple[str, str]
 
 
@@ -30,19 +30,21 @@ class FromTheArm:
     """Finds the data, parameters and functions of a program that may hold a position where the arm has stood.
 
     It follows assignments, arguments and results from functions such as ``CRobT`` and from searches.
+
+    Args:
+        keys: of what may hold such a position.
     """
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
+    def __init__(self, program: Program, giving: frozenset[str] = STANDING) -> None:
+        """Follow what the functions ``giving`` (lower-case names) and searches give through a program."""
+        self.program, self.giving = program, giving
         into: dict[str, set[str]] = {}
-        for routine in program.all_routines():
+        named = re.compile("|".join(sorted(giving)).encode(), re.IGNORECASE)
+        some = any(named.search(s.data) for s in program.sources) or any("found" in m.roles for m in program.statements)
+        for routine in program.all_routines() if some else ():
             for source, target in self._flows(routine):
                 into.setdefault(source, set()).add(target)
-        self.keys, pending = {ARM}, [ARM]
-        while pending:
-            more = into.get(pending.pop(), set()) - self.keys
-            self.keys |= more
-            pending += more
+        self.keys = closure([ARM], lambda key: into.get(key, ()))
 
     def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
         """Whether a piece of text names data, a parameter or a function that may hold a position of the arm.
@@ -64,8 +66,8 @@ class FromTheArm:
     def _key(self, routine: Routine, name: str) -> str | None:
         """Key of the parameter, data or function that a name in a routine means; None if its type holds no position.
 
-        Built-in functions that return where the arm stands, or a corrected target, have the key ``ARM``. Any other name
-        that the program does not declare has None.
+        The functions that give such a position have the key ``ARM``. Any other name that the program does not declare has
+        None.
         """
         parameter = next((p for p in routine.parameters if p.name == name), None)
         if parameter is not None:
@@ -76,7 +78,7 @@ class FromTheArm:
         called = self.program.routine(name, routine.module)
         if called is not None:
             return None if called.type.lower() in UNPLACED else f"{called.key}()"
-        return ARM if name in FROM_THE_ARM else None
+        return ARM if name in self.giving else None
 
     def _flows(self, routine: Routine) -> Iterator[Flow]:
         """Pairs of keys (from, to) of data, parameters or functions between which a routine may pass a value."""
@@ -101,7 +103,7 @@ class FromTheArm:
             spans = [argument.span for argument in motion.arguments]
         elif statement.kind == "assign":
             target, value = statement.parts
-            name = argument_name(source.data, target)
+            name = argument_name(source.data, target) if not _NO_PLACE.search(source.data, *target) else ""
             key = self._key(routine, name) if name else None
             yield from product(self._keys(routine, source, value), [key] if key else [])
             spans = [value]
