@@ -256,7 +256,7 @@ def lifted(g, arm):
 
 
 def test_a_compliance_that_stops_at_its_lower_bound_is_named():
-    fit = base_fit(cell(lifted, seed=963)[0])
+    fit = base_fit(cell(lifted, seed=963, poses=60)[0])
     assert ("joint_compliance", 1) in fit.at_bound
     assert [d.code for d in cautions(fit)] == ["DAT026"]
 
@@ -271,7 +271,7 @@ class Lifted(Effect, reads=("load",)):
 
 
 def test_what_was_held_beside_a_parameter_goes_on_where_that_stops_at_its_bound():
-    before = base_fit(cell(lifted, seed=963)[0])
+    before = base_fit(cell(lifted, seed=963, poses=60)[0])
     fit = fit_model(before.model, before.data, [Lifted.null()])
     assert ("joint_compliance", 1) in fit.at_bound and Lifted.key in {key for key, _ in fit.parameters}
     assert fit.rms == pytest.approx(3e-5, rel=0.12) and before.rms > 3e-4

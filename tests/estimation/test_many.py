@@ -24,7 +24,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PEAK = """
 from tests.cost import peak_mb
 import sys
-import numpy as np
+from postproc.estimation import least_squares
+least_squares.ROWS //= 10  # so that a short table has many more
 from tests.estimation.test_many import table
 from tests.identification.cells import base_fit
 fit = base_fit(table(int(sys.argv[1])))
@@ -54,7 +55,7 @@ def peak(rows: int) -> tuple[float, float]:
 
 
 def test_memory_of_a_fit_does_not_grow_with_the_rows_of_a_table():
-    (few, rms), (many, _) = peak(25_000), peak(50_000)
+    (few, rms), (many, _) = peak(5_000), peak(30_000)
     assert (many - few) / 25_000 < MOST
     assert rms == pytest.approx(NOISE, rel=0.02)
 
