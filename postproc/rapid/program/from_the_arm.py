@@ -66,8 +66,8 @@ class FromTheArm:
     def _key(self, routine: Routine, name: str) -> str | None:
         """Key of the parameter, data or function that a name in a routine means; None if its type holds no position.
 
-        The functions that give such a position have the key ``ARM``. Any other name that the program does not declare has
-        None.
+        The functions that give such a position have the key ``ARM``. Any other name that is not declared
+        has None.
         """
         parameter = next((p for p in routine.parameters if p.name == name), None)
         if parameter is not None:
