@@ -100,8 +100,6 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         )
         (folder / "a.mod").write_text(turned.replace("z10", zone).replace("[900,0,1200]", f"[900,0,120{zone[1:]}]"))
         (folder / "MOC.cfg").write_text(zone)
-    camera = tmp_path / "camera.mod"
-    camera.write_text(PROGRAM.replace("MODULE strange", "MODULE camera").replace("[9000,0,1200]", "[cx,cy,1200]"))
     table = samples / "measurements" / "simulated_backlash.csv"
     step = samples / "measurements" / "simulated_step.csv"
     lines = table.read_text("utf-8").splitlines(keepends=True)
@@ -113,12 +111,9 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
     page = (ROOT / "docs" / "effects.md").read_text("utf-8")
     own.write_text(page.partition("```python\n")[2].partition("```")[0], "utf-8")
     runs: list[tuple[str | Path, ...]] = [
-        ("inspect", samples / "corner_arc.mod"),
         ("inspect", strange),
-        ("compensate", programs / "a.mod"),
         ("compensate", programs / "broken.mod"),
         ("compensate", programs / "a.mod", "--run-time", "all"),
-        ("compensate", camera, "--robot", "irb4600_60_205", "--run-time", "where-needed"),
         ("diff", programs / "a.mod", strange),
         ("diff", strange, tmp_path / "turned.mod"),
         ("diff", old, new),
