@@ -24,11 +24,13 @@ class Pool:
             BAT007 where the cluster is lost.
         workers: how many jobs run at once.
         repeats: a job whose worker is lost is to be tried again; False for a scheduler that does so by itself.
+        lost: tells whether the connection to the workers is lost for good.
     """
 
     make: Callable[[int], Executor]
     workers: int
     repeats: bool = True
+    lost: Callable[[], bool] = lambda: False
 
 
 @contextmanager
@@ -90,7 +92,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
                 raise _lost(address, "the connection is lost")
             return client.get_executor()
 
-        yield Pool(make, max(1, threads), repeats=False)
+        yield Pool(make, max(1, threads), repeats=False, lost=lambda: client.status in ("closing", "closed"))
 
 
 def _quiet() -> None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from postproc.robot.arm import Robot
 
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
+LOOK_S = 1.0  # [s] after which a batch that waits for its workers looks whether there still are any
 
 
 @dataclass(frozen=True)
@@ -258,11 +259,11 @@ def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None,
             if not _submit(executor, job, running, pool):
                 lost.append(job)
             elif len(running) >= AHEAD * pool.workers:
-                yield from _collect(running, lost)
+                yield from _collect(running, lost, pool)
             if lost:
                 break
         while running:
-            yield from _collect(running, lost)
+            yield from _collect(running, lost, pool)
     finally:
         for future in running:
             future.cancel()
@@ -291,13 +292,18 @@ def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job], po
     return True
 
 
-def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Result]:
+def _collect(running: dict[Future[Result], Job], lost: list[Job], pool: Pool) -> Iterator[Result]:
     """Wait for at least one running job; yield results, and append jobs whose worker died to ``lost``.
 
     Args:
         running: jobs by their future; those that are done are taken out.
     """
-    done, _ = wait(running, return_when=FIRST_COMPLETED)
+    done, _ = wait(running, LOOK_S, FIRST_COMPLETED)
+    while not done and not pool.lost():
+        done, _ = wait(running, LOOK_S, FIRST_COMPLETED)
+    if not done:  # jobs that were handed over while the connection broke are never answered
+        lost += running.values()
+        running.clear()
     for future in done:
         job = running.pop(future)
         try:

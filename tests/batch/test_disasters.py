@@ -62,7 +62,10 @@ def test_a_scheduler_that_dies_is_told_and_nothing_is_lost(tmp_path: Path) -> No
                 while not list((tmp_path / "out").rglob("*.mod")) and time.monotonic() < until:
                     time.sleep(0.05)
                 scheduler.kill()
-                _, told = work.communicate(timeout=LONGEST_S)
+                try:
+                    _, told = work.communicate(timeout=LONGEST_S)
+                finally:
+                    work.kill()
     assert work.returncode == 2 and told.count("error[BAT007]") == 1, told
     assert "Traceback" not in told and "asyncio" not in told, told
     assert "BAT008" not in told, "no task is to blame"

@@ -8,7 +8,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from multiprocessing import get_context
@@ -33,6 +33,13 @@ class Deadly(ProcessPoolExecutor):
         if args and args[0].name == "line1/Seam1.mod":
             return super().submit(os._exit, 9)
         return super().submit(fn, *args, **kwargs)
+
+
+class Silent(Executor):
+    """Takes jobs and answers none: what a Dask client does with those that it gets while its connection breaks."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return Future()
 
 
 class Shot(ProcessPoolExecutor):
@@ -149,3 +156,18 @@ def test_a_scheduler_that_is_not_there_is_an_error() -> None:
         with pytest.raises(PostprocError) as caught, cluster_pool("tcp://127.0.0.1:9", timeout=0.5):
             pass
     assert caught.value.diagnostics[0].code == "BAT007"
+
+
+def test_jobs_that_a_lost_scheduler_never_answers_are_not_waited_for(tmp_path: Path) -> None:
+    made: list[int] = []
+
+    def make(count: int) -> Executor:
+        made.append(count)
+        if len(made) > 1:
+            raise PostprocError.of("BAT007", "the connection is lost")
+        return Silent()
+
+    source = programs(tmp_path / "in", 2)
+    with pytest.raises(PostprocError) as caught:
+        run_batch(ready(source, tmp_path / "out"), Pool(make, 1, repeats=False, lost=lambda: True), lambda _: None)
+    assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
