@@ -22,9 +22,11 @@ from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.forms import ordinary
 from postproc.identification.candidates.nonlinear import refit_form
 from postproc.identification.gain import laplace
-from postproc.measure.significance import CHANCE
 from postproc.model.arm import Model
 
+SIGNIFICANT = 5e-3
+"""Chance of a false alarm allowed for an effect, everything that was tried counted; of 22 poses a stricter one misses
+effects that are there."""
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 CLEARLY = 2.0
@@ -193,11 +195,11 @@ def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
 
 
 def convincing(candidate: Candidate) -> bool:
-    """Return whether a candidate has positive log evidence and a p value below `CHANCE`.
+    """Return whether a candidate has positive log evidence and a p value below `SIGNIFICANT`.
 
     The p value counts where few measured numbers are left to estimate the noise: there the evidence is too sure.
     """
-    return candidate.evidence > 0 and candidate.p_value < CHANCE
+    return candidate.evidence > 0 and candidate.p_value < SIGNIFICANT
 
 
 def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
