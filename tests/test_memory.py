@@ -13,7 +13,7 @@ from tests.cost import peak_mb
 import sys
 from postproc import arrays
 whole = arrays.blocks
-arrays.blocks = lambda n, size: whole(n, size // 10)  # so that a short program has many of them
+arrays.blocks = lambda n, size=0: whole(n, (size or arrays.BLOCK) // 10)  # so that a short program has many of them
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source

@@ -19,7 +19,7 @@ from postproc.identification.add import add_effects
 from postproc.identification.candidates.candidate import Screen
 from postproc.identification.candidates.composition import compose
 from postproc.identification.candidates.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
-from postproc.model.derivatives.places import carried
+from postproc.model.derivatives.places import load_parts
 from postproc.model.equilibrium import predict
 from tests.identification.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
@@ -92,9 +92,9 @@ def test_the_answer_to_an_effect_is_what_it_does_to_the_prediction():
 
 
 def _together_as_alone(some, state):
-    every = carried(loads_of(some, state))
+    every = load_parts(loads_of(some, state))
     for k, one in enumerate(some):
-        alone = carried(load_of(one, state))
+        alone = load_parts(load_of(one, state))
         assert set(alone) == set(every)
         for at, share in alone.items():
             assert every[at][:, :, k] == pytest.approx(share, abs=1e-9)
