@@ -74,10 +74,12 @@ def _backup(task: Task, place: Path) -> Path | None:
 
 
 def _from_outside(settings: Settings, backup: Path, inherited: Mapping[str, str]) -> list[Diagnostic]:
-    """Return BAT019 where a settings file outside the backup states forces or corrected parts of its cell.
+    """Return BAT019 where a settings file outside the backup states what holds for the cell of the backup alone.
+
+    That is the process force and moment, and what of the arm's error the controller corrects itself (``already``).
 
     Args:
-        inherited: keys that a settings file states, with their values as text.
+        backup: folder of the backup. inherited: keys that a settings file states, with their values as text.
     """
     keys = [key for key in PROCESS if key in inherited]
     if not keys or real(settings.stated_in[0]).is_relative_to(backup):

@@ -246,7 +246,11 @@ def _not_written(path: Path, error: OSError) -> PostprocError:
 
 
 def _unfinished(root: Path, part: str) -> Path:
-    """Return the folder for files that are being written."""
+    """Return the folder in which files are written before they are moved into the output folder ``root``.
+
+    Args:
+        part: name of the shard that writes them, ``all`` without shards.
+    """
     return root / STATE / f"{part}.unfinished"
 
 

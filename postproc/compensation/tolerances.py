@@ -31,7 +31,10 @@ def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:
 
 
 def in_scope(moves: Sequence[Move], options: Options) -> Flags:
-    """(m,) moves whose goals are corrected; with the scope ``welds`` those of weld moves and of moves before them."""
+    """(m,) moves whose goals are corrected: with the scope ``welds`` weld moves, and the move just before each of them.
+
+    A move before is left out where a chain of moves begins behind it. Without a weld all moves are corrected.
+    """
     if options.scope == "all" or not _any_weld(moves):
         return np.ones(len(moves), dtype=bool)
     welding = np.array([move.welding for move in moves])

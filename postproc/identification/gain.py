@@ -60,10 +60,11 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
 
 
 def _gains(linear: Linear, stack: Stack) -> Gain:
-    """Return the gain of M groups of columns C of one width, from G = C^T M C and b = C^T M y.
+    """Return fall, count, visible size and evidence, (M,) each, of the M forms in a stack.
 
-    M projects out the fitted parameters. Least squares lower the sum of squares by b^T (G + s^2/w^2)^-1 b, where
-    parameters scatter by w = 3 ordinary sizes; or by w = 3 d for a factor d of some decades, at the price 2 |log d|.
+    For a form with whitened columns C, and data y, G = C^T P C and b = C^T P y, where P projects out the fitted
+    parameters. With parameters that scatter by a = 3 d ordinary sizes, least squares lower the sum of squares by
+    b^T (G + s^2/a^2)^-1 b; the factor d (some decades) of the largest evidence is taken, which costs 2 |log d| of it.
     Directions that the data cannot see cost and bring nothing.
     """
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming

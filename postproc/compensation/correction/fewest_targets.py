@@ -161,7 +161,9 @@ def _at_shares(samples: Samples, i: int, shares: Array) -> tuple[int, ...]:
 
 
 def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
-    """(m,) largest weighted distance [m] of each move's correction from the chord between those at its own ends.
+    """(m,) largest weighted distance [m] of each move's correction from linear interpolation between its two ends.
+
+    Only the part across the move's own chord counts.
 
     Args:
         shift: (n, 3) correction of the position at each sample [m].

@@ -120,5 +120,8 @@ def foreign(unit: str, columns: Sequence[str]) -> str:
 
 
 def columns_read(cls: type[Effect]) -> tuple[str, ...]:
-    """Return the columns of the measurement table that an effect reads: ``reads`` without the channels of a state."""
+    """Return the columns of the measurement table that an effect reads.
+
+    They are its ``reads`` without the channels of a state, what the model fills in, and ``row``.
+    """
     return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))

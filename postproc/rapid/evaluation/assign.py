@@ -245,7 +245,7 @@ def differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[
 
 
 def _alike(before: object, now: object) -> bool:
-    """Whether two values are equal, where any two unknown values (or parts) count as equal."""
+    """Whether two values are equal; two unknown values count as equal, partly known ones if their parts do."""
     match before, now:
         case PartlyUnknown(), PartlyUnknown():
             return _alike(before.data, now.data)
