@@ -167,7 +167,16 @@ def test_jobs_that_a_lost_scheduler_never_answers_are_not_waited_for(tmp_path: P
             raise PostprocError.of("BAT007", "the connection is lost")
         return Silent()
 
-    source = programs(tmp_path / "in", 2)
-    with pytest.raises(PostprocError) as caught:
-        run_batch(ready(source, tmp_path / "out"), Pool(make, 1, repeats=False, lost=lambda: True), lambda _: None)
-    assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
+    work = ready(programs(tmp_path / "in", 2), tmp_path / "out")
+    said: list[str] = []
+
+    def convert_all() -> None:
+        try:
+            run_batch(work, Pool(make, 1, repeats=False, lost=lambda: True), lambda _: None)
+        except PostprocError as error:
+            said.extend(d.code for d in error.diagnostics)
+
+    waiting = threading.Thread(target=convert_all, daemon=True)  # a batch that waits for ever fails, and ends with us
+    waiting.start()
+    waiting.join(30.0)
+    assert said == ["BAT007"]
