@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from postproc.diagnostics import Diagnostic, joined
 from postproc.effects.roles import Role
 from postproc.estimation.fitted import Fit
+from postproc.estimation.posterior import anywhere
 from postproc.estimation.recorded import recorded_model
-from postproc.estimation.unseen import anywhere
 from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.errors import distances
 from postproc.measure.measurements import Measurements
@@ -159,21 +159,24 @@ def _unphysical(fit: Fit) -> list[Diagnostic]:
     effect = fit.model.in_role(Role.JOINT_SPRINGS)
     if effect is None:
         return []
-    x, width = effect.vector().copy(), fit.intervals[effect.key]
+    # The prior keeps springs positive: what counts is where the rows alone would have them.
+    x, width = effect.vector().copy(), np.full(len(effect.vector()), np.inf)
+    step = fit.inverse @ (fit.columns.T @ fit.problem.residual)
+    for k, (key, j) in enumerate(fit.parameters):
+        if key == effect.key:
+            x[j] += step[k]
+            width[j] = 1.96 * np.sqrt(fit.scatter_of_parameters * fit.inverse[k, k])
     for j in (i for key, i in fit.at_bound if key == effect.key):
-        # What stopped at a bound is judged by where it would have gone.
-        alone = np.arange(len(x)) == j
-        column = fit.linear.project(fit.problem.slopes(effect, alone))
+        column = fit.linear.project(fit.problem.slopes(effect, np.arange(len(x)) == j))
         told = float(np.sum(column**2))
         x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
         width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
-    sure = np.nan_to_num(width, nan=np.inf)
-    joints = [str(j + 1) for j in np.flatnonzero(x + sure < 0)]
+    joints = [str(j + 1) for j in np.flatnonzero(x + width < 0)]
     if not joints:
         return []
     which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
     message = f"the fitted compliance of {which} is negative: no gear yields against its load"
     help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
-    if len(joints) > 1 and not (x > sure).any():
+    if len(joints) > 1 and not (x > width).any():
         help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"
     return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]

@@ -11,6 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.estimation.evidence import CLOSE
 from postproc.estimation.leftover import Leftover, split_residual
+from postproc.estimation.posterior import Posterior, posterior_of
 from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
 from postproc.measure.significance import DOUBTFUL, chance_of_excess
@@ -111,17 +112,27 @@ class Fit(Solution):
         return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))
 
     @cached_property
-    def covariance(self) -> Array:
-        """(p, p) covariance of the fitted parameters: s^2 (A^T A + penalty^2)^-1 over the share of independent rows.
+    def posterior(self) -> Posterior:
+        """What the rows and the priors say about the parameters together, at the parameters where the fit stands.
 
-        s^2 is the residual variance, or that on unseen poses where it is larger. Errors of the model are common to
-        repeats of a pose: with their share f of the variance, m repeats count as m / (1 + (m - 1) f) rows.
+        Its scatter s^2 is the residual variance, or that on unseen poses where it is larger, over the share of
+        independent rows.
         """
-        return np.asarray(self.scatter_of_parameters * self.inverse)
+        return posterior_of(self, self.scatter_of_parameters)
+
+    @property
+    def covariance(self) -> Array:
+        """(p, p) covariance of the fitted parameters, in the order of ``parameters``, beside given values of the others."""
+        count = len(self.parameters)
+        return self.posterior.covariance[:count, :count]
 
     @cached_property
     def scatter_of_parameters(self) -> float:
-        """Factor between (A^T A + penalty^2)^-1 (`inverse`) and the covariance of the fitted parameters."""
+        """Factor between (A^T A + penalty^2)^-1 and the covariance of the fitted parameters by the rows alone.
+
+        Errors of the model are common to repeats of a pose: with their share f of the variance, m repeats count as
+        m / (1 + (m - 1) f) rows.
+        """
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
@@ -129,9 +140,9 @@ class Fit(Solution):
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:
-        """Standard deviation of each fitted parameter, by effect key and index in the effect's vector."""
-        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return dict(zip(self.parameters, deviations.tolist(), strict=True))
+        """Standard deviation of each parameter, by effect key and index in the effect's vector."""
+        names = (*self.posterior.names, *self.posterior.left_open)
+        return dict(zip(names, self.posterior.deviations.tolist(), strict=True))
 
     @cached_property
     def intervals(self) -> dict[str, Array]:

@@ -13,6 +13,7 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role
 from postproc.effects.roles import FRAMES, Role
 from postproc.estimation.fitted import Fit
+from postproc.estimation.priors import prior_of
 from postproc.estimation.problem import Problem, Weights, make_weights
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.reweight import far_off, reweighted
@@ -90,7 +91,7 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     Args:
         effects, noise, terms: as in `fit_model`.
     """
-    new = {e.key: e for e in effects}
+    new = {e.key: e.with_vector(prior_of(e, model).value) if e.is_null else e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_sorting_key)
     figures = estimate_noise(data, noise)

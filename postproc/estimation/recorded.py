@@ -10,7 +10,6 @@ import numpy as np
 
 from postproc import __version__
 from postproc.estimation.fitted import Fit
-from postproc.estimation.unseen import unseen
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 from postproc.numbers import mm
@@ -19,7 +18,8 @@ from postproc.numbers import mm
 def recorded_model(fit: Fit) -> Model:
     """Return the fitted model with its table [fit]: data and its hash, figures, covariance, measured range, version."""
     data = fit.data
-    known = Uncertainty(fit.parameters, fit.covariance, left_of_pose(fit), *unseen(fit))
+    after = fit.posterior
+    known = Uncertainty(after.names, after.covariance, left_of_pose(fit), after.left_open, after.directions)
     key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),

@@ -16,6 +16,7 @@ from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.rounding import misjudged
+from postproc.estimation.solving.settle import settled
 from postproc.estimation.solving.solve import Terms
 from postproc.identification.acceptance import fitted_best
 from postproc.identification.candidates.candidate import Screen
@@ -156,7 +157,8 @@ def _added(
     watch("all of it", (len(classes) + 1) / total)
     final = on_all_rows(found, [cls.key for cls in classes])
     no_farther_than_nominal(final)
-    steps.append(Step(f"+ {classes[-1].key}", final, final.model))
+    after = settled(final)
+    steps.append(Step(f"+ {classes[-1].key}", after, after.model))
     level = final.parts.level
     floor = bound if level is None else level
     top = steps[0].fit.held_out_rms
@@ -196,7 +198,7 @@ def fit_effects(
     for cls in classes:
         if cls.structures():
             fit = grown(fit, cls)
-    return fit
+    return settled(fit)
 
 
 def grown(fit: Fit, cls: type[Effect]) -> Fit:

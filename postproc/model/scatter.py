@@ -12,12 +12,24 @@ from postproc.effects.roles import Role
 from postproc.model.arm import Model
 from postproc.model.deflection import Deflection
 from postproc.model.loads import loaded_state
+from postproc.robot.arm import Robot
 from postproc.robot.kinematics import jacobian
 
 DRAWS = 4096
 WITHIN_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
 STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
 """Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
+PUBLISHED_FACTOR, UNKNOWN_FACTOR = 1.5, 10.0
+"""The same about a stiffness that was measured on one arm of the type, and about an ordinary size of any arm."""
+
+
+def stiffness_factors(robot: Robot) -> Array:
+    """Return (6,) factors within which 95 % of arms of a type lie about the joint compliance of its file."""
+    if robot.stiffness_factor is not None:
+        return robot.stiffness_factor
+    if robot.joint_compliance is None:
+        return np.full(6, UNKNOWN_FACTOR)
+    return np.full(6, PUBLISHED_FACTOR) if robot.stiffness_source == "measured" else STIFFNESS_FACTOR
 
 
 def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
@@ -44,7 +56,7 @@ def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
     if not gram.any():
         return 0.0, 0.0
     robot = model.robot
-    factor = STIFFNESS_FACTOR if robot.stiffness_factor is None else robot.stiffness_factor
+    factor = stiffness_factors(robot)
     masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
     spread = np.concatenate([np.log(factor) / WITHIN_95, np.log(masses[1:])])
     drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)

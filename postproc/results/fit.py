@@ -10,7 +10,6 @@ from postproc.diagnostics import Diagnostic
 from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
 from postproc.estimation.recorded import left_of_pose
-from postproc.estimation.unseen import unseen
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
 from postproc.numbers import mm
@@ -161,7 +160,7 @@ def structure_values(fit: Fit, key: str) -> Values:
 
 def not_identifiable(fit: Fit) -> list[str]:
     """Return names of the parameters that this data cannot determine, such as ``joint_offset.offset_rad[1]``."""
-    return [parameter_name(fit, key, i) for key, i in unseen(fit)[0]]
+    return [parameter_name(fit, key, i) for key, i in fit.posterior.left_open]
 
 
 def parameter_name(fit: Fit, key: str, index: int) -> str:

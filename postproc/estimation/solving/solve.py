@@ -12,6 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.estimation.fitted import Fit
+from postproc.estimation.priors import prior_of
 from postproc.estimation.problem import Problem
 from postproc.estimation.solving.determined import slope
 from postproc.estimation.solving.reweight import reweighted
@@ -137,7 +138,7 @@ def _blocking(at: Slope, stopped: set[Name], slope_without: Callable[[set[Name]]
 def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
     """Return the values (q,), by effect key, that parameters take where the data cannot determine them.
 
-    For amplitudes of new effects, and those in ``determined``, it is null; for other parameters the model's value.
+    For amplitudes of new effects, and those in ``determined``, it is that of `prior_of`; for others the model's value.
 
     Args:
         fresh: keys of effects that no fit has seen.
@@ -147,7 +148,7 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
     for effect in problem.model.effects:
         x, amplitude = effect.vector(), effect.amplitudes()
         gone = [amplitude[i] and (effect.key in fresh or (effect.key, i) in determined) for i in range(len(x))]
-        prior[effect.key] = np.where(gone, effect.null_vector(), x)
+        prior[effect.key] = np.where(gone, prior_of(effect, problem.model).value, x)
     return prior
 
 
