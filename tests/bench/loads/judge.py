@@ -38,14 +38,15 @@ class Failed(Exception):
     """A command ended with another exit code than 0."""
 
 
-def command(*words: str | Path) -> None:
-    """A command of the product, in this process."""
+def command(*words: str | Path) -> str:
+    """What a command of the product prints, in this process."""
     said, errors = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
         code = run_command(build(), [str(word) for word in words])
     if code:
         lines = [x for x in errors.getvalue().splitlines() if x.startswith(("error", "internal"))]
         raise Failed(f"`{words[0]}` ends with {code}: {' '.join(lines)[:200] or errors.getvalue()[-200:]}")
+    return said.getvalue()
 
 
 def asked_state(model: Model, one: Set, k: int | None) -> State:
