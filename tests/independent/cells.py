@@ -14,7 +14,7 @@ DEG = np.pi / 180
 
 @dataclass(frozen=True)
 class States:
-    """n measured states; SI and radians, temperature in degC, time in s."""
+    """n measured states; SI and radians, temperature in degC, time in s; force and moment (n, 3) on the TCP, base axes."""
 
     q: np.ndarray
     approach: np.ndarray
@@ -25,6 +25,8 @@ class States:
     v: np.ndarray | None = None
     a: np.ndarray | None = None
     session: np.ndarray | None = None
+    force: np.ndarray | None = None
+    moment: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.q)
@@ -73,7 +75,9 @@ class Cell:
 
 def settle(cell: Cell, s: States) -> A.Equilibrium:
     """Where the arm stands under all loads."""
-    load = A.Load(s.mass, s.center, gravity=cell.gravity)
+    none = np.zeros(3)
+    force, moment = (none if x is None else x for x in (s.force, s.moment))
+    load = A.Load(s.mass, s.center, force, moment, cell.gravity)
 
     def displace(f: A.Frames, tau: np.ndarray, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         dq = cell.offset + tau * cell.compliance

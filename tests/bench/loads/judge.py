@@ -1,0 +1,205 @@
+"""One set, fitted as a user would, and the change of the TCP under loads that its table did not have."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from postproc import read_model
+from postproc.cli.app import build
+from postproc.cli.run import run as run_command
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.model.uncertainty import derivatives, predict_sigma, read_uncertainty
+from tests.bench.loads.sets import FORCES, Set, draw
+from tests.independent.cells import seen_by_instrument, settle
+
+WORSE = 1.1
+"""Error over that of the shipped model which no fit may exceed."""
+INSIDE = (0.88, 0.99)
+"""Share of 95 % intervals that hold, over all sets."""
+TOLD = 0.3
+"""Standard deviation of the logarithm of a compliance after the table, over that before, below which the table tells it."""
+PULL = 3.0
+"""Standard deviations of a perfect fit by which a compliance that the table tells may be off."""
+LOADS = len(FORCES)
+
+
+class Failed(Exception):
+    """A command ended with another exit code than 0."""
+
+
+def command(*words: str | Path) -> str:
+    """What a command of the product prints, in this process."""
+    said, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(errors):
+        code = run_command(build(), [str(word) for word in words])
+    if code:
+        lines = [x for x in errors.getvalue().splitlines() if x.startswith(("error", "internal"))]
+        raise Failed(f"`{words[0]}` ends with {code}: {' '.join(lines)[:200] or errors.getvalue()[-200:]}")
+    return said.getvalue()
+
+
+def asked_state(model: Model, one: Set, k: int | None) -> State:
+    """The unseen states under the k-th load, or none, as the product has them."""
+    s = one.asked if k is None else one.loaded(k)
+    wrench = None if s.force is None or s.moment is None else np.concatenate([s.force, s.moment], axis=1)
+    return model.state(
+        s.q, payload_mass=s.mass, payload_center=s.center, approach=s.approach, temperature=s.temperature, time=s.time,
+        wrench=np.zeros((len(s), 6)) if wrench is None else wrench,
+    )  # fmt: skip
+
+
+def change(model: Model, one: Set) -> np.ndarray:
+    """(loads, n, 3) [m] by which the loads move the predicted TCP."""
+    at = [predict(model, asked_state(model, one, k))[:, :3, 3] for k in (None, *range(LOADS))]
+    return np.stack(at[1:]) - at[0]
+
+
+def change_sigma(model: Model, one: Set) -> np.ndarray:
+    """(loads, n, 3) standard deviation of the predicted change [m]: what all parameters together leave open of it.
+
+    NaN where the model file states no covariance. What no effect explains is a function of the joint angles, which
+    stay.
+    """
+    known = read_uncertainty(model)
+    if known is None:
+        return np.full((LOADS, len(one.asked), 3), np.nan)
+    parameters = (*known.parameters, *known.held)
+    at = [derivatives(model, asked_state(model, one, k), parameters)[0] for k in (None, *range(LOADS))]
+    d = np.stack(at[1:]) - at[0]
+    count = len(known.parameters)
+    variance = np.einsum("knip,pq,kniq->kni", d[..., :count], known.covariance, d[..., :count])
+    if len(known.unseen):
+        variance += ((d @ known.unseen.T) ** 2).sum(axis=-1)
+    return np.sqrt(np.maximum(variance, 0))
+
+
+def compliance(model: Model) -> np.ndarray:
+    """(6,) [rad/(N m)] of the model's joint springs."""
+    springs = model.effect("joint_compliance")
+    return np.zeros(6) if springs is None else np.asarray(springs.vector())
+
+
+def rms(e: np.ndarray) -> float:
+    """Root mean square of the lengths of (..., 3) [mm]."""
+    return 1e3 * float(np.sqrt((e**2).sum(axis=-1).mean()))
+
+
+def figures(model: Model, one: Set, true: np.ndarray, shipped: float) -> dict[str, Any]:
+    """What a fitted model says of the loads, beside what is true (loads, n, 3) in the instrument's frame [m]."""
+    error, sigma = change(model, one) - true, change_sigma(model, one)
+    inside = np.abs(error) <= 1.96 * sigma
+    poses, pose_sigma = [], []
+    for k in range(LOADS):
+        states = one.loaded(k)
+        seen = seen_by_instrument(one.cell, states, settle(one.cell, states))
+        asked = asked_state(model, one, k)
+        poses.append(predict(model, asked)[:, :3, 3] - seen)
+        pose_sigma.append(predict_sigma(model, asked))
+    own = compliance(model)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pull = np.log(own / one.cell.compliance) / one.sure
+    return {
+        "error_mm": rms(error),
+        "worst_mm": 1e3 * float(np.sqrt((error**2).sum(axis=-1)).max()),
+        "ratio": rms(error) / shipped,
+        "said_mm": 1e3 * float(np.sqrt((sigma**2).sum(axis=-1).mean())),
+        "inside": float(inside.mean()),
+        "inside_each_load": inside.mean(axis=(1, 2)).round(3).tolist(),
+        "pose_error_mm": rms(np.stack(poses)),
+        "pose_inside": float((np.abs(np.stack(poses)) <= 1.96 * np.stack(pose_sigma)[..., None]).mean()),
+        "compliance_error": (own / one.cell.compliance - 1).tolist(),
+        "compliance_pull": np.where(np.isfinite(pull), pull, 1e9).tolist(),
+        "negative_springs": int((own < 0).sum()),
+    }
+
+
+def judge(one: Set) -> dict[str, Any]:
+    """All figures of one set; lengths [mm] are root mean squares over poses and loads."""
+    begin = time.process_time()
+    true = np.stack([one.true_change(k) for k in range(LOADS)])
+    seen = true @ one.cell.instrument[:3, :3].T
+    shipped = replace(read_model(one.type.name), T_flange_tcp=one.tool)
+    error = rms(change(shipped, one) - true)
+    found: dict[str, Any] = {
+        "set": one.name, "arm": one.type.name, "table": one.table, "hidden": one.key, "poses": one.poses, "rounded": one.rounded,
+        "noise_mm": 1e3 * one.noise, "change_mm": rms(true), "shipped_mm": error, "told": one.told.round(4).tolist(),
+        "shipped_compliance_error": (one.type.compliance / one.cell.compliance - 1).tolist(),
+    }  # fmt: skip
+    with TemporaryDirectory() as folder:
+        table, model, better = (Path(folder) / name for name in ("rows.csv", "model.toml", "better.toml"))
+        table.write_text(one.csv)
+        steps: list[tuple[str, Path, Sequence[str | Path]]] = [
+            ("fitted", model, ("fit", table, "--robot", one.type.name, "-o", model))
+        ]
+        if one.key:
+            steps.append(("added", better, ("add", model, one.key, "--data", table, "-o", better)))
+        for name, file, words in steps:
+            try:
+                command(*words)
+                found[name] = figures(read_model(file), one, seen, error)
+            except Exception as failure:  # a failure is a figure of the set
+                found[name] = {"failed": f"{type(failure).__name__}: {failure}"[:300]}
+                break
+    return found | {"cpu_s": time.process_time() - begin}
+
+
+def drawn(index: int, seed: int = 0, masses: bool = False) -> dict[str, Any]:
+    """The figures of the set with this number. Args: as of `draw`."""
+    return judge(draw(index, seed, masses))
+
+
+def faults(found: dict[str, Any]) -> list[str]:
+    """What of one set is not as it must be: a model that is worse than the shipped one, a told joint that is missed."""
+    some = []
+    for name in ("fitted", "added"):
+        if (x := found.get(name)) is None:
+            continue
+        if "failed" in x:
+            some.append(f"{found['set']}: {name} {x['failed']}")
+            continue
+        if x["ratio"] > WORSE:
+            some.append(
+                f"{found['set']}: {name} misses the change by {x['error_mm']:.3f} mm, shipped {found['shipped_mm']:.3f}"
+            )
+        # What is hidden bends the springs of a fit that lacks it, and shares its knowledge with them once it is added.
+        if not found["hidden"]:
+            for j, (told, pull) in enumerate(zip(found["told"], x["compliance_pull"], strict=True)):
+                if told < TOLD and abs(pull) > PULL:
+                    off = 100 * x["compliance_error"][j]
+                    some.append(
+                        f"{found['set']}: {name} joint {j + 1} is {off:+.0f} % off, {abs(pull):.1f} standard deviations"
+                    )
+    return some
+
+
+def inside(results: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Share of the intervals that hold, over all sets: of fits that lack nothing, and of models with the effect added."""
+    complete = [x["fitted"]["inside"] for x in results if not x["hidden"] and "inside" in x["fitted"]]
+    added = [x["added"]["inside"] for x in results if "inside" in x.get("added", {})]
+    return {k: float(np.mean(v)) for k, v in (("fitted", complete), ("added", added)) if v}
+
+
+SMALL = (0, 6, 9, 20)
+"""Numbers of the sets that stand for all: nothing hidden, an effect of the payload, and a pulled table."""
+
+
+def judge_small() -> list[str]:
+    """What of a few sets is not as it must be, in a few seconds; empty where all is well."""
+    results = [drawn(index) for index in SMALL]
+    some = [fault for found in results for fault in faults(found)]
+    shares = inside(results)
+    low, high = INSIDE[0] - 0.08, 1.0  # few sets scatter more than many
+    return some + [
+        f"{name}: {100 * x:.0f} % of the intervals hold" for name, x in shares.items() if not low <= x <= high
+    ]
