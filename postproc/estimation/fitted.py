@@ -122,7 +122,7 @@ class Fit(Solution):
 
     @property
     def covariance(self) -> Array:
-        """(p, p) covariance of the fitted parameters, in the order of ``parameters``, beside given values of the others."""
+        """(p, p) covariance of the fitted parameters in the order of ``parameters``, the open ones given."""
         count = len(self.parameters)
         return self.posterior.covariance[:count, :count]
 

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import GRAVITY, Array
-from postproc.effects.base import Effect
 from postproc.effects.contract import State
-from postproc.effects.roles import Role
-from postproc.estimation.priors import lognormal_deviation, prior_of
+from postproc.estimation.priors import HARDLY, is_placed, lognormal_deviation, prior_of
 from postproc.estimation.solution import Solution
 from postproc.estimation.solving.step import Name
 from postproc.model.uncertainty import derivatives
@@ -24,8 +22,6 @@ NOTHING, SAME = 1e-7, 0.01
 up for it everywhere: such a parameter only says the same in other axes (joint 1 and the base)."""
 FORCE = 0.5
 """Share of the weight of the rated payload that pulls in any direction where a model is asked for what rows lack."""
-HARDLY = 0.7
-"""Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
 STEPS, SETTLED = 60, 1e-10
 SMALLEST = 1e-3
 """Share of the prior's median from which a positive parameter begins that the rows alone make smaller or negative."""
@@ -92,7 +88,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     log = np.array([priors[key].log[i] for key, i in names], dtype=bool)
     spread = np.array([priors[key].spread[i] for key, i in names])
     # A frame may be anywhere, and the penalty of a free function is its prior.
-    free = np.array([k < count and _is_placed(effects[key]) for k, (key, _) in enumerate(names)], dtype=bool)
+    free = np.array([k < count and is_placed(effects[key]) for k, (key, _) in enumerate(names)], dtype=bool)
     spread = np.where(free | (penalty > 0), np.inf, spread)
 
     columns = _columns(fit, names)
@@ -123,7 +119,7 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
         tuple(names[k] for k in shown),
         directions * wide,
         np.where(np.isinf(spread), np.inf, deviation)[kept],
-        tuple(priors[names[k][0]].source for k in kept),
+        tuple(priors[names[k][0]].source[names[k][1]] for k in kept),
     )
 
 
@@ -139,11 +135,6 @@ def anywhere(state: State, low: Array, high: Array) -> State:
     return rows.with_(q=random.uniform(low, high, (ELSEWHERE, 6)))
 
 
-def _is_placed(effect: Effect) -> bool:
-    """Return whether an effect says where something was put: the instrument, the tool, the instrument of a session."""
-    return effect.is_frame or effect.role is Role.SESSION_FRAMES
-
-
 def _columns(fit: Solution, names: Sequence[Name]) -> Array:
     """Return (N, p) whitened derivatives of the prediction by parameters, those of the fit first."""
     columns = np.empty((len(fit.problem.residual), len(names)))
@@ -156,9 +147,7 @@ def _columns(fit: Solution, names: Sequence[Name]) -> Array:
     return columns
 
 
-def _likeliest(
-    gram: Array, pull: Array, start: Array, median: Array, spread: Array, log: NDArray[np.bool_]
-) -> Array:
+def _likeliest(gram: Array, pull: Array, start: Array, median: Array, spread: Array, log: NDArray[np.bool_]) -> Array:
     """Return x (p,) at which (x - x_0)^T G (x - x_0) - 2 b^T (x - x_0) + |(x - m) / S|^2 is least.
 
     Gauss and Newton, in the logarithms of positive parameters, each step by a factor e at most and halved until the sum

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,15 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.roles import Role
 from postproc.effects.similarity import ordinary_sizes
-from postproc.model.arm import Model
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model, StatedPrior
 from postproc.model.scatter import WITHIN_95, stiffness_factors
+from postproc.model.uncertainty import read_uncertainty
+
+HARDLY = 0.7
+"""Share of its prior deviation above which a parameter was not determined: rows have said less than half of it."""
+CHANGED = 0.1
+"""Share of its first deviation by which an arm may have changed since an earlier table: zeros move, parts wear."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +30,13 @@ class Prior:
     Args:
         value: (q,) median. spread: (q,) standard deviation, of the logarithm where ``log``; inf where nothing is known.
         log: (q,) mask of parameters that are positive, with a normal logarithm: the compliance of a spring.
-        source: where value and spread come from.
+        source: (q,) where value and spread come from.
     """
 
     value: Array
     spread: Array
     log: NDArray[np.bool_]
-    source: str
+    source: tuple[str, ...]
 
     def deviation(self) -> Array:
         """Return the standard deviation (q,) of the parameters, in their units."""
@@ -38,19 +46,64 @@ class Prior:
 def prior_of(effect: Effect, model: Model) -> Prior:
     """Return the prior of an effect's parameters on the model's arm.
 
-    The compliance of a joint is that of the arm's file, log-normal within its factor (`stiffness_factors`). Frames may
-    be anywhere. Every other amplitude scatters about null by its ordinary size; what only forms an effect scatters
-    about the value that it has.
+    What the model states of a parameter counts (`Model.priors`). Else the compliance of a joint is that of the arm's
+    file, log-normal within its factor (`stiffness_factors`). Every other amplitude scatters about null by its ordinary
+    size, or by its own value where that is larger: no size is ordinary for all arms, and a heavy part is not made
+    lighter for being rare. What only forms an effect scatters about the value that it has.
     """
-    size, vector = ordinary_sizes(effect, model.robot), effect.vector()
+    size, vector, robot = ordinary_sizes(effect, model.robot), effect.vector(), model.robot
+    log = np.full(len(size), effect.role is Role.JOINT_SPRINGS)
     if effect.role is Role.JOINT_SPRINGS:
-        known = model.robot.joint_compliance
-        value = np.array(size if known is None else known)
-        spread = np.log(stiffness_factors(model.robot)) / WITHIN_95
-        source = f"{model.robot.name}, {model.robot.stiffness_source or 'ordinary size'}"
-        return Prior(value, spread, np.ones(6, dtype=bool), source)
-    value = np.where(effect.amplitudes(), effect.null_vector(), vector)
-    return Prior(value, size, np.zeros(len(size), dtype=bool), "ordinary size")
+        value = np.array(size if robot.joint_compliance is None else robot.joint_compliance)
+        spread = np.log(stiffness_factors(robot)) / WITHIN_95
+        source = [f"stiffness of the type {robot.name}, {robot.stiffness_source or 'an ordinary size'}"] * len(size)
+    else:
+        value = np.where(effect.amplitudes(), effect.null_vector(), vector)
+        spread = np.where(effect.amplitudes(), np.maximum(size, np.abs(vector - value)), size)
+        source = ["ordinary size"] * len(size)
+    names = effect.names() if model.priors else ()
+    for i, name in enumerate(names):
+        stated = model.priors.get(f"{effect.key}.{name}")
+        if stated is not None and (stated.value > 0 or not log[i]):
+            share = stated.sigma / stated.value if log[i] else 0.0
+            value[i], source[i] = stated.value, stated.source
+            spread[i] = np.sqrt(np.log1p(share**2)) if log[i] else stated.sigma
+    return Prior(value, spread, log, tuple(source))
+
+
+def with_earlier_fit(model: Model, data: Measurements) -> Model:
+    """Return the model with what its fit to other tables has determined as priors; unchanged for a fit to this data.
+
+    Rows must not count twice: a model that was fitted to one of these files keeps the priors that it had before. Frames
+    and free functions have none: instruments are set up anew.
+    """
+    hashes = model.fit.get("data_sha256", [])
+    before = {hashes} if isinstance(hashes, str) else set(hashes)
+    known = read_uncertainty(model)
+    if known is None or not before or before & {hashlib.sha256(s.data).hexdigest() for s in data.sources}:
+        return model
+    square = np.concatenate([np.diag(known.covariance), np.zeros(len(known.held))])
+    if len(known.unseen):
+        square += np.sum(known.unseen**2, axis=0)
+    sigma = dict(zip((*known.parameters, *known.held), np.sqrt(square).tolist(), strict=True))
+    tables = model.fit.get("data", "an earlier table")
+    source = f"fit to {tables if isinstance(tables, str) else ', '.join(tables)}"
+    priors = dict(model.priors)
+    for effect in model.effects:
+        if is_placed(effect) or effect.about_data or effect.roughness() is not None:
+            continue
+        first = prior_of(effect.with_vector(effect.null_vector()), model).deviation()
+        for i, name in enumerate(effect.names()):
+            deviation = sigma.get((effect.key, i), np.inf)
+            if effect.amplitudes()[i] and deviation < HARDLY * first[i]:
+                wider = float(max(deviation, CHANGED * first[i]))
+                priors[f"{effect.key}.{name}"] = StatedPrior(float(effect.vector()[i]), wider, source)
+    return replace(model, priors=priors)
+
+
+def is_placed(effect: Effect) -> bool:
+    """Return whether an effect says where something was put: the instrument, the tool, the instrument of a session."""
+    return effect.is_frame or effect.role is Role.SESSION_FRAMES
 
 
 def lognormal_deviation(spread: Array) -> Array:

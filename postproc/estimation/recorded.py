@@ -11,7 +11,7 @@ import numpy as np
 from postproc import __version__
 from postproc.estimation.fitted import Fit
 from postproc.model.arm import Model
-from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
+from postproc.model.uncertainty import Uncertainty, parameter_name, range_table, uncertainty_table
 from postproc.numbers import mm
 
 
@@ -27,6 +27,7 @@ def recorded_model(fit: Fit) -> Model:
         key("held_out_rms"): mm(fit.held_out_rms),
         "version": __version__,
         **uncertainty_table(fit.model, known),
+        "undetermined": [parameter_name(fit.model, *name) for name in undetermined(fit)],
         "range": range_table(data.state),
     }
     if fit.parts.repeatability is not None:
@@ -56,3 +57,9 @@ def left_of_pose(fit: Fit) -> float:
         return left
     turns = fit.problem.lever[:, :3, :6] if fit.observed.name == "joint" else np.eye(3)[None]
     return left * float(np.sqrt(np.mean(np.sum(turns**2, axis=(1, 2))) / 3))
+
+
+def undetermined(fit: Fit) -> list[tuple[str, int]]:
+    """Return the parameters (effect key, index) that stand at their priors: the rows say less than half of them."""
+    names = (*fit.posterior.names, *fit.posterior.left_open)
+    return sorted(names[k] for k in fit.posterior.undetermined)

@@ -14,6 +14,7 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import fit_model
 from postproc.estimation.nominal import no_farther_than_nominal
+from postproc.estimation.priors import with_earlier_fit
 from postproc.estimation.recorded import recorded_model
 from postproc.estimation.solving.rounding import misjudged
 from postproc.estimation.solving.settle import settled
@@ -119,6 +120,7 @@ def add_effects(
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
     data = data.in_order
+    model = with_earlier_fit(model, data)
     added = _added(model, data, classes, noise, watch)
     if misjudged(added.fit):
         return _added(model, replace(data, rounded=not added.fit.data.rounded), classes, noise, watch)

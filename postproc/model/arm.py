@@ -21,6 +21,19 @@ from postproc.robot.cells.station import Station
 ALL_BODIES = tuple(range(7))
 
 
+@dataclass(frozen=True, slots=True)
+class StatedPrior:
+    """What is known of one parameter beside the measured rows: its value and standard deviation, in its own unit.
+
+    Args:
+        source: where it is known from: a data sheet, a balance, an earlier table.
+    """
+
+    value: float
+    sigma: float
+    source: str
+
+
 @dataclass(frozen=True)
 class Model:
     """One real arm.
@@ -32,6 +45,7 @@ class Model:
         T_flange_tcp: (4, 4) nominal tool, where a program or a table does not name another.
         robot_name: what the model file says about the robot (a library name or a path).
         fit: what `fit` and `add` noted about how the parameters were found.
+        priors: what else is known of parameters, by name such as ``joint_compliance.compliance_rad_per_Nm[1]``.
         stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
             ``estimated``, ``controller``, ``user``; empty where nobody says.
         station: where it stands and which external axes carry it and its work; None where nobody says.
@@ -49,6 +63,7 @@ class Model:
     station: Station | None = None
     controller: Model | None = None
     already: tuple[str, ...] = ()
+    priors: Mapping[str, StatedPrior] = field(default_factory=dict)
 
     @cached_property
     def gravity(self) -> Array:

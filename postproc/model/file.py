@@ -17,7 +17,7 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_in_role, effect_library, installed_effects
 from postproc.effects.roles import Role
 from postproc.files import read_source
-from postproc.model.arm import Model
+from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
@@ -71,6 +71,7 @@ def _ordered(ends: Span) -> Span:
     return ends
 
 
+_Prior = tuple[float, Annotated[float, Field(gt=0)], str]
 _Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=str | list[float])]
 
 
@@ -85,6 +86,7 @@ class _Fit(FileTable):
         noise_repeatability_mm: the arm's share of it.
         noise_from: where the noise comes from.
         not_identifiable: parameters that the data did not determine.
+        undetermined: parameters that stand at their priors, since the data says less than half of them.
         parameters: names of the fitted parameters, in the order of the covariance.
         covariance: lower triangle, SI.
         unseen: directions in which parameters may be off unseen.
@@ -104,6 +106,7 @@ class _Fit(FileTable):
     noise_repeatability_mm: NotNegative = 0.0
     noise_from: str = ""
     not_identifiable: Names = []
+    undetermined: Names = []
     version: str = ""
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
@@ -162,6 +165,8 @@ class ModelFile(FileTable):
         mounting: how its base stands in the world.
         tool: nominal tool where a program or a table names none.
         effects: one table for each effect, by its key.
+        priors: value, standard deviation and source of parameters that are known from elsewhere than the measured rows,
+            by name, such as "joint_offset.offset_rad[2]".
         fit: what a fit noted.
         external_axes: tracks, gantries and positioners around it.
     """
@@ -171,6 +176,7 @@ class ModelFile(FileTable):
     mounting: Mounting = Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}
+    priors: dict[str, _Prior] = {}
     fit: _Fit = _Fit()
     external_axes: list[ExternalAxis] = []
 
@@ -214,13 +220,16 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     """Return the model in the text of a model file; arguments and errors are those of `read_model`."""
     content = parse_toml(source, "MOD001")
     file = check(ModelFile, content, source, "MOD002")
-    effects = _effects(file, source, effect_library() if library is None else library)
+    known = effect_library() if library is None else library
+    effects = _effects(file, source, known)
+    priors = _priors(file, source, known)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
     stated, noted = file.stiffness_source or "", content.get("fit", {})
     axes = file.external_axes
     station = station_of(stated_cell(axes, file.mounting, source)) if axes else None
-    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, station)
+    robot = _robot(file.robot, source)
+    model = Model(robot, effects, mounting, tool, file.robot, noted, stated, station, priors=priors)
     if not model.fit:
         _check_signs(model, source)
     return model
@@ -242,6 +251,22 @@ def _robot(name: str, source: Source) -> Robot:
         at = span_of(source, ("robot",), value=True)  # of what has no place of its own: the name
         placed = [replace(d, source=source, span=at) if d.source is None else d for d in error.diagnostics]
         raise PostprocError(placed, error.exit_code) from error
+
+
+def _priors(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> dict[str, StatedPrior]:
+    """Return the stated priors by parameter name; raises MOD002 for names that no effect has."""
+    found: list[Diagnostic] = []
+    for name in file.priors:
+        key, _, parameter = name.partition(".")
+        known = library[key].parameters() if key in library else None
+        if known is None or parameter.partition("[")[0] not in known:
+            names = library if known is None else [f"{key}.{p}" for p in known]
+            message = f"`{name}` is no parameter of an effect"
+            help_ = did_you_mean(key if known is None else name.partition("[")[0], names)
+            found.append(Diagnostic("MOD002", "error", message, source, span_of(source, ("priors", name)), help_))
+    if found:
+        raise PostprocError(found)
+    return {name: StatedPrior(*prior) for name, prior in file.priors.items()}
 
 
 def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -34,9 +35,11 @@ def render_model(model: Model, before: str = "") -> str:
     if model.station is not None and model.station.joints and "external_axes" not in document:
         content["external_axes"] = stated_axes(model.station)
     content["effects"] = {e.key: e.to_file() for e in model.effects}
+    if model.priors or "priors" in document:
+        content["priors"] = {name: list(dataclasses.astuple(prior)) for name, prior in model.priors.items()}
     if model.fit:
         content["fit"] = dict(model.fit)
-    _merge(document, content, prune=("effects", "fit"))
+    _merge(document, content, prune=("effects", "priors", "fit"))
     text = tomlkit.dumps(document)
     return text if TIGHT.search(before) else TIGHT.sub(r"\1\n", text)
 

@@ -59,6 +59,17 @@ def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
     }
 
 
+def parameter_name(model: Model, key: str, index: int) -> str:
+    """Return the name of a parameter in model files and documents, such as ``joint_offset.offset_rad[1]``.
+
+    Args:
+        key: of its effect. index: its place in the effect's vector.
+    """
+    effect = model.effect(key)
+    assert effect is not None
+    return f"{key}.{effect.names()[index]}"
+
+
 def read_uncertainty(model: Model) -> Uncertainty | None:
     """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]

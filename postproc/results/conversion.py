@@ -14,6 +14,7 @@ from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.results.under_load import undetermined_text, undetermined_values
 
 SCHEMA = "postproc/compensate/1"
 ACROSS = (
@@ -92,6 +93,7 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "scope": judged.options.scope,
         "welds": [*map(_seam_values, judged.seams)],
         "expected_accuracy": sure,
+        **undetermined_values(accuracy.undetermined if accuracy else None),
         "unproved_statements": judged.unproved,
         "unmeasured_statements": judged.unmeasured,
         "measured_statements": judged.lines - judged.unmeasured,
@@ -224,6 +226,8 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         if known
         else unknown_accuracy(found.diagnostics)
     )
+    if known and found.judged is not None and found.judged.accuracy is not None:
+        sure += undetermined_text(found.judged.accuracy)
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
     air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _main_figures(values)[0] else []
     parts = [

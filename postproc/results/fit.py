@@ -6,15 +6,16 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, joined
 from postproc.estimation.findings import SHOWN, cautions
 from postproc.estimation.fitted import Fit
-from postproc.estimation.recorded import left_of_pose
+from postproc.estimation.recorded import left_of_pose, undetermined
 from postproc.identification.add import FitFigures
 from postproc.measure.errors import distances
+from postproc.model.uncertainty import parameter_name
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Section, Sentence, Values
-from postproc.results.wording import parameter_rows, parameters_text
+from postproc.results.wording import known_values, parameter_rows, parameters_text
 
 
 def fit_document(name: str, fit: Fit) -> Document:
@@ -52,9 +53,21 @@ def known_of(fit: Fit) -> list[Sentence]:
 
 
 def undetermined_sentences(fit: Fit) -> list[Sentence]:
-    """Return sentences on the parameters that the data did not determine, and on those that stopped at a bound."""
-    kinds = (("Not determined by this data and held", fit.held), ("Stopped at a bound", fit.at_bound))
-    return [Sentence(f"{what}: {parameters_text(fit, which)}") for what, which in kinds if which]
+    """Return sentences on parameters at their priors, on those that are held, and on those that stopped at a bound."""
+    lines = []
+    open_ = undetermined(fit)
+    if open_:
+        shown = {(key, i): f"{key} {text}" for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
+        sources = dict(zip((*fit.posterior.names, *fit.posterior.left_open), fit.posterior.sources, strict=True))
+        by_source: dict[str, list[str]] = {}
+        for name in open_:
+            by_source.setdefault(sources[name], []).append(shown[name])
+        for source, some in by_source.items():
+            lines.append(f"The rows say little of {joined(some)}; what stood before them is kept ({source})")
+    held = [name for name in not_identifiable(fit) if name not in open_]
+    kinds = (("Not determined by this data and held", held), ("Stopped at a bound", fit.at_bound))
+    lines += [f"{what}: {parameters_text(fit, which)}" for what, which in kinds if which]
+    return [Sentence(line) for line in lines]
 
 
 def left_out(fit: Fit) -> list[Sentence]:
@@ -106,8 +119,9 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
         "before": before,
         "parameters": {e.key: parameter_values(fit, e.key) for e in fit.model.effects},
         "structure": {e.key: structure_values(fit, e.key) for e in fit.model.effects if e.structures()},
-        "not_identifiable": not_identifiable(fit),
-        "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
+        "undetermined": undetermined_values(fit),
+        "not_identifiable": [parameter_name(fit.model, key, i) for key, i in not_identifiable(fit)],
+        "at_bound": [parameter_name(fit.model, key, i) for key, i in fit.at_bound],
         "unexplained_mm": mm(left_of_pose(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
@@ -158,17 +172,21 @@ def structure_values(fit: Fit, key: str) -> Values:
     return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
 
 
-def not_identifiable(fit: Fit) -> list[str]:
-    """Return names of the parameters that this data cannot determine, such as ``joint_offset.offset_rad[1]``."""
-    return [parameter_name(fit, key, i) for key, i in fit.posterior.left_open]
+def not_identifiable(fit: Fit) -> list[tuple[str, int]]:
+    """Return the parameters (effect key, index) that these rows cannot determine beside the others."""
+    return list(dict.fromkeys([*fit.held, *fit.posterior.left_open]))
 
 
-def parameter_name(fit: Fit, key: str, index: int) -> str:
-    """Return the name of a parameter in model files and documents, such as ``joint_offset.offset_rad[1]``.
-
-    Args:
-        key: of its effect. index: its place in the effect's vector.
-    """
-    effect = fit.model.effect(key)
-    assert effect is not None
-    return f"{key}.{effect.names()[index]}"
+def undetermined_values(fit: Fit) -> list[Values]:
+    """Return the parameters that stand at their priors, with value, standard deviation and source, in SI units."""
+    after = fit.posterior
+    names = (*after.names, *after.left_open)
+    return [
+        {
+            "parameter": parameter_name(fit.model, *names[k]),
+            "value": float(after.mean[k]),
+            "sigma": float(after.deviations[k]),
+            "source": after.sources[k],
+        }
+        for k in after.undetermined
+    ]

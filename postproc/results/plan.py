@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.identification.planning.plan import APART, MeasuringPlan
+from postproc.model.uncertainty import parameter_name
 from postproc.report.blocks import Document
-from postproc.results.fit import parameter_name
 from postproc.results.wording import parameters_text
 
 LEAST = 3.0
@@ -31,8 +31,8 @@ def plan_values(plan: MeasuringPlan) -> dict[str, Any]:
         "told_apart": plan.told_apart,
         "before": round(plan.before, 3),
         "after": round(plan.after, 3),
-        "worst_determined": [parameter_name(plan.fit, *entry) for entry in plan.worst],
-        "no_pose_determines": [parameter_name(plan.fit, *entry) for entry in plan.never],
+        "worst_determined": [parameter_name(plan.fit.model, *entry) for entry in plan.worst],
+        "no_pose_determines": [parameter_name(plan.fit.model, *entry) for entry in plan.never],
     }
 
 

@@ -32,8 +32,21 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
         return
     for i, ((name, unit), value) in enumerate(zip(_entries(effect), effect.vector(), strict=True)):
         if (key, i) in fit.sigma:
-            factor, shown = _readable(unit)
+            factor, shown = readable(unit)
             yield name, factor * float(value), factor * fit.sigma[key, i], shown
+
+
+def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
+    """Yield index and text of every parameter of an effect: ``compliance[1] 4.22 ± 0.90 µrad/(N m)``.
+
+    Args:
+        key: of the effect, which the model has.
+    """
+    effect = fit.model.effect(key)
+    assert effect is not None
+    index = (i for i in range(len(effect.vector())) if (key, i) in fit.sigma)
+    for i, (name, value, sigma, unit) in zip(index, fitted_values(fit, key), strict=True):
+        yield i, f"{name} {with_sigma(value, sigma)} {unit}".rstrip()
 
 
 def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
@@ -131,7 +144,7 @@ def _choice(value: object) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-def _readable(unit: str) -> tuple[float, str]:
+def readable(unit: str) -> tuple[float, str]:
     """Return the factor from an SI unit to thousandths or millionths of it, and the name of those: 1e3, ``mrad``."""
     if unit in ("m", "rad", "s"):
         return 1e3, f"m{unit}"

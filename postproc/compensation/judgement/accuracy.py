@@ -13,6 +13,7 @@ from postproc.model.arm import Model
 from postproc.model.controller_part import unknown_loads
 from postproc.model.scatter import remaining_fraction
 from postproc.model.uncertainty import beyond_range, predict_sigma
+from postproc.model.undetermined import Undetermined, undetermined_under_load
 from postproc.motion.values import Index
 
 WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
@@ -26,10 +27,12 @@ class Accuracy:
     Args:
         sigma: standard deviation per axis, root mean square over all targets.
         within_95: distance that holds 95 % of the errors, at the worst target.
+        undetermined: the part of it by parameters that no row has told, None where all were told.
     """
 
     sigma: float
     within_95: float
+    undetermined: Undetermined | None = None
 
 
 def expect_remaining(model: Model, motion: Motion) -> tuple[float, float] | None:
@@ -70,7 +73,8 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     sigma = predict_sigma(model, at_goals, instrument=False)
     if np.isnan(sigma).any():
         return None, findings
-    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())), findings
+    left_open = undetermined_under_load(model, at_goals, WITHIN_95)
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max()), left_open), findings
 
 
 def _targets(motion: Motion) -> Index:

@@ -16,6 +16,8 @@ LAWS = ("tanh", "piecewise", "catalogue", "hardening", "cubic")
 STIFF = 0.05
 """Share of the largest compliance by which what is left of a stiff joint may be wrong."""
 SHARES_OF_LOAD = (0.05, 0.1, 0.2, 0.4, 0.8)
+UNLOADED = 1e-6
+"""Share of the largest load of all joints below which a joint is not loaded."""
 
 
 class NonlinearCompliance(
@@ -63,6 +65,8 @@ class NonlinearCompliance(
         if current is not None:
             return tuple(_forms(current))
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
+        # A joint that bears no load has no knee to find, and one near zero would make it yield without end.
+        largest = np.where(largest > UNLOADED * largest.max(), largest, 100.0)
         found: list[Variant] = []
         for law in LAWS:
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
