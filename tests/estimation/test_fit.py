@@ -519,7 +519,7 @@ def test_what_only_says_the_same_in_other_axes_is_not_listed_as_not_determined()
     listed = [n.split(".")[1] for n in fit_values(after)["not_identifiable"] if n.startswith("link_geometry")]
     assert {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} <= set(out)
     assert not {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} & set(listed)
-    assert recorded_model(after).fit["not_identifiable"] == fit_values(after)["not_identifiable"]
+    assert set(recorded_model(after).fit["not_identifiable"]) <= set(fit_values(after)["not_identifiable"])
 
 
 class Guess(Effect, reads=("q",), drafted=True):
