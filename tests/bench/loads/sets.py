@@ -44,6 +44,15 @@ MOMENTS = np.array([*[[0, 0, 0]] * 7, [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 0]
 
 
 @dataclass(frozen=True)
+class Posterior:
+    """Springs after a fit: the arm that it fits, covariance (6, 6) of the logarithms of its compliances, their errors (6,)."""
+
+    cell: Cell
+    covariance: np.ndarray
+    error: np.ndarray
+
+
+@dataclass(frozen=True)
 class Set:
     """One table and what is true of its arm.
 
@@ -52,9 +61,9 @@ class Set:
         csv: the table as a file. noise: standard deviation per axis [m] of what is measured.
         cell: the true arm. tool: (4, 4) nominal. size: force [N] of every load that is asked, arm: of its moments [m].
         asked: the unseen states without load.
-        covariance: (6, 6) of the logarithms of the compliances, and least: (6,) their errors, that a perfect fit of this
-            table has which knows what is hidden and what arms of the type have; sure: (6,) its standard deviations;
-            told: (6,) these over those before anything is measured.
+        best: what can be had from this table: the posterior of a fit that knows what is hidden. base: that of a fit
+            which does not, and takes for noise what it leaves. sure: (6,) standard deviations of the first one; told:
+            (6,) these over those before anything is measured.
     """
 
     name: str
@@ -70,12 +79,12 @@ class Set:
     size: float
     arm: float
     asked: States
-    covariance: np.ndarray
-    least: np.ndarray
+    best: Posterior
+    base: Posterior
 
     @property
     def sure(self) -> np.ndarray:
-        return np.sqrt(np.diag(self.covariance))
+        return np.sqrt(np.diag(self.best.covariance))
 
     @property
     def told(self) -> np.ndarray:
@@ -101,10 +110,9 @@ class Set:
         at = places.reshape(len(FORCES) + 1, len(self.asked), 3)
         return at[1:] - at[0]
 
-    def true_change(self, compliance: np.ndarray | None = None) -> np.ndarray:
-        """(loads, n, 3) [m] by which the loads move the true TCP, base axes; with other springs where these are given."""
-        cell = self.cell if compliance is None else replace(self.cell, compliance=compliance)
-        return self.changes(settle(cell, self.every).frames.tcp[:, :3, 3])
+    def true_change(self, cell: Cell | None = None) -> np.ndarray:
+        """(loads, n, 3) [m] by which the loads move the true TCP, or that of another arm, base axes."""
+        return self.changes(settle(cell or self.cell, self.every).frames.tcp[:, :3, 3])
 
 
 def resized(h: Hidden, t: Type) -> Hidden:
@@ -189,19 +197,19 @@ def draw(index: int, seed: int = 0, masses: bool = False) -> Set:
         loads = np.zeros((len(rows), 3))
         loads[len(rows) - len(pulled) :] = force * way
         rows = replace(rows, force=loads, moment=np.zeros_like(loads))
-    true = measure(cell, rows)
-    seen = true + g.normal(0, noise, (len(rows), 3))
+    seen = measure(cell, rows) + g.normal(0, noise, (len(rows), 3))
     digits = 2 if rounded else 5
     text = csv_of(rows, seen, [f"P{i + 1:03d}" for i in again], digits)
     asked = states(g, UNSEEN, t, payloads)
     asked = replace(asked, temperature=np.full(UNSEEN, float(np.median(s.temperature))))
     # To a fit that takes rounded angles for the true ones, the rest of them is noise.
     written = replace(rows, q=np.round(rows.q / DEG, digits) * DEG)
-    off = seen - measure(cell, written) if rounded else seen - true
-    spread = np.hypot(noise, 0.01 * DEG / np.sqrt(12) * 0.7 * t.reach if rounded else 0)
-    known = best(cell, rows, off, spread, np.log(t.compliance / cell.compliance), t.spread)
+    spread = float(np.hypot(noise, 0.01 * DEG / np.sqrt(12) * 0.7 * t.reach if rounded else 0))
+    before = np.log(t.compliance / cell.compliance)
+    base = replace(cell, arm=t.arm, hidden=())
+    fits = [posterior(c, written, seen, x, before, t.spread) for c, x in ((cell, spread), (base, None))]
     return Set(
-        title(index), t, table, key, rounded, poses, text, noise, cell, tool, force, 0.15 * t.reach, asked, *known
+        title(index), t, table, key, rounded, poses, text, noise, cell, tool, force, 0.15 * t.reach, asked, *fits
     )
 
 
@@ -246,15 +254,14 @@ WEAK = np.array([10.0] * 3 + [1.0] * 3 + [0.1] * 3 + [2e-3] * 6)
 """What is known before of instrument, TCP and zeros: next to nothing ([m], [rad], [m], [rad])."""
 
 
-def best(
-    cell: Cell, s: States, off: np.ndarray, noise: float, before: np.ndarray, spread: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance (6, 6) of the logarithms of the compliances, and their errors (6,), of a perfect fit, to first order.
-
-    It knows what is hidden, and that an arm's compliances scatter about those of its type: the mean of its posterior.
+def posterior(
+    cell: Cell, s: States, seen: np.ndarray, noise: float | None, before: np.ndarray, spread: np.ndarray
+) -> Posterior:
+    """What a fit knows of the springs, to first order, if the compliances of arms scatter about those of their type.
 
     Args:
-        off: (n, 3) [m] measured less true. noise: standard deviation per axis [m].
+        cell: the true arm, or as much of it as the fit has. seen: (n, 3) measured [m]. noise: standard deviation per
+            axis [m]; None for what the fit leaves.
         before: (6,) logarithm of the type's compliances over the true ones. spread: (6,) its standard deviation.
     """
 
@@ -267,9 +274,13 @@ def best(
 
     at = places(np.zeros(21))
     slope = np.stack([(places(d) - at) / size for d, size in zip(np.diag(STEPS), STEPS, strict=True)], axis=1)
+    off = seen.ravel() - at
     # In units of what is known before, so that the inverse is well conditioned.
     unit = np.concatenate([WEAK, spread])
-    scaled = slope * unit / noise
-    covariance = np.linalg.inv(scaled.T @ scaled + np.eye(21))
-    error = unit * (covariance @ (scaled.T @ (off.ravel() / noise) + np.concatenate([np.zeros(15), before / spread])))
-    return covariance[15:, 15:] * np.outer(spread, spread), error[15:]
+    scaled = slope * unit
+    if noise is None:
+        left = off - scaled @ np.linalg.lstsq(scaled, off, rcond=1e-9)[0]
+        noise = float(np.sqrt(left @ left / (len(off) - len(unit))))
+    covariance = np.linalg.inv(scaled.T @ scaled / noise**2 + np.eye(len(unit)))
+    error = unit * (covariance @ (scaled.T @ off / noise**2 + np.concatenate([np.zeros(15), before / spread])))
+    return Posterior(cell, covariance[15:, 15:] * np.outer(spread, spread), error[15:])
