@@ -17,9 +17,9 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from tests.bench.loads.judge import INSIDE, TOLD, WORSE, drawn, faults, inside  # noqa: E402
+from tests.bench.loads.judge import GROUPS, INSIDE, TOLD, WORSE, drawn, faults, inside  # noqa: E402
 
-HEAD = f"{'':34s} {'sets':>4s} {'change':>7s} {'shipped':>7s} {'model':>7s} {'said':>7s} {'ratio':>6s} {'worst':>6s} {'>1.1':>4s} {'inside':>6s} {'pose':>6s} {'fail':>4s}"
+HEAD = f"{'':34s} {'sets':>4s} {'change':>7s} {'shipped':>7s} {'best':>7s} {'base':>7s} {'model':>7s} {'said':>7s} {'ratio':>6s} {'worst':>6s} {'>1.1':>4s} {'inside':>6s} {'pose':>6s} {'fail':>4s}"
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -54,7 +54,8 @@ def main(argv: list[str] | None = None) -> int:
 def summary(results: Sequence[dict[str, Any]]) -> str:
     """The table by kind, the joints, and what is not as it must be."""
     lines = [
-        "Change of the TCP under loads at unseen poses, mm (root mean square); ratio: error over the shipped model's",
+        "Change of the TCP under loads at unseen poses, mm (root mean square); ratio: error over the shipped model's.",
+        "best, base: perfect fits with priors, which know what is hidden and which do not; said: standard deviation; inside: 95 % intervals of the change, of the pose",
         HEAD,
     ]
     plain = [x for x in results if not x["hidden"]]
@@ -71,13 +72,20 @@ def summary(results: Sequence[dict[str, Any]]) -> str:
         groups.append((f"add: {value}", "added", [x for x in hiding if x["hidden"] == value]))
     groups.append(("add: all", "added", hiding))
     lines += [row(label, step, some) for label, step, some in groups if some]
-    lines += ["", *joints(results)]
+    lines += ["", *each_load(results), "", *joints(results)]
     every = [fault for x in results for fault in faults(x)]
     lines += ["", f"Not as it must be ({len(every)}):", *every]
     low, high = INSIDE
     for step, share in inside(results).items():
         lines.append(
             f"{step}: {share:.3f} of the 95 % intervals hold, {'as' if low <= share <= high else 'not as'} they must ({low} to {high})"
+        )
+    for key, word in (("best", "knows what is hidden"), ("base", "does not know it")):
+        ratio = [x[f"{key}_mm"] / x["shipped_mm"] for x in results]
+        held = float(np.mean([x[f"{key}_inside"] for x in results]))
+        above = ", ".join(f"{x['set'][:2]} {r:.2f}" for x, r in zip(results, ratio, strict=True) if r > WORSE)
+        lines.append(
+            f"A perfect fit that {word}: {held:.3f} of its intervals hold, worst ratio {max(ratio):.2f}, above {WORSE}: {above or 'none'}"
         )
     lines.append(f"{sum(x['cpu_s'] for x in results):.0f} s of the processor")
     return "\n".join(lines)
@@ -96,6 +104,8 @@ def row(label: str, step: str, some: Sequence[dict[str, Any]]) -> str:
     figures = [
         mean(lambda x: x["change_mm"]),
         mean(lambda x: x["shipped_mm"]),
+        mean(lambda x: x["best_mm"]),
+        mean(lambda x: x["base_mm"]),
         mean(lambda x: x[step]["error_mm"]),
         mean(lambda x: x[step]["said_mm"]),
     ]
@@ -105,6 +115,23 @@ def row(label: str, step: str, some: Sequence[dict[str, Any]]) -> str:
     )
     text += f" {mean(lambda x: x[step]['inside']):6.2f} {mean(lambda x: x[step]['pose_inside']):6.2f}"
     return f"{label:34s} {len(some):4d} {text} {len(some) - len(good):4d}"
+
+
+def each_load(results: Sequence[dict[str, Any]]) -> list[str]:
+    """Error over the shipped model's, by load, of all sets together, and the share of its intervals that hold."""
+    words = [*"xyz", "x-y-z", "xy-z", "-xy-z", "-x-y-z", *(f"about {c}" for c in "xyz"), "y, about x", "x, about y"]
+    lines = [f"By load (forces along, moments about): {'; '.join(words)}"]
+    for name, pick in GROUPS.items():
+        some = [(x, pick(x)) for x in results if "inside" in pick(x)]
+        if some:
+            scale = np.array([x["change_mm"] for x, _ in some])[:, None]
+            own = np.array([y["error_each_load_mm"] for _, y in some]) / scale
+            shipped = np.array([x["shipped_each_load_mm"] for x, _ in some]) / scale
+            ratio = np.sqrt((own**2).mean(axis=0) / (shipped**2).mean(axis=0))
+            share = np.mean([y["inside_each_load"] for _, y in some], axis=0)
+            lines.append(f"  {name:22s} ratio  " + " ".join(f"{r:5.2f}" for r in ratio))
+            lines.append(f"  {'':22s} inside " + " ".join(f"{r:5.2f}" for r in share))
+    return lines
 
 
 def joints(results: Sequence[dict[str, Any]]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -43,6 +44,15 @@ MOMENTS = np.array([*[[0, 0, 0]] * 7, [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 0]
 
 
 @dataclass(frozen=True)
+class Posterior:
+    """Springs after a fit: the arm that it fits, covariance (6, 6) of the logarithms of its compliances, their errors (6,)."""
+
+    cell: Cell
+    covariance: np.ndarray
+    error: np.ndarray
+
+
+@dataclass(frozen=True)
 class Set:
     """One table and what is true of its arm.
 
@@ -50,8 +60,10 @@ class Set:
         table: one of ``TABLES``. key: of the hidden effect, empty for none. rounded: angles to 0.01 deg.
         csv: the table as a file. noise: standard deviation per axis [m] of what is measured.
         cell: the true arm. tool: (4, 4) nominal. size: force [N] of every load that is asked, arm: of its moments [m].
-        asked: the unseen states without load. sure: (6,) standard deviation of the logarithm of each compliance that a
-            perfect fit has; told: that over the one before anything is measured.
+        asked: the unseen states without load.
+        best: what can be had from this table: the posterior of a fit that knows what is hidden. base: that of a fit
+            which does not, and takes for noise what it leaves. sure: (6,) standard deviations of the first one; told:
+            (6,) these over those before anything is measured.
     """
 
     name: str
@@ -67,23 +79,40 @@ class Set:
     size: float
     arm: float
     asked: States
-    sure: np.ndarray
+    best: Posterior
+    base: Posterior
+
+    @property
+    def sure(self) -> np.ndarray:
+        return np.sqrt(np.diag(self.best.covariance))
 
     @property
     def told(self) -> np.ndarray:
         return self.sure / self.type.spread
 
-    def loaded(self, k: int) -> States:
-        """The unseen states under the k-th load."""
+    def under(self, k: int | None) -> States:
+        """The unseen states under the k-th load, with zeros under none."""
         n = len(self.asked)
-        force = FORCES[k] / max(float(np.linalg.norm(FORCES[k])), 1.0) * self.size
-        moment = MOMENTS[k] * self.size * self.arm
+        way = np.zeros(3) if k is None else FORCES[k] / max(float(np.linalg.norm(FORCES[k])), 1.0)
+        turn = np.zeros(3) if k is None else MOMENTS[k]
+        force, moment = self.size * way, self.size * self.arm * turn
         return replace(self.asked, force=np.tile(force, (n, 1)), moment=np.tile(moment, (n, 1)))
 
-    def true_change(self, k: int) -> np.ndarray:
-        """(n, 3) [m] by which the k-th load moves the true TCP, base axes."""
-        at = [settle(self.cell, s).frames.tcp[:, :3, 3] for s in (self.asked, self.loaded(k))]
-        return at[1] - at[0]
+    @cached_property
+    def every(self) -> States:
+        """The unseen states without load, then under each load, one after another."""
+        parts = [self.under(k) for k in (None, *range(len(FORCES)))]
+        names = [name for name in States.__dataclass_fields__ if getattr(parts[0], name) is not None]
+        return States(**{name: np.concatenate([getattr(s, name) for s in parts]) for name in names})
+
+    def changes(self, places: np.ndarray) -> np.ndarray:
+        """(loads, n, 3) by which the loads move the places of ``every``."""
+        at = places.reshape(len(FORCES) + 1, len(self.asked), 3)
+        return at[1:] - at[0]
+
+    def true_change(self, cell: Cell | None = None) -> np.ndarray:
+        """(loads, n, 3) [m] by which the loads move the true TCP, or that of another arm, base axes."""
+        return self.changes(settle(cell or self.cell, self.every).frames.tcp[:, :3, 3])
 
 
 def resized(h: Hidden, t: Type) -> Hidden:
@@ -169,12 +198,19 @@ def draw(index: int, seed: int = 0, masses: bool = False) -> Set:
         loads[len(rows) - len(pulled) :] = force * way
         rows = replace(rows, force=loads, moment=np.zeros_like(loads))
     seen = measure(cell, rows) + g.normal(0, noise, (len(rows), 3))
-    text = csv_of(rows, seen, [f"P{i + 1:03d}" for i in again], 2 if rounded else 5)
+    digits = 2 if rounded else 5
+    text = csv_of(rows, seen, [f"P{i + 1:03d}" for i in again], digits)
     asked = states(g, UNSEEN, t, payloads)
     asked = replace(asked, temperature=np.full(UNSEEN, float(np.median(s.temperature))))
-    spread = np.hypot(noise, 0.01 * DEG / np.sqrt(12) * 0.7 * t.reach if rounded else 0)
-    sure = certainty(cell, rows, spread, t.spread)
-    return Set(title(index), t, table, key, rounded, poses, text, noise, cell, tool, force, 0.15 * t.reach, asked, sure)
+    # To a fit that takes rounded angles for the true ones, the rest of them is noise.
+    written = replace(rows, q=np.round(rows.q / DEG, digits) * DEG)
+    spread = float(np.hypot(noise, 0.01 * DEG / np.sqrt(12) * 0.7 * t.reach if rounded else 0))
+    before = np.log(t.compliance / cell.compliance)
+    base = replace(cell, arm=t.arm, hidden=())
+    fits = [posterior(c, written, seen, x, before, t.spread) for c, x in ((cell, spread), (base, None))]
+    return Set(
+        title(index), t, table, key, rounded, poses, text, noise, cell, tool, force, 0.15 * t.reach, asked, *fits
+    )
 
 
 def states(g: np.random.Generator, n: int, t: Type, payloads: list[float]) -> States:
@@ -218,24 +254,33 @@ WEAK = np.array([10.0] * 3 + [1.0] * 3 + [0.1] * 3 + [2e-3] * 6)
 """What is known before of instrument, TCP and zeros: next to nothing ([m], [rad], [m], [rad])."""
 
 
-def certainty(cell: Cell, s: States, noise: float, spread: np.ndarray) -> np.ndarray:
-    """(6,) standard deviation of the logarithm of each compliance that a perfect fit of the right base has.
+def posterior(
+    cell: Cell, s: States, seen: np.ndarray, noise: float | None, before: np.ndarray, spread: np.ndarray
+) -> Posterior:
+    """What a fit knows of the springs, to first order, if the compliances of arms scatter about those of their type.
 
     Args:
-        noise: standard deviation per axis [m]. spread: (6,) of the logarithm before anything is measured.
+        cell: the true arm, or as much of it as the fit has. seen: (n, 3) measured [m]. noise: standard deviation per
+            axis [m]; None for what the fit leaves.
+        before: (6,) logarithm of the type's compliances over the true ones. spread: (6,) its standard deviation.
     """
-    plain = replace(cell, hidden=())
 
     def places(p: np.ndarray) -> np.ndarray:
         moved = replace(
-            plain, offset=cell.offset + p[9:15], compliance=cell.compliance * (1 + p[15:]), tool=cell.tool @ A.shift(*p[6:9]),
+            cell, offset=cell.offset + p[9:15], compliance=cell.compliance * (1 + p[15:]), tool=cell.tool @ A.shift(*p[6:9]),
             instrument=A.transform(A.rotation_vector(p[3:6]), p[:3]) @ cell.instrument,
         )  # fmt: skip
         return measure(moved, s).ravel()
 
     at = places(np.zeros(21))
     slope = np.stack([(places(d) - at) / size for d, size in zip(np.diag(STEPS), STEPS, strict=True)], axis=1)
-    before = np.concatenate([WEAK, spread])
+    off = seen.ravel() - at
     # In units of what is known before, so that the inverse is well conditioned.
-    scaled = slope * before / noise
-    return before[15:] * np.sqrt(np.diag(np.linalg.inv(scaled.T @ scaled + np.eye(21)))[15:])
+    unit = np.concatenate([WEAK, spread])
+    scaled = slope * unit
+    if noise is None:
+        left = off - scaled @ np.linalg.lstsq(scaled, off, rcond=1e-9)[0]
+        noise = float(np.sqrt(left @ left / (len(off) - len(unit))))
+    covariance = np.linalg.inv(scaled.T @ scaled / noise**2 + np.eye(len(unit)))
+    error = unit * (covariance @ (scaled.T @ off / noise**2 + np.concatenate([np.zeros(15), before / spread])))
+    return Posterior(cell, covariance[15:, 15:] * np.outer(spread, spread), error[15:])
