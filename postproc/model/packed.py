@@ -23,8 +23,8 @@ def pack_correlation(correlation: Array) -> str:
     With C = L L^T, L lower triangular, row i of L is written in steps of (p / 1000)^2 2^-8 / sqrt((C^-1)_ii), a part of
     the standard deviation of parameter i given all others, which is the least that any combination with it shows. So
     every combination of parameters keeps its standard deviation, well determined ones too: within 5 % of 1,000
-    parameters in the worst direction, some 0.01 % in a prediction, and closer with fewer. The numbers are those of L row
-    by row, n as 2 n or -2 n - 1, eight bytes each, all lowest bytes first.
+    parameters in the worst direction, some 0.01 % in a prediction, and closer with fewer. The numbers are those of L,
+    row by row, n as 2 n or -2 n - 1, eight bytes each, all lowest bytes first.
 
     Args:
         correlation: (p, p) positive semidefinite, ones on its diagonal.

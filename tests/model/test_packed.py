@@ -26,7 +26,9 @@ def posterior(count: int, rows: int, rng: np.random.Generator) -> np.ndarray:
     return covariance / np.outer(sigma, sigma)
 
 
-@pytest.mark.parametrize(("count", "rows", "close"), [(1, 3, 1e-8), (2, 3, 1e-6), (30, 90, 1e-4), (300, 200, 0.01), (1000, 700, 0.1)])
+@pytest.mark.parametrize(
+    ("count", "rows", "close"), [(1, 3, 1e-8), (2, 3, 1e-6), (30, 90, 1e-4), (300, 200, 0.01), (1000, 700, 0.1)]
+)
 def test_every_combination_of_parameters_keeps_its_variance(count: int, rows: int, close: float) -> None:
     """The eigenvalues of S^-1 R S^-T with C = S S^T bound the ratio of variances by R and by C in any direction."""
     correlation = posterior(count, rows, np.random.default_rng(count))
