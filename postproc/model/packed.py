@@ -32,7 +32,7 @@ def pack_correlation(correlation: Array) -> str:
     count = len(correlation)
     size, turned = np.linalg.eigh(correlation)
     size = np.maximum(size, LEAST)
-    lower = np.linalg.qr((turned * np.sqrt(size)).T, mode="r").T
+    lower = np.linalg.qr((turned * np.sqrt(size)).T)[1].T
     conditional = 1.0 / np.sqrt((turned**2 / size).sum(axis=1))
     numbers = np.rint(lower / (STEP * (count / 1000) ** 2 * conditional[:, None])).astype(np.int64)
     signed = numbers[np.tril_indices(count)]
