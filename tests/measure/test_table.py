@@ -8,6 +8,7 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.identification.compare import compare
 from postproc.measure.alignment import align
+from postproc.measure.checks.readings import PlacedArm, zero_errors
 from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.iso9283 import iso9283
 from postproc.measure.read.table import read_measurements
@@ -93,6 +94,18 @@ def test_joint_zeros_are_for_the_fit():
     (finding,) = data.diagnostics
     assert (finding.code, finding.severity) == ("DAT009", "warning")
     assert "joint 2 by -3.0 deg" in finding.help
+
+
+def test_joint_zeros_that_are_turns_of_instrument_or_tool_stay_where_they_are():
+    """Nothing tells joint 1 from the instrument or joint 6 from the tool: rounding must not carry them away."""
+    rng = np.random.default_rng(8)
+    q, arm = rng.uniform(-1.2, 1.2, (40, 6)), PlacedArm(load_robot("irb4600_60_205"))
+    zeros = np.radians([0.0, -2.0, 0.0, 0.0, 1.0, 0.0])
+    T = arm.flange(q + zeros)
+    point = T[:, :3, :3] @ [0.1, -0.2, 0.3] + T[:, :3, 3] + rng.normal(scale=3e-5, size=(40, 3))
+    offset, left = zero_errors(arm, q, point)
+    np.testing.assert_allclose(np.degrees(offset), np.degrees(zeros), atol=0.02)
+    assert left < 1e-4
 
 
 def test_lost_beams_do_not_hide_that_the_others_fit():
