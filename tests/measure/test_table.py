@@ -371,3 +371,30 @@ def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
     asked = read_measurements(source, robot, measured=False)
     assert np.degrees(asked.state.q[:, 0]) == pytest.approx([0.0, 5.0])
     assert np.isnan(asked.position).all()
+
+
+def gauge(step_mm: float, seed: int) -> list[str]:
+    """Lines of a table of 12 poses, three readings of z each with 0.015 mm of noise, in steps of the gauge."""
+    rng = np.random.default_rng(seed)
+    header, *rows = [line.split(",") for line in table(12)]
+    lines = [",".join([*header[:7], "z_mm"])]
+    for row in rows:
+        read = np.round((float(row[9]) + rng.normal(scale=0.015, size=3)) / step_mm) * step_mm
+        lines += [",".join([*row[:7], f"{z:.4f}"]) for z in read]
+    return lines
+
+
+@pytest.mark.parametrize("step_mm", [0.001, 0.002, 0.01, 0.1])
+def test_a_gauge_reads_the_same_twice_and_a_copied_row_of_a_tracker_is_no_chance(step_mm):
+    said = [code for seed in range(20) for code in codes(gauge(step_mm, seed))]
+    assert "DAT006" not in said
+    header, *rows = table(12)
+    noise = np.random.default_rng(2).normal(scale=0.015, size=(12, 3))
+    again = [
+        ",".join([*row.split(",")[:7], *(f"{float(x) + e:.4f}" for x, e in zip(row.split(",")[7:], off, strict=True))])
+        for row, off in zip(rows, noise, strict=True)
+    ]
+    assert "DAT006" not in codes([header, *rows, *again])
+    assert "DAT006" in codes([header, *rows, *again, again[3]])
+    copied = [header, *rows, *again, *again[:2]]
+    assert codes(copied).count("DAT006") == 2
