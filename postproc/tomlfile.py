@@ -29,7 +29,7 @@ MISTAKES = {
 """What is commonly meant by text that is not TOML, by how the reader's message begins."""
 WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
 LARGEST = 2_000_000
-"""Bytes of a TOML file: a model with the covariance of two hundred parameters has a tenth of it."""
+"""Bytes of a TOML file: a model of a thousand fitted parameters has less than half of it."""
 FARTHEST = 1e7
 """Millimetres: ten kilometres."""
 MOST_FINDINGS = 50
@@ -60,9 +60,11 @@ def _near(value: float) -> float:
 
 def each_once(names: list[str]) -> list[str]:
     """Return the names; refuse a list in which one occurs twice."""
-    twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
-    if twice is not None:
-        raise PydanticCustomError("twice", f"`{twice}` stands twice", {"help": "name each once"})
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise PydanticCustomError("twice", f"`{name}` stands twice", {"help": "name each once"})
+        seen.add(name)
     return names
 
 

@@ -1,16 +1,42 @@
-"""What a run costs: processor time, and the largest memory that a process has had since it began."""
+"""What a run costs, the same on every machine: operations, time against a loop, and the largest memory so far."""
 
 from __future__ import annotations
 
 import gc
 import resource
+import sys
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 
-def seconds(run: Callable[[], object], times: int = 1) -> float:
-    """Processor time of a run, the least of several; without garbage collection, which costs what other tests left."""
+def operations(run: Callable[[], object]) -> int:
+    """Lines of Python that a run executes, passes of loops within a line included: the same number every time."""
+    count = 0
+
+    def trace(frame: FrameType, event: str, argument: Any) -> Any:
+        nonlocal count
+        count += 1
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        run()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def loops(run: Callable[[], object], times: int = 1) -> float:
+    """Processor time of a run in passes of an empty loop on this machine, the least of several runs.
+
+    For what happens inside one call of C, as a regular expression, where no operation can be counted. Without garbage
+    collection, which costs what other tests left.
+    """
     runs = []
     collecting = gc.isenabled()
     for _ in range(times):
@@ -22,15 +48,19 @@ def seconds(run: Callable[[], object], times: int = 1) -> float:
         finally:
             if collecting:
                 gc.enable()
-    return min(runs)
+    return min(runs) / _pass()
 
 
-def grows_by(short: Callable[[], object], longer: Callable[[], object], most: float, floor: float) -> bool:
-    """Whether a longer run costs at most so many times the short one, or that many times the least that can be told.
-
-    What is plainly so at once is not measured again; else the least of three counts.
-    """
-    return any(seconds(longer, n) < most * max(seconds(short, n), floor) for n in (1, 3))
+@cache
+def _pass() -> float:
+    """Processor time of a pass of an empty loop [s]: of so many that the clock's own step does not matter."""
+    times = []
+    for _ in range(3):
+        begin = time.process_time()
+        for _ in range(5_000_000):
+            pass
+        times.append(time.process_time() - begin)
+    return min(times) / 5e6
 
 
 def peak_mb() -> float:

@@ -90,6 +90,17 @@ def test_commands_run_as_they_stand(page: Path, tmp_path: Path) -> None:
         assert ran.code == ran.expected, f"{page.name}: `{ran.line}`\n{ran.output}"
 
 
+@pytest.mark.parametrize("page", [DOCS / "my-effect.md", ROOT / "CONTRIBUTING.md"], **IDS)
+def test_the_effect_that_a_page_adds_takes_the_error_to_the_noise(page: Path, tmp_path: Path) -> None:
+    ran = {one.line: one.output for one in script("blocks").run_page(page, tmp_path)}
+    (said,) = (output for line, output in ran.items() if line.startswith("postproc add") and "gear_step.py" in line)
+    fell = re.search(r"the error falls from ([\d.]+) to ([\d.]+) mm per axis; the noise is ([\d.]+) mm", said)
+    assert fell is not None, said
+    before, after, noise = map(float, fell.groups())
+    assert before > 3 * noise and after < 1.1 * noise
+    assert page.name == "CONTRIBUTING.md" or f"falls from {fell[1]} to {fell[2]}" in page.read_text("utf-8")
+
+
 def test_what_commands_print_is_compared_where_the_pages_are_built() -> None:
     shown = {page.stem for page in PAGES if "<!-- output " in page.read_text("utf-8")}
     assert shown == {*script("generate").TUTORIALS}

@@ -56,7 +56,12 @@ class NoiseParts:
 
     @property
     def origin(self) -> str:
-        """Where the noise is known from: ``repeats``, ``user``, ``sigma_mm and the residual``, or ``none``."""
+        """Where the noise is known from: ``repeats``, ``user``, ``sigma_mm and the residual``, or ``none``.
+
+        ``.. and rounded angles`` where half of its variance or more is what the table's rounded joint angles add.
+        """
+        if self.noise.sigma is not None and 2 * self.noise.rounding**2 > self.noise.sigma**2:
+            return f"{self.noise.origin} and rounded angles"
         if self.noise.sigma is None and self.noise.instrument is not None:
             return "sigma_mm and the residual"
         return self.noise.origin

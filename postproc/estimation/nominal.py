@@ -7,6 +7,7 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.effects.roles import FRAMES
 from postproc.estimation.fitted import Fit
+from postproc.measure.checks.readings import MISMATCH_M
 from postproc.measure.consensus import agreement
 from postproc.measure.errors import distances
 from postproc.measure.measurements import FEWEST
@@ -16,17 +17,23 @@ FARTHER, LEAST_M = 1.2, 5e-5
 
 
 def no_farther_than_nominal(fit: Fit) -> None:
-    """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does.
+    """Raise DAT009 where a fit misses most rows by over 50 mm, DAT039 where clearly farther than the nominal arm does.
 
     The medians of the position errors over the rows that agree on where the arm stands are compared: a fit led astray
     by wrong rows is far from most of the others. Nothing is compared for fits without positions, or for a model without
-    frames (DAT030 reports that).
+    frames (DAT030 reports that). A table of one coordinate, which cannot be held against the nominal arm before it is
+    fitted, is held against the fitted model.
 
     Raises:
-        PostprocError: DAT039.
+        PostprocError: DAT009, DAT039.
     """
     if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAMES):
         return
+    missed = float(np.nanmedian(distances(fit.problem.error[:, :3])))
+    if missed > MISMATCH_M:
+        message = f"half of the rows lie over {1e3 * missed:.0f} mm from the fitted model: they are not this arm's"
+        help_ = "check the robot's name, the unit, and that joints and points belong to the same rows"
+        raise PostprocError.of("DAT009", message, fit.data.source, help=help_)
     agreed = agreement(fit.data, fit.model.robot)
     if len(agreed.rows) < FEWEST or not agreed.near:
         return

@@ -19,6 +19,7 @@ from postproc.effects.roles import Role
 from postproc.files import read_source
 from postproc.model.arm import Model, StatedPrior
 from postproc.model.doubts import doubts
+from postproc.model.packed import unpack_correlation
 from postproc.numbers import read_number
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -87,8 +88,10 @@ class _Fit(FileTable):
         noise_from: where the noise comes from.
         not_identifiable: parameters that the data did not determine.
         undetermined: parameters that stand at their priors, since the data says less than half of them.
-        parameters: names of the fitted parameters, in the order of the covariance.
-        covariance: lower triangle, SI.
+        parameters: names of the fitted parameters, in the order of sigma and of the covariance.
+        sigma: standard deviation of each parameter, SI.
+        correlation: of the parameters, packed.
+        covariance: lower triangle, SI; in place of sigma and correlation, by hand and in older files.
         unseen: directions in which parameters may be off unseen.
         unexplained_mm: per axis, without the noise.
         range: lowest and highest value of each channel that was measured.
@@ -111,16 +114,42 @@ class _Fit(FileTable):
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
     parameters: Names = []
+    sigma: list[NotNegative] = []
+    correlation: str = ""
     covariance: list[_Row] = []
     unseen: list[_Row] = []
     unexplained_mm: NotNegative = 0.0
     range: dict[Channel, Annotated[Span, AfterValidator(_ordered)]] = {}
+
+    @field_validator("sigma")
+    @classmethod
+    def _a_sigma_for_each_parameter(cls, sigma: list[float], found: ValidationInfo) -> list[float]:
+        """Return the standard deviations; refuse them if not one a parameter."""
+        count = len(found.data.get("parameters", []))
+        if len(sigma) != count:
+            raise PydanticCustomError("sigma", f"{len(sigma)} numbers for {count} parameters", AGAIN)
+        return sigma
+
+    @field_validator("correlation")
+    @classmethod
+    def _of_the_parameters(cls, text: str, found: ValidationInfo) -> str:
+        """Return a packed correlation; refuse a text that is not that of the parameters, or that lacks their sigma."""
+        count = len(found.data.get("sigma", []))
+        if text and not count and found.data.get("parameters"):
+            raise PydanticCustomError("sigma", "there is no `sigma` to it", AGAIN)
+        try:
+            unpack_correlation(text, count)
+        except ValueError as error:
+            raise PydanticCustomError("packed", str(error), AGAIN) from error
+        return text
 
     @field_validator("covariance")
     @classmethod
     def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
         """Return the rows of a covariance; refuse them if not one a parameter, or not positive semidefinite."""
         count = len(found.data.get("parameters", []))
+        if found.data.get("correlation"):
+            raise PydanticCustomError("twice", "`correlation` states it already", {"help": "take one of the two out"})
         if len(rows) != count:
             raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)
         short = next((i for i, row in enumerate(rows) if len(row) not in (i + 1, count)), None)

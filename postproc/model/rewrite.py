@@ -89,11 +89,16 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
 
 
 def _in_lines(value: Any) -> Any:
-    """Return a list of texts of over 100 characters as a TOML array, a line for each; any other value unchanged."""
-    if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
-        return value
+    """Return a value of many lines as TOML: a text of several, or a list of texts of over 100 characters in all.
+
+    Any other value comes back unchanged.
+    """
     import tomlkit
 
+    if isinstance(value, str) and "\n" in value:
+        return tomlkit.string(value, literal=True, multiline=True)
+    if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
+        return value
     found = tomlkit.array()
     found.extend(value)
     return found.multiline(True)

@@ -16,6 +16,7 @@ from postproc.model.arm import Model
 from postproc.model.derivatives.places import BATCH, PLACES, displacement_parts, flat
 from postproc.model.derivatives.sensitivity import grown_sensitivity
 from postproc.model.equilibrium import predict
+from postproc.model.packed import pack_correlation, unpack_correlation
 from postproc.model.reference import as_written
 
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
@@ -45,14 +46,18 @@ class Uncertainty:
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
     """Return the keys of the table [fit] of a model file that state a fit's uncertainty.
 
-    ``parameters`` by name, their ``covariance``, ``not_identifiable`` parameters, ``unseen`` directions over both, and
-    ``unexplained_mm``. Of the covariance the lower triangle is written, a line of numbers for each row: lists of a
-    million numbers would cost minutes.
+    ``parameters`` by name, ``sigma`` of each in its own unit, their ``correlation`` as `pack_correlation` writes it,
+    ``not_identifiable`` parameters, ``unseen`` directions over both, and ``unexplained_mm``.
     """
     names = {e.key: e.names() for e in model.effects}
+    sigma = np.sqrt(np.maximum(np.diag(known.covariance), 0.0))
+    scale = np.where(sigma > 0, sigma, 1.0)
+    correlation = known.covariance / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 1.0)
     return {
         "parameters": [f"{key}.{names[key][i]}" for key, i in known.parameters],
-        "covariance": [" ".join(f"{x:.9g}" for x in row[: i + 1]) for i, row in enumerate(known.covariance)],
+        "sigma": [float(f"{x:.9g}") for x in sigma],
+        "correlation": pack_correlation(correlation),
         "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.held],
         "unseen": [" ".join(f"{x:.9g}" for x in row) for row in known.unseen],
         "unexplained_mm": float(known.unexplained * 1e3),
@@ -72,14 +77,11 @@ def parameter_name(model: Model, key: str, index: int) -> str:
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
     """Read the uncertainty in the model's table [fit], but for parameters that it lacks; None without covariance."""
-    rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
-    if not rows:
+    covariance = _stated_covariance(model.fit, len(listed))
+    if covariance is None:
         return None
-    covariance = np.zeros((len(rows), len(rows)))
-    for i, row in enumerate(rows):
-        covariance[i, : i + 1] = covariance[: i + 1, i] = np.array(row[: i + 1], dtype=float)
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
     kept = [k for k, name in enumerate(listed) if name in place]
     parameters = tuple(place[listed[k]] for k in kept)
@@ -91,6 +93,27 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     held = tuple(place[left[k]] for k in open_)
     unseen = np.array(directions, dtype=float)[:, [*kept, *(len(listed) + k for k in open_)]]
     return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained, held, unseen)
+
+
+def _stated_covariance(fit: Mapping[str, Any], count: int) -> Array | None:
+    """Return the covariance (p, p) that a table [fit] states; None if it states none.
+
+    It is stated as ``sigma`` and ``correlation``, or by hand and in older files as ``covariance``: the lower triangle,
+    each row a list or a text of numbers.
+
+    Args:
+        count: number p of ``parameters``.
+    """
+    if fit.get("correlation") and count:
+        sigma = np.array(fit["sigma"], dtype=float)
+        return np.asarray(unpack_correlation(fit["correlation"], count) * np.outer(sigma, sigma))
+    rows = [row.split() if isinstance(row, str) else row for row in fit.get("covariance", [])]
+    if not rows:
+        return None
+    covariance = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        covariance[i, : i + 1] = covariance[: i + 1, i] = np.array(row[: i + 1], dtype=float)
+    return covariance
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:

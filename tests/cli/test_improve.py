@@ -295,6 +295,20 @@ def test_a_fit_without_the_frame_of_the_instrument_is_told_so(call: Call, cell: 
     assert outcome.err.splitlines()[1].startswith("warning[DAT030]: without `instrument_frame` the model misses")
 
 
+def test_heights_that_are_not_this_arms_give_no_model(call: Call, cell: Path, tmp_path: Path) -> None:
+    """One coordinate cannot be held against the nominal arm: what the fit leaves says that it is another table."""
+    rows = list(csv.reader((cell / "fit.csv").read_text("utf-8").splitlines()))
+    x, y, z = (rows[0].index(name) for name in ("x_mm", "y_mm", "z_mm"))
+    heights = [row[z] for row in rows[1:]]
+    for row, other in zip(rows[1:], [*heights[40:], *heights[:40]], strict=True):
+        row[z] = other
+    table, model = tmp_path / "other.csv", tmp_path / "m.toml"
+    table.write_text("\n".join(",".join(c for k, c in enumerate(row) if k not in (x, y)) for row in rows), "utf-8")
+    outcome = call("fit", table, "--robot", "irb4600_60_205", "-o", model)
+    assert outcome.code == 2 and not model.exists()
+    assert "error[DAT009]: half of the rows lie over" in outcome.err and "from the fitted model" in outcome.err
+
+
 def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cell: Path, tmp_path: Path) -> None:
     base, again = tmp_path / "base.toml", tmp_path / "again.toml"
     call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", base)

@@ -16,7 +16,7 @@ from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from tests.cost import seconds
+from tests.cost import operations
 
 HEAD = """\
 import numpy as np
@@ -329,7 +329,7 @@ def test_error_map_of_306_columns_on_12000_rows_is_cheap():
     (cls,) = (c for c in BUILT_IN if c.key == "joint_error_map")
     effect = cls(order=25)
     assert effect.basis(state).values.shape == (12000, 306)
-    assert seconds(lambda: effect.basis(state)) < 2.0
+    assert operations(lambda: effect.basis(state)) < 1000
 
 
 def test_importing_the_registry_needs_numpy_alone():

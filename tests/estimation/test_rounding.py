@@ -161,3 +161,16 @@ def test_a_missing_effect_does_not_pass_for_rounded_angles(written):
     assert found.final.data.rounded is written
     added = add_effects(found.base.model, data, ["backlash"], noise=3e-5)
     assert added.fit.data.rounded is written
+
+
+def test_rounded_angles_beside_one_coordinate_are_the_error_of_that_one():
+    """Of z alone: the noise is that of repeats and what rounding moves z by, as rounded and true angles give it."""
+    exact = cell(seed=5160, noise=0.02, poses=60)[0]
+    data = replace(rounded(exact), position=np.where([False, False, True], exact.position, np.nan))
+    model = base_fit(exact).model
+    moved = predict(model, data.state)[:, 2, 3] - predict(model, exact.state)[:, 2, 3]
+    fit = fit_model(model, data)
+    assert fit.data.rounded
+    assert fit.noise.rounding == pytest.approx(np.std(moved), rel=0.25)
+    assert fit.parts.origin == "repeats and rounded angles"
+    assert fit.noise.sigma == pytest.approx(np.hypot(2e-5, np.std(moved)), rel=0.25)

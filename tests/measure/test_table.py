@@ -8,6 +8,7 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.identification.compare import compare
 from postproc.measure.alignment import align
+from postproc.measure.checks.readings import PlacedArm, zero_errors
 from postproc.measure.checks.repeats import estimate_noise
 from postproc.measure.iso9283 import iso9283
 from postproc.measure.read.table import read_measurements
@@ -93,6 +94,18 @@ def test_joint_zeros_are_for_the_fit():
     (finding,) = data.diagnostics
     assert (finding.code, finding.severity) == ("DAT009", "warning")
     assert "joint 2 by -3.0 deg" in finding.help
+
+
+def test_joint_zeros_that_are_turns_of_instrument_or_tool_stay_where_they_are():
+    """Nothing tells joint 1 from the instrument or joint 6 from the tool: rounding must not carry them away."""
+    rng = np.random.default_rng(8)
+    q, arm = rng.uniform(-1.2, 1.2, (40, 6)), PlacedArm(load_robot("irb4600_60_205"))
+    zeros = np.radians([0.0, -2.0, 0.0, 0.0, 1.0, 0.0])
+    T = arm.flange(q + zeros)
+    point = T[:, :3, :3] @ [0.1, -0.2, 0.3] + T[:, :3, 3] + rng.normal(scale=3e-5, size=(40, 3))
+    offset, left = zero_errors(arm, q, point)
+    np.testing.assert_allclose(np.degrees(offset), np.degrees(zeros), atol=0.02)
+    assert left < 1e-4
 
 
 def test_lost_beams_do_not_hide_that_the_others_fit():
@@ -358,3 +371,30 @@ def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
     asked = read_measurements(source, robot, measured=False)
     assert np.degrees(asked.state.q[:, 0]) == pytest.approx([0.0, 5.0])
     assert np.isnan(asked.position).all()
+
+
+def gauge(step_mm: float, seed: int) -> list[str]:
+    """Lines of a table of 12 poses, three readings of z each with 0.015 mm of noise, in steps of the gauge."""
+    rng = np.random.default_rng(seed)
+    header, *rows = [line.split(",") for line in table(12)]
+    lines = [",".join([*header[:7], "z_mm"])]
+    for row in rows:
+        read = np.round((float(row[9]) + rng.normal(scale=0.015, size=3)) / step_mm) * step_mm
+        lines += [",".join([*row[:7], f"{z:.4f}"]) for z in read]
+    return lines
+
+
+@pytest.mark.parametrize("step_mm", [0.001, 0.002, 0.01, 0.1])
+def test_a_gauge_reads_the_same_twice_and_a_copied_row_of_a_tracker_is_no_chance(step_mm):
+    said = [code for seed in range(20) for code in codes(gauge(step_mm, seed))]
+    assert "DAT006" not in said
+    header, *rows = table(12)
+    noise = np.random.default_rng(2).normal(scale=0.015, size=(12, 3))
+    again = [
+        ",".join([*row.split(",")[:7], *(f"{float(x) + e:.4f}" for x, e in zip(row.split(",")[7:], off, strict=True))])
+        for row, off in zip(rows, noise, strict=True)
+    ]
+    assert "DAT006" not in codes([header, *rows, *again])
+    assert "DAT006" in codes([header, *rows, *again, again[3]])
+    copied = [header, *rows, *again, *again[:2]]
+    assert codes(copied).count("DAT006") == 2

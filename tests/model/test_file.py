@@ -137,14 +137,20 @@ def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
         ("range = {q1 = [1]}", "`fit.range.q1` has too few values"),
         ("range = {q7 = [1, 2]}", "`fit.range.q7.[key]`: input should be 'q1', 'q2'"),
         ("rang = {q1 = [1, 2]}", "unknown key `rang`"),
+        ('parameters = ["a"]\ncorrelation = "AAAA"', "`fit.correlation`: there is no `sigma` to it"),
         ('covariance = ["1"]', "`fit.covariance`: 1 rows for 0 parameters"),
+        ("sigma = [1]", "`fit.sigma`: 1 numbers for 0 parameters"),
+        ("correlation = 'AAAAAAAA'", "`fit.correlation`: the text is not base64 of compressed numbers"),
+        ("correlation = 'ab!'", "`fit.correlation`: the text is not base64 of compressed numbers"),
+        ("correlation = 'eNpjYIAAAAAIAAE='", "`fit.correlation`: the text is not that of 0 parameters"),
+        ('parameters = ["a"]\nsigma = []', "`fit.sigma`: 0 numbers for 1 parameters"),
     ],
 )
 def test_a_spoilt_fit_table_is_named_at_its_place(line: str, said: str) -> None:
     with pytest.raises(PostprocError) as error:
         parse_model(Source("m.toml", f'robot = "ur5"\n\n[fit]\n{line}\n'.encode()))
     found = error.value.diagnostics[0]
-    assert (found.code, found.place.split(":")[1]) == ("MOD002", "4")
+    assert (found.code, found.place.split(":")[1]) == ("MOD002", str(4 + line.count("\n")))
     assert found.message.startswith(said)
 
 

@@ -123,7 +123,10 @@ def test_a_file_carries_it(tmp_path: Path) -> None:
     again = read_model(tmp_path / "m.toml")
     assert again.fit["parameters"] == ["joint_offset.offset_rad[2]", "joint_compliance.compliance_rad_per_Nm[3]"]
     assert predict_sigma(again, state) == pytest.approx(predict_sigma(model, state), rel=1e-8)
-    by_hand = replace(again, fit={**again.fit, "covariance": [[1e-8, 1e-13], [1e-13, 1e-16]]})
+    plain = {key: value for key, value in again.fit.items() if key not in ("sigma", "correlation")}
+    by_hand = replace(again, fit={**plain, "covariance": [[1e-8, 1e-13], ["1e-13", "1e-16"]]})
+    older = replace(again, fit={**plain, "covariance": ["1e-8", "1e-13 1e-16"]})
+    assert predict_sigma(older, state) == pytest.approx(predict_sigma(by_hand, state), rel=1e-12)
     assert predict_sigma(by_hand, state) == pytest.approx(predict_sigma(model, state), rel=1e-12)
     assert beyond_range(again, state) == ()
     far = state.with_(q=state.q + np.array([0, 2.0, 0, 0, 0, 0]), payload_mass=np.full(4, 30.0))

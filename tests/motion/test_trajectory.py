@@ -18,7 +18,7 @@ from postproc.motion.timing.spline import Runs
 from postproc.motion.timing.trajectory import retime
 from postproc.motion.values import Move, Trajectory
 from postproc.robot.arm import Robot
-from tests.cost import seconds
+from tests.cost import operations
 from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
 
 
@@ -251,14 +251,14 @@ def test_a_target_given_twice_is_a_stop() -> None:
 
 
 def test_cost_grows_with_the_program_and_no_faster() -> None:
-    def cost(n: int) -> float:
+    def cost(n: int) -> int:
         points = [line(pose(1.1 + 0.02 * (k % 2), -0.4 + 0.8 * k / n, 0.5), zone=0.001, speed=0.1) for k in range(n)]
         moves = chain(joint(pose(1.0, -0.4, 0.6)), *points, line(pose(1.1, 0.4, 0.5), fine=True))
         path, _ = sample_path(ROBOT, moves)
-        return seconds(lambda: retime(ROBOT, path))
+        return operations(lambda: retime(ROBOT, path))
 
     cost(10)
-    assert cost(800) < 8 * 4 * max(cost(100), 0.02)
+    assert cost(800) < 8 * 1.2 * cost(100)
 
 
 def test_speeds_are_those_of_toppra_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.estimation.fitted import Fit
@@ -37,7 +38,8 @@ def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
         return problem, noise
     each = np.bincount(problem.data.repeats)[problem.data.repeats]
     turn = np.linalg.inv(np.linalg.cholesky(np.eye(size) + common * each[:, None, None]))
-    added = float(np.mean(np.trace(own[:, :3, :3], axis1=1, axis2=2))) / 3
+    measured = problem.weights.used[:, :3]
+    added = float(np.mean(np.diagonal(own[:, :3, :3], axis1=1, axis2=2)[measured])) if measured.any() else 0.0
     if noise.sigma is not None:
         noise = replace(noise, sigma=float(np.hypot(noise.sigma, np.sqrt(added))), rounding=float(np.sqrt(added)))
     return problem.weighted(Weights(problem.weights.values, turn)), noise
@@ -52,16 +54,26 @@ def rounded(fit: Fit) -> bool:
     step^2 / 12. It is assumed unless the likelihood contradicts it by `DENIED`.
     """
     data, values = fit.data, fit.problem.weights.values[:, :3]
-    good = np.flatnonzero((values > 0).all(axis=1))
-    _, first, group, each = np.unique(data.repeats[good], return_index=True, return_inverse=True, return_counts=True)
-    error = (
-        np.stack([np.bincount(group, column[good]) for column in fit.problem.error[:, :3].T], axis=1) / each[:, None]
-    )
-    error *= np.sqrt(max(1.0, len(fit.problem.residual) / max(fit.freedom, 1.0)))
+    good = np.flatnonzero((values > 0).any(axis=1))
+    if not len(good):
+        return True
+    used = (values > 0)[good]
+    _, first, group = np.unique(data.repeats[good], return_index=True, return_inverse=True)
+
+    def total(numbers: Array) -> Array:
+        """Return sums (poses, 3) over the repeats of each pose, of the coordinates that were measured."""
+        return np.stack([np.bincount(group, column) for column in np.where(used, numbers, 0.0).T], axis=1)
+
+    count = total(np.ones(used.shape))
+    each = np.maximum(count, 1.0)
+    # The parameters take up what they can of the n means, and leave the (n - p)-th part of their variance.
+    poses, fitted = int((count > 0).sum()), len(fit.problem.residual) - fit.freedom
+    error = total(fit.problem.error[good, :3]) / each * np.sqrt(poses / max(poses - fitted, 1.0))
     known = fit.noise.sigma is not None
-    noise = known * np.bincount(group, np.mean(values[good] ** -2.0, axis=1)) / each**2
-    turns = fit.problem.sensitivity.matrix[good[first], :3, :6] * data.step / np.sqrt(12)
-    return _likelihood(error, noise, turns, 0.0) - _likelihood(error, noise, turns, 1.0) < DENIED
+    noise = known * total(np.where(used, values[good], 1.0) ** -2.0) / each**2
+    turns = fit.problem.sensitivity.matrix[good[first], :3, :6] * data.step / np.sqrt(12) * (count > 0)[:, :, None]
+    likely = [_likelihood(error, noise, turns, count > 0, least) for least in (0.0, 1.0)]
+    return likely[0] - likely[1] < DENIED
 
 
 def misjudged(fit: Fit) -> bool:
@@ -72,30 +84,31 @@ def misjudged(fit: Fit) -> bool:
     return fit.data.rounded is not None and fit.data.rounded != rounded(fit)
 
 
-def _likelihood(error: Array, noise: Array, turns: Array, least: float) -> float:
-    """Return the largest log likelihood of errors (n, 3) [m] with the covariance v I + x_0 w I + sum_j x_j J_j J_j^T.
+def _likelihood(error: Array, noise: Array, turns: Array, measured: NDArray[np.bool_], least: float) -> float:
+    """Return the largest log likelihood of errors (n, 3) [m] with the covariance V + x_0 w I + sum_j x_j J_j J_j^T.
 
-    It is maximised over x_0 and the six x_j.
+    It is maximised over x_0 and the six x_j, and is that of the measured coordinates alone.
 
     Args:
-        error: of the mean of each pose. noise: (n,) v [m^2]; w is the mean square error.
-        turns: (n, 3, 6) J, the displacement of the TCP by the rounding of each joint. least: lower bound of x_j.
+        error: of the mean of each pose. noise: (n, 3) diagonals of V [m^2]; w is the mean square error.
+        turns: (n, 3, 6) J, the displacement of the TCP by the rounding of each joint.
+        measured: (n, 3) mask; errors and turns of other coordinates are 0. least: lower bound of x_j.
     """
     from scipy.optimize import minimize
 
-    typical = float(np.mean(error**2))
+    typical = float(np.mean(error[measured] ** 2))
     outer = np.einsum("nij,nkj->njik", turns, turns)
+    apart = np.eye(3) * measured[:, None, :]
+    fixed = np.eye(3) * np.where(measured, noise, 1.0)[:, None, :]
 
     def cost(x: Array) -> tuple[float, Array]:
         """Return minus the log likelihood at x, and its derivative (7,)."""
-        C = (noise + typical * x[0])[:, None, None] * np.eye(3) + np.einsum("j,njik->nik", x[1:], outer)
+        C = fixed + typical * x[0] * apart + np.einsum("j,njik->nik", x[1:], outer)
         inverse = np.linalg.inv(C)
         seen = (inverse @ error[:, :, None])[:, :, 0]
         slope = inverse - seen[:, :, None] * seen[:, None, :]
         value = np.sum(error * seen) + np.sum(np.linalg.slogdet(C)[1])
-        along = np.concatenate(
-            [[typical * np.trace(slope, axis1=1, axis2=2).sum()], np.einsum("nik,njik->j", slope, outer)]
-        )
+        along = np.concatenate([[typical * np.sum(slope * apart)], np.einsum("nik,njik->j", slope, outer)])
         return 0.5 * float(value), 0.5 * along
 
     start = np.concatenate([[0.1], np.full(6, 1.0)])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
+from postproc.measure.checks.copies import check_copies
 from postproc.measure.checks.readings import (
     MISMATCH_M,
     RADIANS,
@@ -59,7 +60,12 @@ def check_measurements(
     if not _usable_rows(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
-    found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
+    found = [
+        *_check_cells(data, cells, measured),
+        *check_copies(data, cells),
+        *_check_rounding(data, cells),
+        *check_sizes(data, robot, cells),
+    ]
     rows = agreed.rows
     poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
     if data.tool_known or len(poses) < FEWEST:
@@ -88,7 +94,7 @@ def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diag
 
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
-    """Return DAT005 for rows without angles or measurements, DAT006 for rows that repeat another digit by digit."""
+    """Return DAT005 for rows without angles or measurements."""
     found = []
     commanded = _usable_rows(data, measured=False)
     unmeasured = commanded & ~_usable_rows(data, measured)
@@ -98,17 +104,6 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
             message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
             help_ = "fill in the empty cells if the values are known"
             found.append(Diagnostic("DAT005", "warning", message, cells.source, cells.span(first), help_))
-    skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
-    seen: dict[tuple[str, ...], int] = {}
-    repeated = 0
-    for i, row in enumerate(cells.rows):
-        key = tuple(cell for k, cell in enumerate(row) if k not in skipped)
-        first = seen.setdefault(key, i)
-        if first != i and repeated < SHOWN:
-            repeated += 1
-            message = f"row {i + 1} repeats row {first + 1} digit by digit; no instrument measures the same twice"
-            help_ = "if it was copied, remove it: copied rows make the noise look smaller than it is"
-            found.append(Diagnostic("DAT006", "warning", message, cells.source, cells.span(i), help_))
     return found
 
 

@@ -29,6 +29,8 @@ CLEARER = 5.0
 LENGTHS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
 RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0
+STAY = 1e-2
+"""Residual [m] of one radian of joint zero: far below what a radian moves (metres), far above what rounding does."""
 RADIANS_BELOW = np.radians(7.0)
 RADIANS = (
     "the joint angles are all below 7 deg: they look like radians, not degrees",
@@ -174,15 +176,20 @@ def other_arms(arm: PlacedArm, q: Array, position: Array) -> list[str]:
 
 
 def zero_errors(arm: PlacedArm, q: Array, position: Array) -> tuple[Array, float]:
-    """Return (6,) offsets of joint angles [rad] that fit the points best, and the median distance [m] left then."""
+    """Return (6,) offsets of joint angles [rad] that fit the points best, and the median distance [m] left then.
+
+    A joint whose offset is also a turn of the instrument or of the tool (the first, the last) has nothing in the data
+    that holds it: a weight of `STAY` per radian keeps it at zero. The distance is infinite where no best offsets are
+    reached within 100 evaluations.
+    """
     from scipy.optimize import least_squares
 
     def error(offset: Array) -> Array:
-        """Return the residuals (3 n,) [m] with joint zeros moved."""
-        return align_arm(arm, q + offset, position).residual.ravel()
+        """Return the residuals (3 n,) [m] with joint zeros moved, and those (6,) of the offsets themselves."""
+        return np.append(align_arm(arm, q + offset, position).residual, STAY * offset)
 
-    best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=20)
-    return np.asarray(best.x), align_arm(arm, q + best.x, position).typical
+    best = least_squares(error, np.zeros(6), loss="soft_l1", f_scale=1e-3, max_nfev=100)
+    return np.asarray(best.x), align_arm(arm, q + best.x, position).typical if best.success else np.inf
 
 
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
