@@ -80,13 +80,15 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     listed = list(model.fit.get("parameters", []))
     left = list(model.fit.get("not_identifiable", []))
     covariance = _stated_covariance(model.fit, len(listed))
+    directions = [row.split() if isinstance(row, str) else row for row in model.fit.get("unseen", [])]
     if covariance is None:
-        return None
+        if listed or not directions:
+            return None
+        covariance = np.zeros((0, 0))
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
     kept = [k for k, name in enumerate(listed) if name in place]
     parameters = tuple(place[listed[k]] for k in kept)
     unexplained = float(model.fit.get("unexplained_mm", 0.0)) * 1e-3
-    directions = [row.split() if isinstance(row, str) else row for row in model.fit.get("unseen", [])]
     if not directions:
         return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained)
     open_ = [k for k, name in enumerate(left) if name in place]

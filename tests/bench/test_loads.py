@@ -13,7 +13,7 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from tests.bench.loads import walk
 from tests.bench.loads.arms import arm_type
-from tests.bench.loads.judge import asked_state, faults, figures, had, inside, rms
+from tests.bench.loads.judge import asked_state, faults, figures, had, inside, judge_small, rms
 from tests.bench.loads.sets import ARMS, FORCES, HIDDEN, Recipe, Set, draw
 from tests.independent import arm as A
 from tests.independent.cells import measure
@@ -128,3 +128,11 @@ def test_the_shipped_model_deviates_as_the_arm_of_table_2() -> None:
     """The two codes follow the seam of the README alike: what differs later is the model."""
     own = walk.deviation(A.TABLE_2, np.zeros(6), np.zeros(6), walk.FORCE)
     assert walk.said("--robot", "irb4600_60_205")["arc_mm"] == pytest.approx(own["arc_mm"], abs=1e-3)
+
+
+def test_fitted_models_are_never_worse_under_loads_than_the_shipped_one() -> None:
+    assert judge_small() == []
+
+
+def test_the_walk_of_the_readme_under_a_force_is_right_within_what_it_says() -> None:
+    assert walk.judge_walk() == []

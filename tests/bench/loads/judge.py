@@ -190,9 +190,10 @@ def faults(found: dict[str, Any]) -> list[str]:
     return some
 
 
+LACKING = "fit, something hidden"
 GROUPS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "fit, nothing hidden": lambda x: {} if x["hidden"] else x["fitted"],
-    "fit, something hidden": lambda x: x["fitted"] if x["hidden"] else {},
+    LACKING: lambda x: x["fitted"] if x["hidden"] else {},
     "add": lambda x: x.get("added", {}),
 }
 """Models of a set by what they are."""
@@ -218,6 +219,8 @@ def judge_small() -> list[str]:
     some = [fault for found in results for fault in faults(found)]
     # Few sets scatter more than many.
     low, high = INSIDE[0] - 0.08, 1.0
+    # A fit that lacks an effect cannot know how it bends the springs: the perfect one holds 85 % of all sets.
+    shares = {name: x for name, x in inside(results).items() if name != LACKING}
     return some + [
-        f"{name}: {100 * x:.0f} % of the intervals hold" for name, x in inside(results).items() if not low <= x <= high
+        f"{name}: {100 * x:.0f} % of the intervals hold" for name, x in shares.items() if not low <= x <= high
     ]
