@@ -95,31 +95,40 @@ def posterior_of(fit: Solution, scatter: float) -> Posterior:
     start = np.array([effects[key].vector()[i] for key, i in names])
     gram = (columns.T @ columns + np.diag(penalty**2)) / scatter
     pull = (columns.T @ fit.problem.residual - penalty**2 * start) / scatter
-    mean = _likeliest(gram, pull, start, value, spread, log)
 
+    def taken(unit: Array) -> tuple[Array, Array]:
+        """Return the covariance (k, k) of the determined ones in these units, and what they take up of the others."""
+        curvature = gram * np.outer(unit, unit) + np.diag(spread**-2.0)
+        known = _inverse(curvature[:count, :count])
+        return known, known @ curvature[:count, count:]
+
+    unit = np.where(log, value, 1.0)
+    moves, own = _moves(fit, names, unit, taken(unit)[1])
+    shown = moves * spread[count:] > np.maximum(NOTHING, SAME * own * spread[count:])
+    kept = np.concatenate([np.arange(count), count + np.flatnonzero(shown)])
+    names = tuple(names[k] for k in kept)
+    gram, pull, start, value, spread, log = (
+        gram[np.ix_(kept, kept)], pull[kept], start[kept], value[kept], spread[kept], log[kept]
+    )  # fmt: skip
+
+    mean = _likeliest(gram, pull, start, value, spread, log)
     unit = np.where(log, mean, 1.0)
-    curvature = gram * np.outer(unit, unit) + np.diag(spread**-2.0)
-    known = _inverse(curvature[:count, :count])
-    taken = known @ curvature[:count, count:]
-    moves, own = _moves(fit, names, unit, taken)
-    shown = count + np.flatnonzero(moves * spread[count:] > np.maximum(NOTHING, SAME * own * spread[count:]))
-    here = shown - count
-    left = _inverse((curvature[count:, count:] - curvature[count:, :count] @ taken)[np.ix_(here, here)])
-    lower = _factor(left)
-    directions = np.vstack([-taken[:, here] @ lower, lower]).T
+    known, off = taken(unit)
+    curvature = (gram * np.outer(unit, unit) + np.diag(spread**-2.0))[count:]
+    lower = _factor(_inverse(curvature[:, count:] - curvature[:, :count] @ off))
+    directions = np.vstack([-off @ lower, lower]).T
     # A log-normal number lies farther from its median than the deviation of its logarithm says.
-    kept = [*range(count), *shown.tolist()]
-    total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(here))]) + np.sum(directions**2, axis=0))
-    wide = unit[kept] * np.where(log[kept] & (total > 0), lognormal_deviation(total) / np.maximum(total, 1e-300), 1.0)
+    total = np.sqrt(np.concatenate([np.diag(known), np.zeros(len(lower))]) + np.sum(directions**2, axis=0))
+    wide = unit * np.where(log & (total > 0), lognormal_deviation(total) / np.maximum(total, 1e-300), 1.0)
     deviation = np.array([priors[key].deviation()[i] for key, i in names])
     return Posterior(
         determined,
-        mean[kept],
+        mean,
         known * np.outer(wide[:count], wide[:count]),
-        tuple(names[k] for k in shown),
+        names[count:],
         directions * wide,
-        np.where(np.isinf(spread), np.inf, deviation)[kept],
-        tuple(priors[names[k][0]].source[names[k][1]] for k in kept),
+        np.where(np.isinf(spread), np.inf, deviation),
+        tuple(priors[key].source[i] for key, i in names),
     )
 
 

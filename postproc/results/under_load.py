@@ -27,7 +27,7 @@ def undetermined_values(known: Undetermined | None) -> Values:
             "value": known.value,
             "sigma": known.sigma,
             "within_95_percent_mm": mm(known.largest),
-            "pull": None if known.pull is None else known.pull.tolist(),
+            "pull": [] if known.pull is None else known.pull.tolist(),
             "pull_shows_mm": mm(known.told),
         },
     }

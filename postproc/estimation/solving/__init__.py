@@ -2,5 +2,5 @@
 
 A `start` without a guess; one `step` with what is `determined`; steps until nothing moves, `solve`. `reweight` sets
 rows aside, `rounding` weighs rounded angles, `smooth` chooses how smooth free functions are, `session_laws` holds laws
-that belong to one session.
+that belong to one session. `settle` moves what the rows alone would have to the posterior.
 """
