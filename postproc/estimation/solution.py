@@ -38,6 +38,8 @@ class Solution:
         noise: of the instrument and the arm, by which the numbers were weighted.
         set_aside: indices of rows of ``problem.data`` so far off that they were left out of the fit.
         strength: of the smoothness penalty, by effect key.
+        pull: (p,) weights of the priors, and centre: (p,) the values to which they pull; None before a fit is moved to
+            its posterior (`settle`).
     """
 
     problem: Problem
@@ -49,6 +51,8 @@ class Solution:
     noise: Noise
     set_aside: tuple[int, ...] = ()
     strength: Mapping[str, float] = field(default_factory=dict)
+    pull: Array | None = None
+    centre: Array | None = None
 
     @property
     def model(self) -> Model:
@@ -101,11 +105,14 @@ class Solution:
     def _linear(self) -> Linear:
         """The fit as a linear problem, as if neighbouring rows of a record were independent.
 
-        What penalised parameters x predict is added to the residual, y = r + A x, so that y - U U^T y is the residual
-        again.
+        What parameters x predict that a penalty or a prior pulls to m is added to the residual, y = r + A (x - m), so
+        that y - U U^T y is the residual again.
         """
-        soft = np.flatnonzero(self.penalty)
-        y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
+        off, held = self._vector(), self.penalty
+        if self.pull is not None and self.centre is not None:
+            off, held = off - self.centre, np.hypot(held, self.pull)
+        soft = np.flatnonzero(held)
+        y = self.problem.residual + self.columns[:, soft] @ off[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
         return Linear(y, self.basis(), self.problem.row, min(share, self.informative))
@@ -116,7 +123,8 @@ class Solution:
         Args:
             share: of the smoothness penalty that still counts; 1 for all of it.
         """
-        own = basis_of(self.columns, share * self.penalty)
+        held = share * self.penalty
+        own = basis_of(self.columns, held if self.pull is None else np.hypot(held, self.pull))
         return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
 
     @cached_property

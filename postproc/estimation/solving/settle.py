@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.estimation.fitted import Fit
+from postproc.estimation.priors import is_placed, prior_of
 from postproc.estimation.solving.determined import slope
 
 PASSES = 4
@@ -36,4 +38,26 @@ def settled(fit: Fit) -> Fit:
         fit = replace(fit, problem=problem, held=at.held, at_bound=bound, columns=at.columns, penalty=at.penalty)
         if not (moved > STILL).any():
             break
-    return fit
+    pull, centre = _pulled(fit)
+    return replace(fit, pull=pull, centre=centre)
+
+
+def _pulled(fit: Fit) -> tuple[Array, Array]:
+    """Return weight and centre (p,) of the prior of each fitted parameter, as a fit without some rows would have them.
+
+    The prior of a logarithm, (ln x - ln m) / S, is taken along its tangent at x: weight 1 / (x S), centre
+    x - x ln(x / m).
+    """
+    priors = {e.key: prior_of(e, fit.model) for e in fit.model.effects}
+    free = {e.key for e in fit.model.effects if is_placed(e) or e.roughness() is not None}
+    pull, centre = np.zeros(len(fit.parameters)), np.zeros(len(fit.parameters))
+    vectors = {e.key: e.vector() for e in fit.model.effects}
+    for k, (key, i) in enumerate(fit.parameters):
+        if key in free:
+            continue
+        x, prior = vectors[key][i], priors[key]
+        log = prior.log[i] and x > 0
+        unit = x if log else 1.0
+        centre[k] = x - x * np.log(x / prior.value[i]) if log else prior.value[i]
+        pull[k] = np.sqrt(fit.scatter_of_parameters) / (unit * prior.spread[i])
+    return pull, centre
