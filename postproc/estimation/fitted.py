@@ -101,6 +101,11 @@ class Fit(Solution):
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         return float(np.sqrt(excess_variance(own, max(self.freedom, 1.0), noise**2, self.noise.dof)))
 
+    @property
+    def drafted(self) -> bool:
+        """Whether an effect of the model was drafted from data: its formula has seen all rows, held-out ones too."""
+        return any(e.drafted and not e.is_null for e in self.model.effects)
+
     @cached_property
     def undecided(self) -> float:
         """Standard deviation per axis [m] that an uncertain formula of a drafted effect adds to predictions.
@@ -108,7 +113,7 @@ class Fit(Solution):
         It is the difference to a formula that is worse by odds of 50 to 1. It is 0 where the model has no drafted
         effect, which is an effect whose formula was proposed from the data.
         """
-        if not any(e.drafted and not e.is_null for e in self.model.effects):
+        if not self.drafted:
             return 0.0
         numbers = self.serial * self.informative * len(self.problem.residual)
         return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))
