@@ -96,6 +96,8 @@ def test_the_effect_that_a_page_adds_takes_the_error_to_the_noise(page: Path, tm
     (said,) = (output for line, output in ran.items() if line.startswith("postproc add") and "gear_step.py" in line)
     fell = re.search(r"the error falls from ([\d.]+) to ([\d.]+) mm per axis; the noise is ([\d.]+) mm", said)
     assert fell is not None, said
+    drafts = [output for line, output in ran.items() if line.startswith("postproc add") and " own " in line]
+    assert all("The formula of a draft is chosen on all rows" in text and "has not seen" not in text for text in drafts)
     before, after, noise = map(float, fell.groups())
     assert before > 3 * noise and after < 1.1 * noise
     assert page.name == "CONTRIBUTING.md" or f"falls from {fell[1]} to {fell[2]}" in page.read_text("utf-8")

@@ -109,7 +109,8 @@ class _Work:
             if self.lines:
                 parts.append(f"{self.share * self.lines / done:,.0f} lines/s")
             left = done * (1 - self.share) / self.share - (now - self.told)
-            parts.append(f"about {max(left, 1):.0f} s remain")
+            if left >= 1:  # a step that takes longer than its share foretold has no end that is known
+                parts.append(f"about {left:.0f} s remain")
         return visible(", ".join(parts))
 
 

@@ -141,9 +141,12 @@ def _unread(fit: Fit) -> list[Diagnostic]:
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:
-    """Return DAT016 where the held-out rms is at least three times the rms of the fitted rows: too few poses."""
+    """Return DAT016 where the held-out rms is at least three times the rms of the fitted rows: too few poses.
+
+    Of a drafted effect no row is held out.
+    """
     poses = int(fit.data.repeats.max()) + 1
-    if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+    if fit.drafted or fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
     unit = fit.observed.unit
     message = (

@@ -10,11 +10,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.estimation.evidence import CLOSE
+from postproc.estimation.excess import excess_variance
 from postproc.estimation.leftover import Leftover, split_residual
 from postproc.estimation.posterior import Posterior, posterior_of
 from postproc.estimation.solution import Solution
 from postproc.measure.checks.repeats import Noise
-from postproc.measure.significance import DOUBTFUL, chance_of_excess
 
 
 @dataclass(frozen=True)
@@ -94,15 +94,18 @@ class Fit(Solution):
     def unexplained(self) -> float:
         """Standard deviation per axis [m], [rad] of angles, of the model's error of the true pose, without the noise.
 
-        It is the residual variance less that of the noise, where that is significant (F test, 1 %), else 0; without a
-        known noise, it is the part of the residual that follows the channels.
+        It is what the residual variance may have beside that of the noise (`excess_variance`); without a known noise,
+        it is the part of the residual that follows the channels.
         """
         own, noise = self.overconfidence * self._square, self.noise.sigma
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
-        if own <= noise**2 or chance_of_excess(own / noise**2, max(self.freedom, 1.0), self.noise.dof) > DOUBTFUL:
-            return 0.0
-        return float(np.sqrt(own - noise**2))
+        return float(np.sqrt(excess_variance(own, max(self.freedom, 1.0), noise**2, self.noise.dof)))
+
+    @property
+    def drafted(self) -> bool:
+        """Whether an effect of the model was drafted from data: its formula has seen all rows, held-out ones too."""
+        return any(e.drafted and not e.is_null for e in self.model.effects)
 
     @cached_property
     def undecided(self) -> float:
@@ -111,7 +114,7 @@ class Fit(Solution):
         It is the difference to a formula that is worse by odds of 50 to 1. It is 0 where the model has no drafted
         effect, which is an effect whose formula was proposed from the data.
         """
-        if not any(e.drafted and not e.is_null for e in self.model.effects):
+        if not self.drafted:
             return 0.0
         numbers = self.serial * self.informative * len(self.problem.residual)
         return float(np.sqrt(CLOSE * self.overconfidence * self._square / numbers))

@@ -17,25 +17,25 @@ FARTHER, LEAST_M = 1.2, 5e-5
 
 
 def no_farther_than_nominal(fit: Fit) -> None:
-    """Raise DAT009 where a fit misses most rows by over 50 mm, DAT039 where clearly farther than the nominal arm does.
+    """Raise DAT039 where a fit leaves most rows clearly farther off than the nominal arm does, DAT009 over 50 mm.
 
     The medians of the position errors over the rows that agree on where the arm stands are compared: a fit led astray
     by wrong rows is far from most of the others. Nothing is compared for fits without positions, or for a model without
-    frames (DAT030 reports that). A table of one coordinate, which cannot be held against the nominal arm before it is
-    fitted, is held against the fitted model.
+    frames (DAT030 reports that). Where rows do not tell how far the nominal arm is, as of one coordinate, 50 mm in
+    the median row is too far.
 
     Raises:
         PostprocError: DAT009, DAT039.
     """
     if fit.observed.name != "position" or any(fit.model.in_role(role) is None for role in FRAMES):
         return
-    missed = float(np.nanmedian(distances(fit.problem.error[:, :3])))
-    if missed > MISMATCH_M:
-        message = f"half of the rows lie over {1e3 * missed:.0f} mm from the fitted model: they are not this arm's"
-        help_ = "check the robot's name, the unit, and that joints and points belong to the same rows"
-        raise PostprocError.of("DAT009", message, fit.data.source, help=help_)
     agreed = agreement(fit.data, fit.model.robot)
     if len(agreed.rows) < FEWEST or not agreed.near:
+        missed = float(np.nanmedian(distances(fit.problem.error[:, :3])))
+        if missed > MISMATCH_M:
+            message = f"half of the rows lie over {1e3 * missed:.0f} mm from the fitted model: they are not this arm's"
+            help_ = "check the robot's name, the unit, and that joints and points belong to the same rows"
+            raise PostprocError.of("DAT009", message, fit.data.source, help=help_)
         return
     nominal = float(np.median(np.linalg.norm(agreed.error, axis=1)))
     left = float(np.median(distances(fit.problem.error[agreed.rows, :3])))

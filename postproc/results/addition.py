@@ -6,7 +6,7 @@ from typing import Any
 
 from postproc.estimation.fitted import Fit
 from postproc.estimation.least_squares import evaluate
-from postproc.identification.add import HELPS, Addition
+from postproc.identification.add import HELPS, Addition, FitFigures
 from postproc.numbers import mm
 from postproc.report.blocks import Bar, Bars, Beside, Chart, Document, Figure, Scene, Section, View
 from postproc.report.drawing.residuals import channel_sections
@@ -32,37 +32,38 @@ def addition_document(name: str, found: Addition) -> Document:
     """
     values, kind, fit = addition_values(found), found.fit.observed, found.fit
     floor, noise = mm(found.floor), fit.parts.level is not None
+    rows = "rows of the fit" if fit.drafted else "rows that the fit has not seen"
     dashed, each = floor if noise else None, f"{kind.unit} per {kind.each}"
     added = list(dict.fromkeys(step.name.removeprefix("+ ") for step in found.ladder[1:]))
-    ladder = [
-        Bar(
-            step.name if k else BASE,
-            1e3 * step.fit.held_out_rms,
-            f"{1e3 * step.fit.rms:.3f} {kind.unit} in the fit" + _way(step.share, noise),
-        )
-        for k, step in enumerate(found.ladder)
-    ]
-    without = [
-        Bar(f"without {key}", 1e3 * f.held_out_rms, f"{1e3 * f.rms:.3f} {kind.unit} in the fit")
-        for key, f in found.without.items()
-    ]
+
+    def bar(label: str, error: Fit | FitFigures, share: float | None = None) -> Bar:
+        """Return the bar of a fit: on held-out rows with the fitted ones beside it, of drafts on fitted rows alone."""
+        if fit.drafted:
+            return Bar(label, 1e3 * error.rms)
+        beside = f"{1e3 * error.rms:.3f} {kind.unit} in the fit" + _way(share, noise)
+        return Bar(label, 1e3 * error.held_out_rms, beside)
+
+    ladder = [bar(step.name if k else BASE, step.fit, step.share) for k, step in enumerate(found.ladder)]
+    without = [bar(f"without {key}", f) for key, f in found.without.items()]
     return Document(
         title=f"postproc add {name}",
         values=values,
         sentence=addition_sentence(found),
         figures=[
-            Figure("error before", mm(found.before.held_out_rms), "before", kind.unit),
-            Figure("error after", mm(fit.held_out_rms), "after", kind.unit),
+            *(
+                Figure(f"error {when}", mm(f.rms if fit.drafted else f.held_out_rms), when, kind.unit)
+                for when, f in (("before", found.before), ("after", fit))
+            ),
             Figure("noise" if noise else "any smooth function", floor, unit=kind.unit),
         ],
         sections=[
             Section(
-                f"The error step by step, {each} on rows that the fit has not seen",
+                f"The error step by step, {each} on {rows}",
                 [
                     Beside(
                         [
                             Bars(ladder, dashed, unit=kind.unit, steps=[level.name for level in ladder]),
-                            Chart(lambda: [distance_chart(fit, dashed, held_out=True)]),
+                            Chart(lambda: [distance_chart(fit, dashed, held_out=not fit.drafted)]),
                         ],
                         [View("laws")],
                     )
@@ -71,7 +72,7 @@ def addition_document(name: str, found: Addition) -> Document:
             ),
             *workspace_section(kind.name, "Where it is off, at this step", program=True),
             Section(
-                f"What each effect is worth, {each} on rows that the fit has not seen",
+                f"What each effect is worth, {each} on {rows}",
                 [Bars(without, dashed, unit=kind.unit)],
                 EACH,
             ),
@@ -100,6 +101,13 @@ def addition_sentence(found: Addition) -> str:
     known = found.fit.parts.level is not None
     floor = "the noise is" if known else "any smooth function of the channels would leave"
     names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in found.ladder[1:])
+    if found.fit.drafted:
+        first, last = 1e3 * found.before.rms, 1e3 * found.fit.rms
+        falls = f"In the fit the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
+        seen = (
+            "The formula of a draft is chosen on all rows: what it is worth elsewhere, another table tells (`compare`)."
+        )
+        return f"{falls}; {floor} {1e3 * found.floor:.3f} {unit}. {seen}"
     share, unseen = found.ladder[-1].share, "on rows that the fit has not seen"
     falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
     helps, text = True, f"O{unseen[1:]}, {falls}"
@@ -128,5 +136,6 @@ def _rungs(found: Addition) -> list[Rung]:
     rungs = []
     for k, step in enumerate(found.ladder):
         fit = step.fit if isinstance(step.fit, Fit) else evaluate(step.model, found.fit.data)
-        rungs.append(Rung(step.name if k else BASE, fit, step.fit.held_out_rms))
+        error = step.fit.rms if found.fit.drafted else step.fit.held_out_rms
+        rungs.append(Rung(step.name if k else BASE, fit, error))
     return rungs

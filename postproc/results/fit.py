@@ -28,16 +28,18 @@ def fit_document(name: str, fit: Fit) -> Document:
     noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
     if level is not None and fit.parts.repeatability:
         noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
+    unseen = f"{1e3 * fit.held_out_rms:.3f} {unit} on rows that the fit has not seen"
+    if fit.drafted:
+        unseen = (
+            "all of which its drafted effect may have seen: what it is worth, rows of another table tell (`compare`)"
+        )
     return Document(
         title=f"postproc fit {name}",
         values=fit_values(fit),
-        sentence=(
-            f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that "
-            f"the fit has not seen; the noise is {noise}."
-        ),
+        sentence=f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {unseen}; the noise is {noise}.",
         figures=[
             Figure("error in the fit", mm(fit.rms), unit=unit),
-            Figure("error on other rows", mm(fit.held_out_rms), unit=unit),
+            Figure("error on other rows", None if fit.drafted else mm(fit.held_out_rms), unit=unit),
             Figure("noise", None if level is None else mm(level), unit=unit),
         ],
         sections=[
@@ -127,10 +129,13 @@ def fit_values(fit: Fit, before: Values | None = None) -> Values:
     }
 
 
-def error_values(fit: Fit | FitFigures) -> dict[str, float]:
-    """Return the rms of a fit on its rows and on held-out rows, with keys that end in the unit."""
+def error_values(fit: Fit | FitFigures) -> dict[str, float | None]:
+    """Return the rms of a fit on its rows and on held-out rows, with keys that end in the unit.
+
+    The latter is None for a model with a drafted effect, whose formula was chosen on all rows.
+    """
     key = fit.observed.key
-    return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
+    return {key("rms"): mm(fit.rms), key("held_out_rms"): None if fit.drafted else mm(fit.held_out_rms)}
 
 
 def noise_values(fit: Fit) -> Values:

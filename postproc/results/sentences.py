@@ -98,7 +98,8 @@ def _remaining(d: Diagnosis, s: Suspect) -> str:
     at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
     if s.share + sum(other.share for other in d.beside) < HARDLY:
         strongest = f"the strongest pattern, at {at} along {channels} ({s.pattern})"
-        return f"More is left than noise; {strongest}, explains {100 * s.share:.0f} % of it."
+        share = f"{100 * s.share:.0f} %" if s.share >= 0.005 else "less than 1 %"
+        return f"More is left than noise; {strongest}, explains {share} of it."
     follows = f"The remaining structure sits at {at} and follows {channels} ({s.pattern}{_extent(d, s)})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."

@@ -194,6 +194,8 @@ def test_the_line_of_a_long_work_tells_rate_and_remaining_time() -> None:
     work.told = work.begun + 4.0
     expected = "correcting `a.mod`: path and timing, 50 %, 5 s, 2,500 lines/s, about 3 s remain"
     assert work.line(work.begun + 5.0) == expected
+    for late in (8.5, 30.0, 70.0):  # the step takes longer than its share foretold
+        assert "remain" not in work.line(work.begun + late)
     work.watch("going back", 0.2)  # a search may find that it has more to do than it said
     assert work.share == 0.5
 

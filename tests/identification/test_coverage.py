@@ -35,7 +35,7 @@ def test_intervals_hold_the_truth(repeats):
         assert (fit.noise.sigma is not None) == repeats
         inside.append(predictions(fit, true))
         known.append(compliances(fit, true_compliance(**terms)))
-    assert 0.90 < np.mean(inside) < 0.98
+    assert 0.90 < np.mean(inside) < 0.99  # nothing is missing here, which a fit cannot know
     assert 0.90 < np.mean(np.concatenate(known)) < 1.0
 
 

@@ -47,7 +47,8 @@ def run(
     write_model(output, found.model, like=model, silent=json)
     document = addition_document(short_names(model, *keys, *data), found)
     present(document, report, json=json, text=text, aside=output is None)
-    if not json and output is not None and found.fit.held_out_rms < found.before.held_out_rms:
+    drafted = found.fit.drafted  # of which no row is held out
+    if not json and output is not None and (drafted or found.fit.held_out_rms < found.before.held_out_rms):
         say_next("says whether more is missing", "diagnose", output, *data, *table.words(), *own.words())
         words = ("compensate", "PROGRAM", "-m", output, *ArmOptions(effects=own.effects).words(), "-o", "OUT")
         say_next("corrects a program with it", *words, lead="or")
