@@ -2,5 +2,5 @@
 
 A file each: `conversion` of a program, `inspection`, `difference` of programs and of folders, a `run_time`
 module; `fit`, `comparison`, `diagnosis` (with its `sentences`), `addition`, `plan`; `certificate` is to be signed;
-`robot`, `effect`. `wording` of fitted numbers. That of a batch stands in `postproc/batch`.
+`robot`, `effect`, `work_objects`. `wording` of fitted numbers. That of a batch stands in `postproc/batch`.
 """

@@ -9,11 +9,13 @@ from typing import Any
 from postproc import __version__
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.figures import PathFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
+from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
 SCHEMA = "postproc/compensate/1"
 ACROSS = (
@@ -55,6 +57,7 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         basis=_basis(found, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
+            work_object_section(values),
             Section("Where", [View("space")] if moved else [], IN_SPACE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             Section("Every motion statement", [_statements(values, moved)]),
@@ -103,7 +106,16 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "worlds": asdict(judged.worlds),
         "expected_remaining_fraction": judged.remaining,
         "run_time": judged.run_time and asdict(judged.run_time),
+        "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
+        "from_programmed_path": judged.drawn and _drawn_values(judged.drawn),
     }
+
+
+def _drawn_values(drawn: PathFigures) -> Values:
+    """Return the largest deviations from the path as programmed: where the arc burns, if it does, else along lines."""
+    known = drawn.arc_before is not None and drawn.arc is not None
+    before, after = (drawn.arc_before, drawn.arc) if known else (drawn.before, drawn.after)
+    return {"before_mm": _mm(before or 0.0), "after_mm": _mm(after or 0.0)}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:
@@ -277,6 +289,7 @@ def _sentence(found: Conversion) -> str:
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     estimated = f" On the arm: {said}." if (said := stiffness_estimate(values).replace("`", "")) else ""
+    fell += from_programmed_path(values)
     return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
 
 
