@@ -90,6 +90,7 @@ class Kind(Enum):
     UNSUPPORTED = "{subject}"
     PAYLOAD = "the payload is not known: {cause}"
     DISPLACEMENT = "the program displacement is not known: {cause}"
+    ADDED_TURN = "`PDispAdd` adds displacements of which one turns"
     DISPLACED_FROM_HERE = "the displacement depends on where the arm stands at PDispOn"
     SOFT_SERVO = "`SoftAct` makes axes soft: the arm stands off by far more than the model says"
     EXTERNAL_OFFSET = "an offset of the external axes may be active"
