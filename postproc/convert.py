@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -27,7 +28,7 @@ from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
-from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
+from postproc.compensation.reading import few_ways, no_known_target, read_runnable, with_way_out, without_impossible
 from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
@@ -198,17 +199,13 @@ def _move(
 
     If a function may correct targets on the controller, values that only the last run left, and those out of reach,
     count as unknown. So do targets that the arm cannot run, if they are few or a part of the program may be corrected
-    alone: the motion is then read a second time without them.
+    alone: the motion is then read again without them, until it can be run.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)
     events = without_shared_values(program, events, reach) if options.run_time != "off" else events
-    motion, more = read_motion(model, events, options)
-    if has_errors(more):
-        known, forgiven = _without_errors(events, more, reach, options)
-        if forgiven:
-            events, (motion, more) = known, read_motion(model, known, options)
-            more += forgiven
+    without = partial(_without_errors, reach=reach, options=options)
+    events, motion, more = read_runnable(model, events, options, without)
     findings += more if options.allow_partial else with_way_out(events, more)
     reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))

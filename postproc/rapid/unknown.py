@@ -81,6 +81,7 @@ class Kind(Enum):
     NOT_A = "the value is not a {subject}"
     CONFIGURATION = "a number in the configuration data is too large"
     IMPOSSIBLE = "the arm cannot run it as it is programmed: see the finding at this place"
+    IN_SEAM = "the arm cannot run another statement of its seam as it is programmed: the whole seam stays"
     NEVER_TAUGHT = "the orientation is [0,0,0,0]: the position was never taught"
     NO_FRAME = "the orientation is [0,0,0,0], which no frame has"
     NOT_UNIT = "the orientation is no unit quaternion: its length is {subject}, not 1"
