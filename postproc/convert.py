@@ -18,11 +18,12 @@ from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensation.correction.rigid_shift import RigidShift, fit_shifts, leave_out, not_taught, with_rests
-from postproc.compensation.judgement.accuracy import expect_accuracy, expect_remaining
+from postproc.compensation.judgement.accuracy import doubt_help, expect_accuracy, expect_remaining
 from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
 from postproc.compensation.judgement.dynamics import check_corrected
 from postproc.compensation.judgement.figures import figures_of, worsened
 from postproc.compensation.judgement.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
+from postproc.compensation.judgement.provenance import doubt_drawn
 from postproc.compensation.judgement.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
@@ -288,6 +289,8 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
     findings = [*_sound([*findings, *more])]
     accuracy, more = expect_accuracy(model, plan.motion, source)
+    remaining = expect_remaining(model, plan.motion)
+    more += [*doubt_help(remaining, source), *doubt_drawn(task.shifts, plan.motion.moves, task.options)]
     limits, slower = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
@@ -306,7 +309,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         accuracy=accuracy,
         limits=limits,
         worlds=worlds,
-        remaining=expect_remaining(model, plan.motion),
+        remaining=remaining,
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )
     return judged, [*findings, *more, *slower]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
@@ -28,6 +29,8 @@ JOINTS = "Torques of a rigid arm, under its own weight and the loads."
 ALONG = "along lines and arcs"
 FINDING = ("line", "severity", "code", "what", "what to do")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
+LONG_S = 7200.0  # from here on hours are told
+CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
 SEAM = {
     "name": "seam",
     "line_from": "from line",
@@ -98,6 +101,10 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "unproved_statements": judged.unproved,
         "unmeasured_statements": judged.unmeasured,
         "measured_statements": judged.lines - judged.unmeasured,
+        "weld_statements": sum(bool(o.statement.signature.phase) for o in judged.outcomes),
+        "corrected_weld_statements": sum(
+            bool(o.statement.signature.phase) and o.status in CORRECTED for o in judged.outcomes
+        ),
         "added_targets": judged.added,
         "cycle_time_s": limits and round(limits.slower, 3),
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),
@@ -243,11 +250,16 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
-        f"cycle time {values['cycle_time_s']:.1f} s",
+        f"cycle time {_duration(values['cycle_time_s'])}",
         *air,
         sure,
     ]
     return "; ".join(parts) + "."
+
+
+def _duration(seconds: float) -> str:
+    """Return a time as people read it: in seconds, or in hours where it is long."""
+    return f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
@@ -262,7 +274,16 @@ def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
 
 
 def _sentence(found: Conversion) -> str:
-    """Say what became of the program: the deviation before and after, or why nothing was corrected."""
+    """Say what became of the program: that no weld was corrected where that is so, then what became of the rest."""
+    welds = [o for o in found.outcomes if o.statement.signature.phase]
+    left = Counter(o.reason for o in welds if o.status == "skipped")
+    if not left or any(o.status in CORRECTED for o in welds):
+        return _rest(found)
+    return f"No weld was corrected: {left.most_common(1)[0][0]}. {_rest(found)}"
+
+
+def _rest(found: Conversion) -> str:
+    """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
     values = found.report
     if not found.outputs:
         return "The program is not safe to compensate; no program was written."
