@@ -69,7 +69,7 @@ class StatedSettings(FileTable):
     largest_correction_mm: Positive | None = None
     template: str | None = None
     taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
-    wobj_taught: list[str] | None = None
+    wobj_taught: list[str] | Literal["all"] | None = None
     already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
     channel: dict[str, float] | None = None
     cell: str | None = None
@@ -122,7 +122,8 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
     named = {key: value for key in StatedSettings.model_fields if (value := getattr(choices, key)) is not None}
     given = {key: named[key] for key in SAME if key in named}
     given |= {f"{key}_m": 1e-3 * named[f"{key}_mm"] for key in LENGTHS if f"{key}_mm" in named}
-    given |= {key: tuple(named[key]) for key in ("taught", "wobj_taught", "already") if key in named}
+    lists = ((key, named[key]) for key in ("taught", "wobj_taught", "already") if key in named)
+    given |= {key: (value,) if isinstance(value, str) else tuple(value) for key, value in lists}
     paths = (("template", "template_dir"), ("run_time_module", "run_time_module"))
     given |= {option: root / named[key] for key, option in paths if key in named}
     given |= {"channels": tuple(named["channel"].items())} if "channel" in named else {}

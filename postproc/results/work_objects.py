@@ -73,7 +73,7 @@ def from_programmed_path(values: Values) -> str:
 
 def _line(row: Values) -> str:
     """Say how much of the correction in a work object is one rigid shift, and what it means to have taught it."""
-    shift = ", ".join(f"{row[f'd{axis}_mm']:.2f}" for axis in "xyz")
+    shift = ", ".join(f"{round(row[f'd{axis}_mm'], 2) + 0.0:.2f}" for axis in "xyz")  # no -0.00
     name, size, rest = row["wobj"], _size(row), row["rest_mm"]
     if row["left_out"]:
         return f"`{name}`: a rigid shift of ({shift}) mm, {size:.2f} mm, is left out; up to {rest:.2f} mm is corrected."
