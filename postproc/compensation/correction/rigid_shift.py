@@ -104,8 +104,9 @@ def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[
     """
     asked = {name.lower() for name in taught}
     names = _Names(program)
+    frames = {wobj: object_matrix(wobj).tobytes() for wobj in {m.event.wobj for m in motion.moves}}
     placed = (
-        ((names.of(m.event), m.frame, m.stationary, object_matrix(m.event.wobj).tobytes()), i)
+        ((names.of(m.event), m.frame, m.stationary, frames[m.event.wobj]), i)
         for i, m in enumerate(motion.moves)
         if m.T_work_tcp is not None and m.resumes_from is None
     )

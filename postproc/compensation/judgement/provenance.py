@@ -44,13 +44,13 @@ def doubt_drawn(shifts: Sequence[RigidShift], moves: Sequence[Move], options: Op
 
 def _as_stored(moves: Sequence[Move]) -> bool:
     """Whether the targets of moves are literal numbers, each with two decimals, and at least ``FEWEST`` of them."""
-    written: dict[tuple[str, tuple[int, int]], TargetSpans] = {}
+    written = set[tuple[str, tuple[int, int]]]()
     for move in moves:
         spans = move.event.target_origin.base.spans
-        if spans is None:
+        if spans is None or _decimals(spans) != PENDANT:
             return False
-        written[spans.source.path, spans.whole] = spans
-    return len(written) >= FEWEST and all(_decimals(spans) == PENDANT for spans in written.values())
+        written.add((spans.source.path, spans.whole))
+    return len(written) >= FEWEST
 
 
 def _decimals(spans: TargetSpans) -> int:
