@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FIGURES = (
     *("added_targets", "unproved_statements", "cycle_time_s"),
-    *("weld_statements", "corrected_weld_statements"),
+    *("weld_statements", "corrected_weld_statements", "rigid_shift"),
 )
 MEASURED = ("max_error_before_mm", "max_error_after_mm")  # told where a line or an arc could be measured
 
