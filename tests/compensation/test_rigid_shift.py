@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from postproc.compensation.correction.rigid_shift import fit_rigid
 from tests.compensation.build import convert, module, target, written
 
+PROGRAMS = Path(__file__).parents[1] / "worlds" / "programs"
 D, W = np.array([0.4e-3, -0.6e-3, 1.2e-3]), np.array([1e-3, -0.5e-3, 2e-3])
 
 
@@ -128,3 +131,12 @@ def test_a_line_from_another_work_object_leads_to_the_moved_target() -> None:
     done = convert(text, wobj_taught=("wT",))
     assert done.report["max_error_after_mm"] < 0.01
     assert not [d for d in done.diagnostics if d.code in ("CMP006", "CMP007", "CMP008", "CMP013")]
+
+
+@pytest.mark.parametrize("name", ["drill_row", "conveyor_shift", "both_ends_follow"])
+def test_targets_that_follow_run_time_data_are_written_as_without_it(name: str) -> None:
+    """At other places the rest of the correction is another one: the worlds allow for what is left out here."""
+    text = (PROGRAMS / f"{name}.mod").read_bytes()
+    plain, taught = convert(text, force=(0.0, 0.0, 0.0)), convert(text, force=(0.0, 0.0, 0.0), wobj_taught=("all",))
+    assert (plain.exit_code, taught.exit_code) == (0, 0)
+    assert taught.report["worlds"]["count"] > 0 == taught.report["worlds"]["differing"]
