@@ -5,8 +5,9 @@ Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -16,17 +17,19 @@ from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
-from postproc.compensation.judgement.accuracy import expect_accuracy, expect_remaining
+from postproc.compensation.correction.rigid_shift import RigidShift, fit_shifts, leave_out, not_taught, with_rests
+from postproc.compensation.judgement.accuracy import doubt_help, expect_accuracy, expect_remaining
 from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
 from postproc.compensation.judgement.dynamics import check_corrected
 from postproc.compensation.judgement.figures import figures_of, worsened
 from postproc.compensation.judgement.outcomes import judge_statements, unknown_outcomes, unmeasured, unproved
+from postproc.compensation.judgement.provenance import doubt_drawn
 from postproc.compensation.judgement.seams import find_seams, partial_seams, unfinished_seams
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
 from postproc.compensation.readback import drive, run_again
-from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
+from postproc.compensation.reading import few_ways, no_known_target, read_runnable, with_way_out, without_impossible
 from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.model.arm import Model
@@ -68,6 +71,7 @@ class _Task:
         motion: their path and timing; None where no target is known before the program runs.
         reach: which statements a function on the controller can correct.
         measured: findings at data that the program itself measures, by key of the data.
+        shifts: how much of the correction in each work object is one rigid motion.
     """
 
     program: Program
@@ -77,6 +81,7 @@ class _Task:
     motion: Motion | None
     reach: Reach
     measured: Mapping[str, Diagnostic]
+    shifts: tuple[RigidShift, ...] = ()
 
     @property
     def on(self) -> bool:
@@ -130,9 +135,9 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, watc
             if task.motion is None:
                 return _run_time_alone(task, findings)
             watch("correction", 0.45)
-            exact, more = _correct(task.model, task.motion)
+            task, exact, more = _correct(task, task.motion)
             findings += _sound(more)
-            plan, more = _assign(task, task.motion, exact)
+            plan, more = _assign(task, exact)
             findings += _sound(more)
             text, more = _write(task, plan)
             findings += _sound(more)
@@ -160,8 +165,8 @@ def _sound(findings: Sequence[Diagnostic], exit_code: int = 1) -> Sequence[Diagn
 
 def _read(sources: tuple[Source, ...], model: Model, options: Options) -> tuple[Program, list[Diagnostic]]:
     """The parsed program, and findings of the text."""
-    if options.already and options.run_time != "off":
-        text = "the function for run time does not know what the controller corrects by itself (`--already`)"
+    if options.unknown_at_run_time and options.run_time != "off":
+        text = f"the function for run time does not know {options.unknown_at_run_time}"
         raise _Refused(Diagnostic("MOD012", "error", text, sources[0], help="leave one of the two out"))
     arm = NominalArm(model.robot, model.station or Station())
     program = read_program(sources, options.taught, arm, options.elsewhere)
@@ -195,17 +200,13 @@ def _move(
 
     If a function may correct targets on the controller, values that only the last run left, and those out of reach,
     count as unknown. So do targets that the arm cannot run, if they are few or a part of the program may be corrected
-    alone: the motion is then read a second time without them.
+    alone: the motion is then read again without them, until it can be run.
     """
     model, findings = applicable_model(model, events, options)
     reach = Reach(program, events, options.scope)
     events = without_shared_values(program, events, reach) if options.run_time != "off" else events
-    motion, more = read_motion(model, events, options)
-    if has_errors(more):
-        known, forgiven = _without_errors(events, more, reach, options)
-        if forgiven:
-            events, (motion, more) = known, read_motion(model, known, options)
-            more += forgiven
+    without = partial(_without_errors, reach=reach, options=options)
+    events, motion, more = read_runnable(model, events, options, without)
     findings += more if options.allow_partial else with_way_out(events, more)
     reasons = any(e.reason is not None and not e.statement.source.read_only for e in events)
     lost = motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves))
@@ -226,15 +227,24 @@ def _without_errors(
     return events, []
 
 
-def _correct(model: Model, motion: Motion) -> tuple[Exact, list[Diagnostic]]:
-    """The commanded joint angles along the whole way, and MOD005 if in the model the tool weighs less than nothing."""
-    return invert_model(model, motion), doubt_flange_mass(model, motion)
+def _correct(task: _Task, motion: Motion) -> tuple[_Task, Exact, list[Diagnostic]]:
+    """The task with the path that is meant and the rigid shifts, the commanded joint angles along it, and findings.
+
+    Findings are CMP022 about work objects that the arm has taught, and MOD005 if the tool weighs less than nothing.
+    """
+    shifts = fit_shifts(task.model, motion, task.program, task.options.wobj_taught)
+    motion = replace(motion, meant=leave_out(motion.samples, shifts))
+    exact = invert_model(task.model, motion)
+    findings = [*doubt_flange_mass(task.model, motion), *not_taught(task.options.wobj_taught, shifts, task.program)]
+    shifts = with_rests(shifts, motion.samples, exact.T_base_flange)
+    return replace(task, motion=motion, shifts=shifts), exact, findings
 
 
-def _assign(task: _Task, motion: Motion, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
+def _assign(task: _Task, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
     """The plan of which targets are changed or added, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
-    plan = Planner(task.model, motion, exact, task.events, task.program, on_controller=chosen).plan()
+    assert task.motion is not None  # else only a function on the controller can correct
+    plan = Planner(task.model, task.motion, exact, task.events, task.program, on_controller=chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
@@ -268,7 +278,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     The findings include those of accuracy, joint limits, seams, and of runs in which open conditions go other ways.
     """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
-    before, after = _deviations(task, plan, text, watch)
+    (before, after), *others = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
     findings = list(_sound(worsened(figures, plan, source)))
     through = text.function.keys if text.function is not None else frozenset()
@@ -279,6 +289,8 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
     findings = [*_sound([*findings, *more])]
     accuracy, more = expect_accuracy(model, plan.motion, source)
+    remaining = expect_remaining(model, plan.motion)
+    more += [*doubt_help(remaining, source), *doubt_drawn(task.shifts, plan.motion.moves, task.options)]
     limits, slower = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
@@ -292,31 +304,34 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         after=after,
         seams=seams,
         figures=figures,
+        shifts=task.shifts,
+        drawn=figures_of(plan, *others[0]) if others else None,
         accuracy=accuracy,
         limits=limits,
         worlds=worlds,
-        remaining=expect_remaining(model, plan.motion),
+        remaining=remaining,
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )
     return judged, [*findings, *more, *slower]
 
 
-def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
-    """Deviation along the original program, and along the written one.
+def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> Iterator[tuple[Deviation, Deviation]]:
+    """Deviation of the original and of the written program from the wanted path, then from another programmed one.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
     """
     motion, model, program, events, function = plan.motion, task.model, task.program, task.events, text.function
-    before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
     ran, owners = run_again(program, text.drafts, plan.insertions, events, motion.options, station=model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
-        driven = drive(model, plan, ran, owners)
-        watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
-        return before, measure_deviation(model, motion.samples, watched)
+        for curves in dict.fromkeys((motion.wanted, motion.samples)):
+            before = measure_deviation(model, curves, [Driven(motion, np.arange(len(motion.moves)))])
+            driven = drive(model, plan, ran, owners)
+            watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
+            yield before, measure_deviation(model, curves, watched)
     except PostprocError as error:
         message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"

@@ -73,9 +73,12 @@ class Settings:
         model = " with the joint compliances of its controller" if self.from_controller else model
         o = self.options
         near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
+        wobj = f"; taught with this arm: {', '.join(o.wobj_taught)}" if o.wobj_taught else ""
         already = f"; its controller corrects {', '.join(o.already)} by itself" if o.already else ""
         cell = f"; cell `{self.cell}`" if self.cell is not None else ""
-        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}; {near}; scope {o.scope}"
+        return (
+            f"arm `{robot}`{model} (from {self.robot_from or 'the call'}){cell}{already}{wobj}; {near}; scope {o.scope}"
+        )
 
     def inherited_line(self, folder: Path) -> list[str]:
         """Return one line with the file and the ``key = value`` pairs in force from a settings file above a folder.
@@ -103,6 +106,7 @@ def made_with(settings: Settings) -> dict[str, str]:
         "effects": settings.effects,
         "read along": settings.side_files,
         "taught": o.taught,
+        "work objects taught with this arm": o.wobj_taught,
         "corrected by the controller itself": o.already,
         "channels": [f"{name}={value:g}" for name, value in o.channels],
         "settings": settings.stated_in,

@@ -43,6 +43,7 @@ class StatedSettings(FileTable):
         template: folder of Jinja templates in place of the shipped ones.
         taught: names of tools, work objects, targets and other data that calibration and teach routines of the program
             set to the value in the file.
+        wobj_taught: names of work objects that this arm has taught, or `all`.
         already: parts of the arm's error that its controller corrects by itself (Absolute Accuracy).
         channel: what effects read and a program does not tell, by name.
         cell: file that describes tracks, gantries and positioners, or a controller's backup.
@@ -68,6 +69,7 @@ class StatedSettings(FileTable):
     largest_correction_mm: Positive | None = None
     template: str | None = None
     taught: Annotated[list[str] | None, Field(validation_alias=AliasChoices("taught", "constant"))] = None
+    wobj_taught: list[str] | Literal["all"] | None = None
     already: list[Literal["geometry", "gravity", "force", "tool", "inertia"]] | None = None
     channel: dict[str, float] | None = None
     cell: str | None = None
@@ -120,7 +122,8 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
     named = {key: value for key in StatedSettings.model_fields if (value := getattr(choices, key)) is not None}
     given = {key: named[key] for key in SAME if key in named}
     given |= {f"{key}_m": 1e-3 * named[f"{key}_mm"] for key in LENGTHS if f"{key}_mm" in named}
-    given |= {key: tuple(named[key]) for key in ("taught", "already") if key in named}
+    lists = ((key, named[key]) for key in ("taught", "wobj_taught", "already") if key in named)
+    given |= {key: (value,) if isinstance(value, str) else tuple(value) for key, value in lists}
     paths = (("template", "template_dir"), ("run_time_module", "run_time_module"))
     given |= {option: root / named[key] for key, option in paths if key in named}
     given |= {"channels": tuple(named["channel"].items())} if "channel" in named else {}

@@ -14,7 +14,7 @@ from postproc.diagnostics import Finding
 from postproc.grouping import grouped
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
-from postproc.results.conversion import made_section
+from postproc.results.conversion import CORRECTED, made_section
 
 MOST = 40
 """Programs that a terminal prints where not all are asked for."""
@@ -68,7 +68,7 @@ def batch_document(
     return Document(
         title=f"postproc batch {name}",
         values=batch_values(batch, shard),
-        sentence=_sentence(count, worst),
+        sentence=_sentence(count, worst, [t.figures for t in tasks]),
         figures=[
             Figure("programs corrected", count["compensated"]),
             Figure("failed", count["failed"] or None),
@@ -128,14 +128,21 @@ def _link(path: str | None) -> str | None:
     return None if path is None else quote(path.encode("utf-8", "surrogateescape"), safe="/")
 
 
-def _sentence(count: Mapping[str, int], worst: TaskOutcome | None) -> str:
-    """Say how many programs are corrected, how many failed, and the largest deviation that remains.
+def _sentence(count: Mapping[str, int], worst: TaskOutcome | None, figures: Sequence[Values]) -> str:
+    """Say how many programs and statements are corrected, how many failed, and the largest deviation that remains.
 
     Args:
         count: ``Batch.counts``. worst: the task with that deviation; None where none was measured.
+        figures: of all tasks.
     """
     total = count["compensated"] + count["unchanged"] + count["failed"]
+    statuses = [f["statements"] for f in figures if "statements" in f]
+    corrected = sum(s.get(status, 0) for s in statuses for status in CORRECTED)
+    every = corrected + sum(s.get("skipped", 0) for s in statuses)
     lead = f"{count['compensated']} of {total} programs are corrected"
+    lead += f", {corrected} of {every} motion statements in them" if every else ""
+    bare = sum(f.get("weld_statements", 0) > f.get("corrected_weld_statements", 0) == 0 for f in figures)
+    lead += f"; in {bare} of them no weld was corrected" if bare else ""
     failed = (
         f"; {count['failed']} failed and {'has' if count['failed'] == 1 else 'have'} no output"
         if count["failed"]

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from postproc.compensation.conversion import Conversion
     from postproc.model.arm import Model
 
-FIGURES = ("added_targets", "unproved_statements", "cycle_time_s")
+FIGURES = (
+    *("added_targets", "unproved_statements", "cycle_time_s"),
+    *("weld_statements", "corrected_weld_statements", "rigid_shift"),
+)
 MEASURED = ("max_error_before_mm", "max_error_after_mm")  # told where a line or an arc could be measured
 
 

@@ -99,12 +99,11 @@ class ConvertOptions(ProgramOptions):
         tolerance: largest distance from the programmed path [mm]. Default: 0.01.
         air_tolerance: the same where nothing welds [mm]. Default: 0.2.
         scope: correct all motions (default), or those that weld.
-        allow_partial: write the program although statements that the arm cannot run stay uncorrected, or a weld
-            statement between corrected ones does.
+        allow_partial: write the program although what the arm cannot run, or a weld between others, stays uncorrected.
         largest_correction: farthest that a target may be moved [mm]; beyond it nothing is written. Default: 15.
         template: folder of Jinja templates in place of the shipped ones.
-        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia,
-            with commas between them. What it leaves is corrected.
+        wobj_taught: work objects taught with this arm, NAME[,NAME..] or all: one rigid shift of each is left out.
+        already: what the controller corrects by itself (Absolute Accuracy): geometry, gravity, force, tool, inertia.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
@@ -118,6 +117,7 @@ class ConvertOptions(ProgramOptions):
     allow_partial: Flag = False
     largest_correction: Tolerance | None = None
     template: Path | None = None
+    wobj_taught: Names = ()
     already: Names = ()
     channel: Names = ()
 
@@ -135,6 +135,7 @@ class ConvertOptions(ProgramOptions):
             "allow_partial": self.allow_partial or None,
             "largest_correction_mm": self.largest_correction,
             "template": self.template and str(self.template),
+            "wobj_taught": split_names(self.wobj_taught) or None,
             "already": split_names(self.already) or None,
             "channel": dict(map(parse_channel, self.channel)) or None,
         }
@@ -148,8 +149,7 @@ class TaskOptions(ConvertOptions):
     Attributes:
         run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
             (where-needed) or all that it can (all). Default: off.
-        run_time_module: file of that module; its name becomes the name of the module. Default: ppModel.sys beside the
-            output.
+        run_time_module: file of that module, whose name becomes the module's. Default: ppModel.sys beside the output.
     """
 
     run_time: Literal["off", "where-needed", "all"] | None = None

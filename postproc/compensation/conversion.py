@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.correction.rigid_shift import RigidShift
 from postproc.compensation.judgement.accuracy import Accuracy
 from postproc.compensation.judgement.figures import PathFigures
 from postproc.compensation.judgement.seams import Seam
@@ -57,6 +58,8 @@ class JudgedProgram:
         unproved: corrected statements of which not all runs could be followed or measured.
         plan, before, after: what was decided, and the deviation along the way; None where nothing could be measured.
         seams, figures: deviations by seam, and largest ones.
+        shifts: how much of the correction in each work object is one rigid motion.
+        drawn: the figures measured from the path as programmed, where such a motion is left out; else None.
         accuracy: expected at the targets, None if the model was not fitted; limits: use of the joints' limits.
         worlds: in which original and corrected program were compared.
         remaining: lower and upper share of the deflection expected to remain, where the stiffness is an estimate.
@@ -73,6 +76,8 @@ class JudgedProgram:
     after: Deviation | None = None
     seams: Sequence[Seam] = ()
     figures: PathFigures = PathFigures()
+    shifts: tuple[RigidShift, ...] = ()
+    drawn: PathFigures | None = None
     accuracy: Accuracy | None = None
     limits: LimitReport | None = None
     worlds: Worlds = Worlds(0, 0)

@@ -27,6 +27,8 @@ class Options:
         template_dir: a folder whose templates replace the shipped ones of the same name.
         free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
         taught: names of data that calibration and teach routines set to the value in the text.
+        wobj_taught: names of work objects that this arm's own torch has taught, or ``all``: of the correction in them
+            the rigid motion that fits best is left out.
         already: parts of the arm's error that its controller corrects by itself (``controller_part.PARTS``).
         channels: values for the whole program of what effects read and a program does not tell, by name:
             ``temperature`` [degC], columns of the user's own.
@@ -50,9 +52,17 @@ class Options:
     template_dir: Path | None = None
     free_axes: str = ""
     taught: tuple[str, ...] = ()
+    wobj_taught: tuple[str, ...] = ()
     already: tuple[str, ...] = ()
     channels: tuple[tuple[str, float], ...] = ()
     run_time: Literal["off", "where-needed", "all"] = "off"
     run_time_module: Path | None = None
     entry: str | None = None
     elsewhere: Elsewhere = Elsewhere()
+
+    @property
+    def unknown_at_run_time(self) -> str:
+        """What these options say and a function on the controller does not know; empty for nothing."""
+        if self.already:
+            return "what the controller corrects by itself (`--already`)"
+        return "what a work object holds already (`--wobj-taught`)" if self.wobj_taught else ""

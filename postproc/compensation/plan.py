@@ -99,7 +99,7 @@ def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
     return {
         before.statement.key: SEARCHED
         for before, event in pairwise(events)
-        if event.statement.instruction.startswith("Search") and before.statement.interpolation != "none"
+        if event.statement.signature.results and before.statement.interpolation != "none"
     }
 
 

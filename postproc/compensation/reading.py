@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -17,9 +17,10 @@ from postproc.compensation.path.samples import Samples
 from postproc.compensation.path.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, has_errors
 from postproc.model.arm import Model
+from postproc.motion.findings import once
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move, goal_axes
-from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import forgiven
 from postproc.rapid.program.program import Program
@@ -27,9 +28,14 @@ from postproc.rapid.unknown import Kind, Unknown, set_first
 
 IMPOSSIBLE = Unknown(Kind.IMPOSSIBLE)
 OUT_OF_REACH = IMPOSSIBLE.reason
+IN_SEAM = Unknown(Kind.IN_SEAM)
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
 MOST_UNFOLLOWED = 0.05  # share of a program's motions that are left for that; of more it is hardly this arm's program
+
+
+Without = Callable[[list[MotionEvent], list[Diagnostic]], tuple[list[MotionEvent], list[Diagnostic]]]
+"""Of events and the findings of their motion: events without the targets in error, and the findings as warnings."""
 
 
 def read_samples(
@@ -95,32 +101,75 @@ def read_motion(
     return motion_of(model, samples, timeline, options), findings
 
 
+def read_runnable(
+    model: Model,
+    events: list[MotionEvent],
+    options: Options,
+    without: Without,
+) -> tuple[list[MotionEvent], Motion | None, list[Diagnostic]]:
+    """The motion of a program, read again without the targets that it cannot run as long as some may be left out.
+
+    Args:
+        without: leaves out targets; it gives no findings where nothing may be left out.
+
+    Returns:
+        The events that are left, their motion (None if an error makes it impossible), and all findings, each once.
+    """
+    (motion, findings), said = read_motion(model, events, options), list[Diagnostic]()
+    while has_errors(findings):  # without an error the reading goes further, and may meet another
+        events, left = without(events, findings)
+        if not left:
+            break
+        (motion, findings), said = read_motion(model, events, options), [*said, *left]
+    return events, motion, once([*findings, *said])
+
+
 def without_impossible(
     events: Sequence[MotionEvent], findings: Sequence[Diagnostic]
 ) -> tuple[list[MotionEvent], list[Diagnostic]]:
-    """Events without the targets of statements that the arm cannot run as they are programmed.
+    """Events without the targets of statements that the arm cannot run as they are programmed, nor of their seams.
 
     Args:
         findings: of the motion; the places of their errors lie in these statements.
 
     Returns:
         The events, and the findings with errors as warnings. If there is no error, or one of them has no place in a
-        statement, the events are unchanged and there are no findings.
+        statement that has a target, the events are unchanged and there are no findings.
     """
     errors = [d for d in findings if d.severity == "error"]
     wrong = {(d.source.path, d.span[0]) for d in errors if d.source is not None and d.span is not None}
     bad = {
         e.statement.key
         for e in events
-        if any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
+        if IMPOSSIBLE not in e.unknowns
+        and any(p == e.statement.source.path and e.statement.span[0] <= at < e.statement.span[1] for p, at in wrong)
     }
     if not bad or any(d.source is None or d.span is None for d in errors):
         return list(events), []
-    left = [
-        replace(e, target=None, via=None, reason=OUT_OF_REACH, unknowns=(IMPOSSIBLE,)) if e.statement.key in bad else e
-        for e in events
-    ]
+    beside = _seams_of(bad, events) - bad
+    left = [_without_target(e, IMPOSSIBLE) if e.statement.key in bad else e for e in events]
+    left = [_without_target(e, IN_SEAM) if e.statement.key in beside and e.reason is None else e for e in left]
     return left, [forgiven(d) for d in findings]
+
+
+def _without_target(event: MotionEvent, why: Unknown) -> MotionEvent:
+    """The event without its target, for that reason."""
+    return replace(event, target=None, via=None, reason=why.reason, unknowns=(why,))
+
+
+def _seams_of(keys: Set[StatementKey], events: Sequence[MotionEvent]) -> set[StatementKey]:
+    """Keys of all statements of the seams, by the order of the run, to which some statements belong."""
+    found: set[StatementKey] = set()
+    seam: list[StatementKey] = []
+    for event in (e for e in events if e.resumes_from is None):
+        phase = event.statement.signature.phase
+        if phase in ("", "start"):
+            seam = []
+        if phase:
+            seam.append(event.statement.key)
+            if not keys.isdisjoint(seam):
+                found.update(seam)
+    return found
 
 
 def few_ways(events: Sequence[MotionEvent], findings: Sequence[Diagnostic]) -> bool:

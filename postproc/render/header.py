@@ -36,6 +36,7 @@ def header_values(model: Model, judged: JudgedProgram) -> dict[str, Any]:
         "effects": ", ".join(e.key for e in model.effects) or "rigid",
         "wrench": _wrench_text(options),
         "already": ", ".join(options.already),
+        "taught": ", ".join(dict.fromkeys(shift.wobj for shift in judged.shifts if shift.left_out)),
         "before_mm": _mm(figures.before),
         "after_mm": _mm(figures.after),
         "arc_before_mm": _mm(figures.arc_before),

@@ -2,6 +2,6 @@
 
 A file each: `conversion` of a program, `inspection`, `difference` of programs and of folders, a `run_time`
 module, `under_load` what no row has told; `fit`, `comparison`, `diagnosis` (with its `sentences`), `addition`, `plan`;
-`certificate` is to be signed; `robot`, `effect`. `wording` of fitted numbers. That of a batch stands in
+`certificate` is to be signed; `robot`, `effect`, `work_objects`. `wording` of fitted numbers. That of a batch stands in
 `postproc/batch`.
 """

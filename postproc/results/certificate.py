@@ -58,6 +58,9 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     path: list[Row] = [("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(near))]
     for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
         path.append((what, "", f"{document[key]:.3f}", "", ""))
+    if drawn := document["from_programmed_path"]:
+        fell = _fall(drawn["before_mm"], drawn["after_mm"])
+        path.append(("from the path in the program's numbers, as its work object was taught", *fell, "", ""))
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
     parts = [_part("Path accuracy, after ISO 9283, in the model", columns, path)]
     if seams:

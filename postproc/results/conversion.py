@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
@@ -9,12 +10,14 @@ from typing import Any
 from postproc import __version__
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.judgement.accuracy import estimated_stiffness
+from postproc.compensation.judgement.figures import PathFigures
 from postproc.compensation.judgement.seams import Seam
 from postproc.compensation.text.values import StatementOutcome
 from postproc.diagnostics import Diagnostic, Matter
 from postproc.numbers import mm
 from postproc.report.blocks import DataTable, Document, Figure, Scene, Section, Values, View
 from postproc.results.under_load import undetermined_text, undetermined_values
+from postproc.results.work_objects import from_programmed_path, rigid_shift_values, work_object_section
 
 SCHEMA = "postproc/compensate/1"
 ACROSS = (
@@ -27,6 +30,8 @@ JOINTS = "Torques of a rigid arm, under its own weight and the loads."
 ALONG = "along lines and arcs"
 FINDING = ("line", "severity", "code", "what", "what to do")
 STATEMENT = ("line", "routine", "instruction", "status", "reason")
+LONG_S = 7200.0  # from here on hours are told
+CORRECTED = ("compensated", "run_time")  # status of statements that are corrected
 SEAM = {
     "name": "seam",
     "line_from": "from line",
@@ -56,6 +61,7 @@ def conversion_document(name: str, found: Conversion, made: Mapping[str, str] | 
         basis=_basis(found, made or {}) if moved else "",
         sections=[
             Section("Seam by seam", [_seams(values)], "The largest deviation while the arc burns."),
+            work_object_section(values),
             Section("Where", [View("space")] if moved else [], IN_SPACE),
             Section("How far off, along the path", [View("deviation")] if moved else [], ACROSS),
             Section("Every motion statement", [_statements(values, moved)]),
@@ -97,6 +103,10 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "unproved_statements": judged.unproved,
         "unmeasured_statements": judged.unmeasured,
         "measured_statements": judged.lines - judged.unmeasured,
+        "weld_statements": sum(bool(o.statement.signature.phase) for o in judged.outcomes),
+        "corrected_weld_statements": sum(
+            bool(o.statement.signature.phase) and o.status in CORRECTED for o in judged.outcomes
+        ),
         "added_targets": judged.added,
         "cycle_time_s": limits and round(limits.slower, 3),
         "cycle_time_before_s": limits and round(limits.cycle_time, 3),
@@ -105,7 +115,16 @@ def conversion_values(found: Conversion) -> dict[str, Any]:
         "worlds": asdict(judged.worlds),
         "expected_remaining_fraction": judged.remaining,
         "run_time": judged.run_time and asdict(judged.run_time),
+        "rigid_shift": [*map(rigid_shift_values, judged.shifts)],
+        "from_programmed_path": judged.drawn and _drawn_values(judged.drawn),
     }
+
+
+def _drawn_values(drawn: PathFigures) -> Values:
+    """Return the largest deviations from the path as programmed: where the arc burns, if it does, else along lines."""
+    known = drawn.arc_before is not None and drawn.arc is not None
+    before, after = (drawn.arc_before, drawn.arc) if known else (drawn.before, drawn.after)
+    return {"before_mm": _mm(before or 0.0), "after_mm": _mm(after or 0.0)}
 
 
 def _statement_values(outcome: StatementOutcome) -> Values:
@@ -235,11 +254,16 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
-        f"cycle time {values['cycle_time_s']:.1f} s",
+        f"cycle time {_duration(values['cycle_time_s'])}",
         *air,
         sure,
     ]
     return "; ".join(parts) + "."
+
+
+def _duration(seconds: float) -> str:
+    """Return a time as people read it: in seconds, or in hours where it is long."""
+    return f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
@@ -254,7 +278,16 @@ def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:
 
 
 def _sentence(found: Conversion) -> str:
-    """Say what became of the program: the deviation before and after, or why nothing was corrected."""
+    """Say what became of the program: that no weld was corrected where that is so, then what became of the rest."""
+    welds = [o for o in found.outcomes if o.statement.signature.phase]
+    left = Counter(o.reason for o in welds if o.status == "skipped")
+    if not left or any(o.status in CORRECTED for o in welds):
+        return _rest(found)
+    return f"No weld was corrected: {left.most_common(1)[0][0]}. {_rest(found)}"
+
+
+def _rest(found: Conversion) -> str:
+    """Say what became of the statements: the deviation before and after, or why nothing was corrected."""
     values = found.report
     if not found.outputs:
         return "The program is not safe to compensate; no program was written."
@@ -281,6 +314,7 @@ def _sentence(found: Conversion) -> str:
     count = values["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     estimated = f" On the arm: {said}." if (said := stiffness_estimate(values).replace("`", "")) else ""
+    fell += from_programmed_path(values)
     return "".join([fell, _unmeasured(values), doubt * bool(count), f" {on_controller}" * bool(through), estimated])
 
 

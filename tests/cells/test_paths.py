@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from postproc.compensation.conversion import Conversion
 from postproc.compensation.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
@@ -60,14 +62,18 @@ class Case:
 
 
 def corrected(case: Case) -> str:
-    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
-    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
-    arm = parse_model(Source("m.toml", model.encode()))
-    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(force=FORCE, inertia=False))
+    result = converted(case, force=FORCE)
     assert result.output is not None, [str(d) for d in result.diagnostics]
     left = [s for s in result.report["statements"] if s["status"] == "skipped"]
     assert not left, left
     return result.output.decode()
+
+
+def converted(case: Case, **options: Any) -> Conversion:
+    compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
+    model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
+    arm = parse_model(Source("m.toml", model.encode()))
+    return compensate_program(Source("p.mod", case.text.encode()), arm, Options(inertia=False, **options))
 
 
 ARM = A.irb4600()
@@ -282,3 +288,16 @@ def test_synchronised_motion_keeps_its_statements() -> None:
     assert result.output.decode().count("\\ID:=10") == 3
     assert "CMP006" in [d.code for d in result.diagnostics]
     assert any("`\\ID` would act on each of its parts" in f"{d.message} {d.help}" for d in result.diagnostics)
+
+
+@pytest.mark.parametrize(
+    "case", [track(1500.0, 2700.0, 2300.0), positioner(20.0, -30.0, -55.0)], ids=["track", "positioner"]
+)
+def test_a_taught_work_object_moves_with_what_carries_it(case: Case) -> None:
+    """Where the axes turn the work in gravity the error is no rigid motion of it: what differs is corrected."""
+    done = converted(case, wobj_taught=("all",))
+    report = done.report
+    assert done.exit_code == 0
+    assert report["max_arc_error_after_mm"] < 0.01 < report["max_arc_error_before_mm"]
+    whole = converted(case).report
+    assert report["from_programmed_path"]["before_mm"] == pytest.approx(whole["max_arc_error_before_mm"], abs=1e-5)

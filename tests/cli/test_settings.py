@@ -209,3 +209,14 @@ def test_what_a_fit_knows_holds_for_the_arm_that_was_measured(samples: Path, tmp
     )
     assert own.fit and not other.fit
     assert [e.key for e in own.effects] == [e.key for e in other.effects]
+
+
+@pytest.mark.parametrize(("line", "names"), [('["wJig", "wB"]', ("wJig", "wB")), ('"all"', ("all",))])
+def test_taught_work_objects_stand_in_the_settings_too(tmp_path: Path, line: str, names: tuple[str, ...]) -> None:
+    """The command line wins as for every key; names may be repeated or have commas between them."""
+    from postproc.cli.program_options import ConvertOptions
+
+    (tmp_path / "postproc.toml").write_text(f'robot = "ur5"\nwobj_taught = {line}\n')
+    assert settings_at(tmp_path).options.wobj_taught == names
+    given = ConvertOptions(wobj_taught=("wA,wB", "wC")).settings_at(tmp_path)
+    assert given.options.wobj_taught == ("wA", "wB", "wC")

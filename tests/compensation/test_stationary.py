@@ -197,3 +197,14 @@ def test_inspect_says_what_stands_still() -> None:
         assert row.position_mm == pytest.approx(1e3 * stand()[:3, 3], abs=1e-3)
         assert row.payload_mass == 20
         assert "stationary tool: the robot carries the work object" in row.notes
+
+
+def test_a_taught_work_object_on_the_flange_is_left_where_it_was_taught() -> None:
+    """The rigid shift is one of the work in its own axes; of the correction without a force little is left."""
+    whole, rest = (convert(seam(), force=(0.0, 0.0, 0.0), wobj_taught=names) for names in ((), ("wPlate",)))
+    assert rest.report["max_error_after_mm"] < 0.01
+    (row,) = rest.report["rigid_shift"]
+    assert row["wobj"] == "wPlate" and row["left_out"]
+    sizes = [[o.shift_mm for o in found.outcomes if o.statement.signature.phase] for found in (whole, rest)]
+    assert max(sizes[1]) < 0.5 * min(sizes[0])
+    assert row["rest_mm"] == pytest.approx(max(sizes[1]), abs=0.01)

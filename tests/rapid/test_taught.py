@@ -37,7 +37,7 @@ def followed(body: str, *taught: str) -> tuple[list[MotionEvent], list[Diagnosti
 
 CALIBRATIONS = {
     "tool": ("BEUpdateTcp t;" + GO, "t"),
-    "reset, then measured": ("t:=t0;" + SEARCH + "BEUpdateTcp t;" + GO, "t"),
+    "reset, then measured": ("t:=t0; BEUpdateTcp t;" + GO, "t"),
     "in every turn": (f"WHILE TRUE DO {GO} t:=t0; BEUpdateTcp t; ENDWHILE", "t"),
     "where asked": (f"IF DInput(di1)=1 THEN BEUpdateTcp t; ENDIF {GO}", "t"),
     "frame of points": (SEARCH + "w.uframe:=DefFrame(pFound,p,pTeach);" + GO, "w"),
@@ -48,13 +48,21 @@ CALIBRATIONS = {
 }
 
 
+STATED = "if the values in the files are what such routines set, say `--taught {}`"
+ADVICE = {  # by whether a search has found the data, and whether it is a work object
+    (False, False): STATED,
+    (True, True): STATED + " with `--wobj-taught w`",
+    (True, False): "a search of this arm holds its error already",
+}
+
+
 @pytest.mark.parametrize("body, name", CALIBRATIONS.values(), ids=CALIBRATIONS)
 def test_the_advice_names_what_a_calibration_sets_and_works_when_copied(body: str, name: str) -> None:
     events, found = followed(body)
     assert any(event.reason for event in events if not event.statement.instruction.startswith("Search"))
     (said,) = found
     assert said.code == "RAP023" and said.severity == "warning"
-    assert (said.help or "").endswith(f"say `--taught {name}`")
+    assert said.help.startswith(ADVICE[SEARCH in body, name == "w"].format(name))
     events, found = followed(body, name)
     assert not found
     last = [event for event in events if event.statement.instruction == "MoveL"][-1]

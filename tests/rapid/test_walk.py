@@ -621,6 +621,8 @@ def test_circular_moves() -> None:
         ("TriggC p,q,v5,on1,z0,t", "arc", "via to speed trigg zone tool"),
         ("SearchL\\Stop,di1,found,q,v5,t", "line", "\\stop signal found to speed tool"),
         ("SearchC di1,found,p,q,v5,t", "arc", "signal found via to speed tool"),
+        ("Search_1D\\NotOff,found\\SearchStop:=q,p,q,v5,t", "line", "\\notoff found \\searchstop extra extra extra extra"),
+        ("Search_Part found,p,q,v5,t\\WObj:=wobj0", "line", "found extra extra extra extra \\wobj"),
         ("ArcLStart p,v5,s,w,fine,t\\SeamName:=\"a\"", "line", "to speed seam weld zone tool \\seamname"),
         ("ArcCEnd p,q,v5,s,w\\Weave:=e,fine,t", "arc", "via to speed seam weld \\weave zone tool"),
         ("ArcL1 p,v5,s,w,z1,t", "line", "to speed seam weld zone tool"),

@@ -20,7 +20,12 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         replace(finding, severity=severity, code=code, message=message, length_mm=length)
         for severity, code, message, length in kinds
     )
-    figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
+    figures = {
+        "max_error_before_mm": 2.0,
+        "added_targets": 1,
+        "cycle_time_s": 9.0,
+        "statements": {"compensated": 3, "skipped": 2},
+    }
     doubt = {"unproved_statements": 71}
     outcomes = (
         TaskOutcome(Task("a.mod", ()), "compensated", True, {**doubt, **figures, "max_error_after_mm": 0.01}, told),
@@ -29,8 +34,8 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     )
     page = render_page(batch_document("cell", Batch(outcomes, 0, ()), pages={"a.mod": "out/report/a #1.html"}))
     assert (
-        "2 of 3 programs are corrected; 1 failed and has no output; at most 0.200 mm remain, in <code>c.mod</code>."
-        in page
+        "2 of 3 programs are corrected, 6 of 10 motion statements in them; 1 failed and has no output; at most 0.200 mm"
+        " remain, in <code>c.mod</code>." in page
     )
     shown = dict(re.findall(r"<dt>(.*?)</dt><dd[^>]*>(.*?)</dd>", page))
     assert shown == {

@@ -85,7 +85,7 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 
 
 def invert_model(model: Model, motion: Motion) -> Exact:
-    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal.
+    """Commanded poses for which the real arm reaches the wanted ones, and one commanded flange pose per goal.
 
     At a goal where a weld begins, that is the pose for the start of the weld; a MoveAbsJ keeps its joint angles. A move
     that only restates an earlier goal, from which the program resumes, has the values of that goal.
@@ -94,8 +94,11 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
     for rows in motion.blocks():
         own, of_own = motion.distinct(rows)
-        mounts, wanted = samples.mounts_at(own), samples.T_work_tcp[own]
-        commanded = command(model, motion.at(own), mounts.base_tcp(wanted))
+        mounts, wanted = samples.mounts_at(own), motion.wanted.T_work_tcp[own]
+        state = motion.at(own)
+        if motion.meant is not None:
+            state = state.with_(T_flange_tcp=mounts.flange_tcp(wanted))
+        commanded = command(model, state, mounts.base_tcp(wanted))
         T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted)[of_own], commanded.q[of_own]
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]
@@ -136,7 +139,7 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
         move = samples.moves[i]
         mount = samples.curves.mounts[[i]]
         T_target = mount.work(forward(model.robot, move.q[None]))
-        T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
+        T_flange[i] = mount.flange(shifted(T_target, shift[None]))[0]
         q_goal[i] = move.q
     _copy_resumed_goals(samples, T_flange, q_goal)
     return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
@@ -170,7 +173,7 @@ def commanded_curve(
             ramp = transition(model.robot, jumps[i], turns, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
             T = T if found else T.copy()
-            T[rows] = _shifted(T[rows], jumps[i] - passed)
+            T[rows] = shifted(T[rows], jumps[i] - passed)
             inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
             size = float(np.linalg.norm(jumps[i, :3]))
             ends_at = (int(inside[0]), int(inside[-1]))
@@ -200,7 +203,7 @@ def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
     return at_start, at_goal
 
 
-def _shifted(T: Array, twist: Array) -> Array:
+def shifted(T: Array, twist: Array) -> Array:
     """Poses (n, 4, 4) displaced by translations and rotation vectors (n, 6) [m], [rad] in the reference axes."""
     result = T.copy()
     result[:, :3, 3] += twist[:, :3]

@@ -2,5 +2,5 @@
 
 `outcomes` of every statement, `seams`, `transitions`; `figures` before and after, `dynamics` (limits of the joints),
 `accuracy` (what the model itself is sure of), `belief` (corrections too large to be believed), `bounds` (how large they
-may be where run-time data differs).
+may be where run-time data differs), `provenance` (targets that look jogged with this arm).
 """

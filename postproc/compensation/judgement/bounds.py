@@ -53,8 +53,10 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     """The bound of every statement that may be corrected, except those that a function on the controller corrects.
 
     It holds the corrections of its runs and of statements whose targets use the same data, plus the tolerance of its
-    goal and 10 % of the largest correction of the program. A statement that stays uncorrected, or stands in a file that
-    is only read along, may follow data that is corrected elsewhere, so it gets the largest correction.
+    goal and 10 % of the largest correction of the program. Where a rigid shift is left out, the correction is what
+    differs from it, and at places that run-time data gives it may differ by as much: that is added, too. A statement
+    that stays uncorrected, or stands in a file that is only read along, may follow data that is corrected elsewhere, so
+    it gets the largest correction.
     """
     moves = plan.motion.moves
     samples = plan.motion.samples
@@ -64,6 +66,8 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     shifts = {o.statement.key: o.shift_mm for o in outcomes}
     through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
     goal = goal_tolerances(moves, plan.motion.options)
+    meant = plan.motion.wanted.T_work_tcp[samples.goal, :3, 3] - samples.T_work_tcp[samples.goal, :3, 3]
+    left_out = 1e3 * float(np.linalg.norm(meant, axis=1).max(initial=0.0))
     turned = (1.0 + ALIKE) * float(correction_sizes(plan)[:, 1].max(initial=0.0))
     runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves))
     names = {key: set().union(*(data_keys(moves[i].event.target_origin) for i in rows)) for key, rows in runs.items()}
@@ -71,7 +75,7 @@ def largest_corrections(outcomes: Sequence[StatementOutcome], plan: CorrectionPl
     found: dict[StatementKey, Bound] = {}
     for key in (shifts.keys() | runs.keys()) - through:
         rows = runs.get(key, [])
-        slack = 1e3 * float(goal[rows].max(initial=0.0)) + ALIKE * largest
+        slack = 1e3 * float(goal[rows].max(initial=0.0)) + ALIKE * largest + left_out
         places = _slope(plan, rows) if plan.places.get(key) == "argument" and len(rows) > 1 else ()
         most = float(way[rows].max(initial=0.0))
         shared = max((max(users[name]) for name in names.get(key, ())), default=0.0)

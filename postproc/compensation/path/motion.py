@@ -32,6 +32,7 @@ class Motion:
         moving: the joint speeds enter the state.
         sides: (n, 6) direction of approach of each joint if an effect reads it, else None.
         station: where the arm stands, None where it is not carried.
+        meant: samples of the curves where they are meant to be on the work; None where they are programmed.
     """
 
     samples: Samples
@@ -41,6 +42,12 @@ class Motion:
     moving: bool
     sides: Array | None
     station: Station | None = None
+    meant: Samples | None = None
+
+    @property
+    def wanted(self) -> Samples:
+        """The curves that the real arm has to follow."""
+        return self.samples if self.meant is None else self.meant
 
     @property
     def moves(self) -> tuple[Move, ...]:
@@ -113,7 +120,7 @@ class Motion:
             for a, b in pairs
         ], dtype=bool)  # fmt: skip
         same &= samples.curves.mounts[samples.move[begins]].same(samples.curves.mounts[samples.move[before]])
-        stands = [self.place[:, None], samples.q, np.nan_to_num(samples.axes), samples.T_work_tcp.reshape(-1, 16)]
+        stands = [self.place[:, None], samples.q, np.nan_to_num(samples.axes), self.wanted.T_work_tcp.reshape(-1, 16)]
         for values in stands if self.sides is None else [*stands, self.sides]:
             same &= (np.abs(values[begins] - values[before]) < _SAME).all(axis=1)
         own = np.ones(len(every), dtype=bool)

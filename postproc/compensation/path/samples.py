@@ -27,7 +27,7 @@ JOINT_STEP = np.radians(10.0)
 ASIDE = np.radians(0.3)  # that a tool turns farther on its way than from end to end, as a wrist that flips makes it
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Samples:
     """n samples of m moves.
 

@@ -122,6 +122,7 @@ class Signature:
         phase: of the seam, for arc and cap welding.
         why_not: why its target is never changed, empty if it may be.
         jointed: the target is a jointtarget.
+        results: roles of the arguments in which an instruction that measures stores what it finds.
         targets: how many of the first arguments are targets.
     """
 
@@ -132,6 +133,7 @@ class Signature:
     older: tuple[str, ...] = ()
     why_not: str = ""
     jointed: bool = False
+    results: tuple[str, ...] = ()
     targets: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -196,6 +198,12 @@ class MotionStatement:
     def argument(self, role: str) -> Argument | None:
         """The first argument that has this role; None if the statement has none."""
         return self._argument(self.roles.index(role)) if role in self.shape.roles else None
+
+    @property
+    def results(self) -> tuple[Argument, ...]:
+        """Arguments in which the statement stores what it finds on its way; none if it measures nothing."""
+        wanted = self.shape.signature.results
+        return tuple(self._argument(i) for i, role in enumerate(self.roles) if role in wanted) if wanted else ()
 
     def span_of(self, role: str) -> Span:
         """Byte span of the expression of the first argument that has this role.

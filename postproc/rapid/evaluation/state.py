@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Span
-from postproc.rapid.data.pose import pose_inv, pose_mult, subtract
+from postproc.rapid.data.pose import add, pose_inv, pose_mult, subtract
 from postproc.rapid.data.records import LoadData, Pose
 from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
@@ -61,6 +61,14 @@ def _state_after(word: str, pieces: Sequence[Piece], memory: Memory, value: Call
             return LoadData() if 0.0 <= load.mass <= NO_MASS else load
         case "pdispset":
             return to_pose(value(plain[0]))
+        case "pdispadd":
+            before, _ = without_causes(memory.changed["@pdisp"])
+            if isinstance(before, Unknown):
+                raise before
+            added = to_pose(value(plain[0]))
+            if before.rot != Pose().rot or added.rot != Pose().rot:
+                raise Unknown(Kind.ADDED_TURN)
+            return Pose(add(before.trans, added.trans))
         case "pdispoff":
             return Pose()
         case "pdispon":

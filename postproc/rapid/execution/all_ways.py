@@ -151,7 +151,7 @@ class AllWays(Interpreter):
         self.steps += 0 if motion.key in self.added.motions else MOTION_STEPS
         more = self.recorder.move(motion, memory)  # functions in its arguments take steps, too
         self.steps += more
-        if "found" in motion.roles:
+        if motion.signature.results:
             super().move(motion, memory)
 
     def set_state(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:

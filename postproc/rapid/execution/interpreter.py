@@ -274,9 +274,8 @@ class Interpreter(ABC):
 
     def move(self, motion: MotionStatement, memory: Memory) -> None:
         """Run a motion: data in which a search stores the position that it finds becomes unknown."""
-        found = motion.argument("found")
-        if found is not None:
-            self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+        for result in motion.results:
+            self.data.assign(result.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{result.text}`"), memory)
 
     def run_unseen(self, statement: Statement, arguments: int | None, memory: Memory) -> None:
         """Note that a call of code in none of the files may have moved the arm.

@@ -10,7 +10,7 @@ from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.nodes import Declaration
-from postproc.rapid.unknown import Unknown, set_first
+from postproc.rapid.unknown import Kind, Unknown, set_first
 
 _WHAT: Mapping[str, str] = {"tooldata": "tool", "wobjdata": "work object", "robtarget": "target", "loaddata": "load"}
 
@@ -19,6 +19,8 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
     """Findings RAP023 about PERS data that a motion needs and whose value only the running program knows.
 
     The help offers ``--taught``, except for data that the program moves: to find it the program is followed once more.
+    For what a search of this arm has found it does not: that holds the error of the arm, except in a work object, for
+    which the help offers ``--wobj-taught`` with it.
 
     Args:
         events: the motions of the program, as followed from ``entry``.
@@ -38,7 +40,9 @@ def say_measured(program: Program, events: Sequence[MotionEvent], entry: str | N
     names = frozenset(declaration.name.lower() for declaration, _, _ in waiting.values())
     tried = walk_program(replace(program, taught=program.taught | names), entry)
     moved = {d.name.lower() for d in tried.diagnostics if d.matter is Matter.TAUGHT_MOVED}
-    offered = [d.name for d, _, _ in waiting.values() if d.name.lower() not in moved]
+    offered = [
+        d.name for d, _, unknown in waiting.values() if d.name.lower() not in moved and not _holds_error(d, unknown)
+    ]
     return {key: _finding(*found, offered) for key, found in waiting.items()}
 
 
@@ -70,15 +74,25 @@ def _finding(declaration: Declaration, event: MotionEvent, unknown: Unknown, off
         offered: names of data for which the help offers ``--taught``.
     """
     name = declaration.name
-    help_ = f"set it from a CONST before the first motion, as in `{name}:={name}0;`"
+    if _holds_error(declaration, unknown):
+        help_ = "a search of this arm holds its error already: to correct what follows it would double that"
+    else:
+        help_ = f"set it from a CONST before the first motion, as in `{name}:={name}0;`"
     if name in offered:
         listed = ",".join(dict.fromkeys(offered))
         help_ = f"if the values in the files are what such routines set, say `--taught {listed}`"
+        if unknown.root.kind is Kind.FOUND_BY_SEARCH:
+            help_ += f" with `--wobj-taught {name}`: a frame that this arm has found holds its error"
         if first := set_first((unknown,)):
             help_ = f"{first}; or {help_}"
     text = f"the {_WHAT.get(declaration.type.lower(), 'data')} `{name}` is not known here: {unknown.reason}"
     statement = event.statement
     return Diagnostic("RAP023", "warning", text, statement.source, statement.span, help_, Matter.MEASURED, name)
+
+
+def _holds_error(declaration: Declaration, unknown: Unknown) -> bool:
+    """Whether data is what a search found and no work object: what follows it holds the error of the arm already."""
+    return unknown.root.kind is Kind.FOUND_BY_SEARCH and declaration.type.lower() != "wobjdata"
 
 
 def _stored_in(unknown: Unknown, program: Program) -> Declaration | None:

@@ -86,10 +86,10 @@ class StepReader:
 
     def _of_motion(self, motion: MotionStatement, statement: Statement, routine: Routine) -> Iterator[Step]:
         """Steps of a motion statement: the motion, then what a search or the procedure that it starts may write."""
-        roles, still = motion.roles, motion.interpolation == "none"
+        measures, still = bool(motion.signature.results), motion.interpolation == "none"
         if not still:
-            yield Go(motion, "found" in roles)
-        if still or "found" in roles or "procedure" in roles:
+            yield Go(motion, measures)
+        if still or measures or "procedure" in motion.roles:
             yield from self._writes(statement, routine)
 
     def _writes(self, statement: Statement, routine: Routine) -> Iterator[Step]:

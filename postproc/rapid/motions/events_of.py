@@ -134,7 +134,7 @@ class EventMaker:
         target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
         via: RobTarget | Unknown | None = None
         origin, via_origin = RUNTIME, None
-        if signature.why_not and not signature.roles:
+        if signature.why_not and "to" not in signature.roles:
             target = Unknown(Kind.UNSUPPORTED, signature.why_not)
         elif not shape.complete:
             target = Unknown(Kind.ARGUMENTS)
@@ -147,7 +147,7 @@ class EventMaker:
             if isinstance(place, Unknown):
                 self.missing.explain(place, statement.argument(role), statement, found)
                 reasons.append(place)
-        if signature.why_not and signature.roles:
+        if signature.why_not and "to" in signature.roles:
             reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
         known = None if isinstance(via, Unknown) else via
         return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin

@@ -127,7 +127,7 @@ def _shape(
     rest = iter(given)
     roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])
     places = tuple([place for _, span, whole in pieces for place in (*span, *whole)])
-    complete = not signature.roles or count == len(given)
+    complete = "to" not in given or count == len(given)
     return StatementShape(signature, *home, roles, places, complete, names)
 
 

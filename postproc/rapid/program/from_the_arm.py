@@ -40,7 +40,9 @@ class FromTheArm:
         self.program, self.giving = program, giving
         into: dict[str, set[str]] = {}
         named = re.compile("|".join(sorted(giving)).encode(), re.IGNORECASE)
-        some = any(named.search(s.data) for s in program.sources) or any("found" in m.roles for m in program.statements)
+        some = any(named.search(s.data) for s in program.sources) or any(
+            m.signature.results for m in program.statements
+        )
         for routine in program.all_routines() if some else ():
             for source, target in self._flows(routine):
                 into.setdefault(source, set()).add(target)
@@ -97,9 +99,8 @@ class FromTheArm:
         source = routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
-            found = motion.argument("found")
-            if found is not None:
-                yield from product([ARM], self._keys(routine, source, found.span))
+            for result in motion.results:
+                yield from product([ARM], self._keys(routine, source, result.span))
             spans = [argument.span for argument in motion.arguments]
         elif statement.kind == "assign":
             target, value = statement.parts

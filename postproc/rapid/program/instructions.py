@@ -16,8 +16,8 @@ READ_ONLY = word_set("""
     accset activateparam actunit alarm bookerrno break callbyvar cirpathmode clearpath clkreset clkstart clkstop close
     confj confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
     idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
-    pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact softdeact
-    speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
+    pdispadd pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact
+    softdeact speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
     syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
     tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
     waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
@@ -79,7 +79,7 @@ COUNTING = ("incr", "decr", "add", "clear")  # these write their first argument 
 WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
 # State that instructions change, by instruction.
 STATE: Mapping[str, str] = {
-    "gripload": "@gripload", "pdispset": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
+    "gripload": "@gripload", "pdispset": "@pdisp", "pdispadd": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
     "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
     "singarea": "@singarea", "velset": "@velset", "accset": "@accset", "actunit": "@units", "deactunit": "@units",
     "softact": "@soft", "softdeact": "@soft",

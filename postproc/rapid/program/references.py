@@ -138,7 +138,7 @@ def _of_motion(motion: MotionStatement, names: Set[str]) -> list[tuple[str, Use]
         whole = _is_plain(source.data[slice(*span)])
         for at, (name, place) in enumerate(names_at(source, span)):
             kind: UseKind = "expression" if at or not whole else "motion"
-            kind = "write" if role == "found" and at == 0 else kind
+            kind = "write" if at == 0 and role in shape.signature.results else kind
             if name in names:
                 found.append((name, Use(kind, source, place, motion.routine, motion, role)))
     return found

@@ -1,8 +1,8 @@
 """Positional arguments of the motion instructions, in order.
 
 Source: ABB RAPID reference manual (instructions), Arc and Cap application manuals; the ArcMove forms are taken to be
-those of Move. ``via`` is CirPoint; ``to`` is ToPoint or ToJointPos; an instruction with the role ``found`` writes that
-argument.
+those of Move. ``via`` is CirPoint; ``to`` is ToPoint or ToJointPos. Instructions that measure on their way are the ones
+with ``results``, those of the option SmarTac among them: they write these arguments.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ OLD_ARC = ("to", "speed", "seam", "weld", "weave", "zone", "tool")
 CAP = ("to", "speed", "cap", "weavestart", "weave", "zone", "tool")
 SEARCH = ("signal", "found", "to", "speed", "tool")
 TRIGG = ("to", "speed", "trigg", "zone", "tool")
+FOUND = ("found",)  # what a search stores
 SEARCHED = "where a search stops is known only at run time"
 
 
@@ -71,6 +72,18 @@ def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Sig
     return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 
+def _touching(names: str) -> list[Signature]:
+    r"""Signatures of searches of the option SmarTac: they move to a start and on until the torch or a sensor touches.
+
+    The first argument gets the displacement that they find, or whether there is a part; ``\SearchStop`` the place.
+
+    Args:
+        names: of the instructions, with blanks between them.
+    """
+    results = (*FOUND, "\\searchstop")
+    return [Signature(name, "line", FOUND, why_not=SEARCHED, results=results) for name in names.split()]
+
+
 _OPTION = "the arguments of this instruction are not known to this version"
 _ALL = [
     *_three("Move", MOVE),
@@ -87,15 +100,16 @@ _ALL = [
     Signature("TriggAbsJ", "absjoint", TRIGG, jointed=True),
     Signature("MoveExtJ", "none", ("to", "speed", "zone"), jointed=True),
     Signature("ArcMoveExtJ", "none", ("to", "speed", "zone"), older=("to", "speed", "zone", "tool"), jointed=True),
-    Signature("SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCHED),
-    Signature("SearchL", "line", SEARCH, why_not=SEARCHED),
-    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCHED),
+    Signature("SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCHED, results=FOUND),
+    Signature("SearchL", "line", SEARCH, why_not=SEARCHED, results=FOUND),
+    Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCHED, results=FOUND),
+    *_touching("Search_1D Search_Groove Search_Part"),
     *(s for number in ("", "1", "2", "3", "4", "5", "6") for s in _arcs(number)),
     Signature("CapL", "line", CAP, "weld"),
     Signature("CapC", "arc", _circular(CAP), "weld"),
     *_unsupported("ArcCalcL ArcCalcLStart ArcCalcLEnd ArcAdaptL ArcAdaptLStart ArcAdaptLEnd CapLATR", "line", _OPTION),
     *_unsupported("ArcCalcC ArcCalcCStart ArcCalcCEnd ArcAdaptC ArcAdaptCStart ArcAdaptCEnd CapCATR", "arc", _OPTION),
-    *_unsupported("SpotL SpotML CalibL PaintL DispL NutL Search_1D Search_Groove Search_Part", "line", _OPTION),
+    *_unsupported("SpotL SpotML CalibL PaintL DispL NutL", "line", _OPTION),
     *_unsupported("FCPressL FCPress1LStart FCPressEnd", "line", _OPTION),
     *_unsupported("SpotJ SpotMJ CalibJ NutJ", "joint", _OPTION),
     *_unsupported("PaintC DispC FCPressC", "arc", _OPTION),

@@ -94,12 +94,12 @@ class EffectReader:
     def _of_motion(self, motion: MotionStatement, routine: Routine) -> StatementEffect:
         """The effect of a motion: it moves the arm, a search writes what it finds, and a procedure may be started."""
         data, roles = routine.source.data, motion.roles
-        if "found" not in roles and "procedure" not in roles:  # as nearly all
+        if not motion.signature.results and "procedure" not in roles:  # as nearly all
             return _MOVES
         reading = _Reading(self, routine)
         reading.keys.add("@moves")
-        if "found" in roles:
-            reading.add(argument_name(data, motion.span_of("found")))
+        for result in motion.results:
+            reading.add(argument_name(data, result.span))
         if "procedure" in roles:
             reading.late_call(text_template(data[slice(*motion.span_of("procedure"))]), ())
             self.started |= {key for key, _ in reading.calls}

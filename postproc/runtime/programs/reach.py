@@ -131,7 +131,7 @@ class Reach:
                     statement.word == "pdispon"
                 )  # displaces by where the arm stands, or where it was when it searched
                 if here or (
-                    statement.word == "pdispset"
+                    statement.word in ("pdispset", "pdispadd")
                     and self._held.holds(routine.source, statement.span, routine.module, routine.name)
                 ):
                     return True

@@ -1,0 +1,271 @@
+"""How much of a correction is one rigid shift of a work object, and the path without it.
+
+A work object that the arm's own torch has taught holds the error of the arm at the places that were touched: what is
+stated in it comes out right up to the part of the error that differs from place to place. The rigid motion
+
+    x' = c + d + (x - c) + w x (x - c)        (Kabsch 1976, for small angles; c: centre of the targets)
+
+that fits the corrections of the work object's targets best is that common part. It is fitted to the corrections of the
+arm at rest without process force, as it stands while a frame is taught. A correction that leaves it out aims at the
+path moved by the inverse of that motion: there the arm brings the torch by itself, up to the rest.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array, invert
+from postproc.compensation.correction.curve import shifted
+from postproc.compensation.correction.inverse import command
+from postproc.compensation.path.motion import Motion
+from postproc.compensation.path.samples import Samples
+from postproc.diagnostics import Diagnostic, did_you_mean, joined
+from postproc.grouping import grouped
+from postproc.model.arm import Model
+from postproc.motion.values import Flags, Index, Move
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import WobjData
+from postproc.rapid.motions.units import object_matrix
+from postproc.rapid.program.program import Program, names_of
+from postproc.robot.pose import displace, pose_error
+
+EVERY = "all"  # in place of names: all work objects were taught with this arm
+LEVER = 0.05  # share of the farthest spread of the targets below which they say nothing of a turn about that axis
+_MOST = 500  # targets of a work object that are asked
+_NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RigidShift:
+    """The rigid motion that fits the corrections of the targets of one work object best, in its own axes.
+
+    Args:
+        wobj: name of the work object.
+        center: (3,) mean place of the targets that were fitted [m], about which the turn is.
+        shift: (3,) translation there [m]. turn: (3,) rotation vector [rad].
+        rest: largest distance [m] of a correction, under the loads of the program, from that motion.
+        left_out: the motion is no part of what is corrected.
+        at_welds: the targets of its welds were fitted, as it welds there; else all its targets.
+        moves: (k,) indices of the moves to its targets. fitted: (f,) those of them that were fitted.
+        T_work_wobj: (4, 4) the work object in the work frame.
+    """
+
+    wobj: str
+    center: Array
+    shift: Array
+    turn: Array
+    rest: float
+    left_out: bool
+    at_welds: bool
+    moves: Index
+    fitted: Index
+    T_work_wobj: Array
+
+    @property
+    def motion(self) -> Array:
+        """T (4, 4) in the work frame: a pose x [m] becomes T x."""
+        about = np.eye(4)
+        about[:3, 3] = self.center
+        own = about @ displace(np.concatenate([self.shift, self.turn])) @ invert(about)
+        return self.T_work_wobj @ own @ invert(self.T_work_wobj)
+
+
+def fit_rigid(points: Array, shifts: Array) -> tuple[Array, Array, Array]:
+    """Centre (3,), translation (3,) and rotation vector (3,) that fit small shifts of points best, by least squares.
+
+    A turn is fitted about axes from which the points lie far enough (``LEVER``): none for a single point, none about
+    the line for points on a line.
+
+    Args:
+        points: (n, 3) places [m], at least one. shifts: (n, 3) how far each is moved [m].
+    """
+    center, mean = points.mean(axis=0), shifts.mean(axis=0)
+    x = points - center
+    # Normal equations of sum |mean + w x x_i - shift_i|^2 in w.
+    spread = np.eye(3) * np.sum(x * x) - x.T @ x
+    moment = np.cross(x, shifts - mean).sum(axis=0)
+    squares, axes = np.linalg.eigh(spread)
+    far = squares > LEVER**2 * max(squares.max(), len(x) * 1e-12)
+    along = np.where(far, axes.T @ moment / np.where(far, squares, 1.0), 0.0)
+    return center, mean, axes @ along
+
+
+def fit_shifts(model: Model, motion: Motion, program: Program, taught: Sequence[str] = ()) -> tuple[RigidShift, ...]:
+    """The rigid motion in the corrections of each work object, of the arm at rest without process force.
+
+    Where it welds in a work object, the targets of its welds are fitted, else all. The rest is 0 until `with_rests`.
+
+    Args:
+        taught: names of work objects whose motion is left out, in any case; ``all`` for every one.
+    """
+    asked = {name.lower() for name in taught}
+    names = _Names(program)
+    frames = {wobj: object_matrix(wobj).tobytes() for wobj in {m.event.wobj for m in motion.moves}}
+    placed = (
+        ((names.of(m.event), m.frame, m.stationary, frames[m.event.wobj]), i)
+        for i, m in enumerate(motion.moves)
+        if m.T_work_tcp is not None and m.resumes_from is None
+    )
+    found = []
+    welds = _weld_targets(motion.moves)
+    for (name, *_), members in grouped(placed).items():
+        moves = np.array(members)
+        at_welds = bool(welds[moves].any())
+        fitted = moves[welds[moves]] if at_welds else moves
+        T_work_wobj = object_matrix(motion.moves[members[0]].event.wobj)
+        left_out = not asked.isdisjoint((EVERY, name.lower()))
+        nothing = np.zeros(3)
+        found.append(RigidShift(name, nothing, nothing, nothing, 0.0, left_out, at_welds, moves, fitted, T_work_wobj))
+    if not found:
+        return ()
+    some = [_spread_out(motion.samples, shift.fitted) for shift in found]
+    T, T_commanded = _at_rest(model, motion, np.concatenate(some))
+    shifts, begin = [], 0
+    for shift, rows in zip(found, some, strict=True):
+        part = slice(begin, begin := begin + len(rows))
+        T_wobj_work = invert(shift.T_work_wobj)
+        points, ends = ((T_wobj_work @ poses[part])[:, :3, 3] for poses in (T, T_commanded))
+        center, d, w = fit_rigid(points, ends - points)
+        shifts.append(replace(shift, center=center, shift=d, turn=w))
+    return tuple(shifts)
+
+
+def with_rests(shifts: Sequence[RigidShift], samples: Samples, T_base_flange: Array) -> tuple[RigidShift, ...]:
+    """The shifts with how far the corrections of their fitted targets are from them, at most.
+
+    Args:
+        samples: of the path as programmed.
+        T_base_flange: (m, 4, 4) commanded flange at every goal; where a shift is left out, it is no part of it.
+    """
+    commanded = samples.curves.mounts.work(T_base_flange)[:, :3, 3]
+    found = []
+    for shift in shifts:
+        T_goal = samples.T_work_tcp[samples.goal[shift.fitted]]
+        rigid = T_goal if shift.left_out else shift.motion @ T_goal
+        away = np.linalg.norm(commanded[shift.fitted] - rigid[:, :3, 3], axis=1)
+        found.append(replace(shift, rest=float(away.max(initial=0.0))))
+    return tuple(found)
+
+
+def leave_out(samples: Samples, shifts: Sequence[RigidShift]) -> Samples | None:
+    """The samples of the path that is meant where some shifts are left out: moved by their inverses; None without any.
+
+    A line from one work object to another leads from the moved start to the moved goal.
+
+    Args:
+        samples: of the path as programmed.
+    """
+    if not any(shift.left_out for shift in shifts):
+        return None
+    m, curves = len(samples.moves), samples.curves
+    G = np.tile(np.eye(4), (m, 1, 1))
+    for shift in shifts:
+        if shift.left_out:
+            G[shift.moves] = invert(shift.motion)
+    for i, move in enumerate(samples.moves):
+        if move.resumes_from is not None:
+            G[i] = G[move.resumes_from]
+    T_goal = samples.T_work_tcp[samples.goal]
+    T_goal_meant = G @ T_goal
+    first = np.array([move.first for move in samples.moves])
+    before = np.where(first, np.arange(m), np.maximum(np.arange(m) - 1, 0))
+    T_flange = curves.mounts.flange(T_goal_meant)
+    T_start = samples.T_work_tcp[samples.start]
+    T_begins = samples.mounts_at(samples.start).work(T_flange[before])
+    # Where the tool changes between two moves, the first one's flange carries the other tool to where it was.
+    T_began = samples.mounts_at(samples.start).work(curves.mounts.flange(T_goal)[before])
+    at_start, at_goal = pose_error(T_began, T_begins), pose_error(T_goal, T_goal_meant)
+    at_start[first] = at_goal[first]
+    u = samples.u[:, None]
+    of = samples.move
+    T = shifted(samples.T_work_tcp, (1.0 - u) * at_start[of] + u * at_goal[of])
+    arcs = curves.arc[of]
+    T[arcs] = G[of[arcs]] @ samples.T_work_tcp[arcs]
+    start = T_start[:, :3, 3] + at_start[:, :3]
+    arc = curves.arc
+    R, p = G[:, :3, :3], G[:, :3, 3]
+    start[arc] = (R @ curves.start[:, :, None])[arc, :, 0] + p[arc]
+    chord = curves.chord + at_goal[:, :3] - at_start[:, :3]
+    center, radial, tangent = ((R @ x[:, :, None])[:, :, 0] for x in (curves.center, curves.radial, curves.tangent))
+    length = np.where(arc | curves.joint, curves.length, np.linalg.norm(chord, axis=1))
+    moved = replace(
+        curves, start=start, chord=chord, center=center + p, radial=radial, tangent=tangent, length=length
+    )  # fmt: skip
+    return replace(samples, curves=moved, T_work_tcp=T)
+
+
+def _weld_targets(moves: Sequence[Move]) -> Flags:
+    """(m,) whether the arc burns on the way to the goal of a move, or from there."""
+    burns = np.array([move.welding for move in moves], dtype=bool)
+    goes_on = np.array([not move.first for move in moves], dtype=bool)
+    return burns | np.append(burns[1:] & goes_on[1:], False)
+
+
+def _spread_out(samples: Samples, moves: Index) -> Index:
+    """Of some moves those with different goals, each place once, evenly reduced to at most 500."""
+    places = samples.T_work_tcp[samples.goal[moves], :3, 3].round(6)
+    rows = moves[np.sort(np.unique(places, axis=0, return_index=True)[1])]
+    return rows if len(rows) <= _MOST else rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
+
+
+def _at_rest(model: Model, motion: Motion, moves: Index) -> tuple[Array, Array]:
+    """T_work_tcp (k, 4, 4) of the goals of moves as programmed, and as commanded to an arm at rest without a force."""
+    alone = replace(motion.options, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0), inertia=False)
+    sides = None if motion.sides is None else np.zeros_like(motion.sides)
+    still = replace(motion, options=alone, moving=False, sides=sides)
+    goals = motion.samples.goal[moves]
+    T, mounts = motion.samples.T_work_tcp[goals], motion.samples.mounts_at(goals)
+    return T, mounts.seen(command(model, still.at(goals), mounts.base_tcp(T)).T_base_tcp, T)
+
+
+class _Names:
+    """Names of the work objects of motions: those of the data, also where a routine has got one as its parameter."""
+
+    def __init__(self, program: Program) -> None:
+        """Take the work objects that a program declares."""
+        self.program = program
+        self.declared = [
+            (d.name, np.array([float(n) for n in _NUMBER.findall(d.source.data[slice(*d.init)])]))
+            for d in program.declarations
+            if d.type.lower() == "wobjdata" and d.init is not None and not d.routine
+        ]
+        self.known: dict[tuple[str, str, str, int], str] = {}
+
+    def of(self, event: MotionEvent) -> str:
+        """The name of the work object of a motion."""
+        statement, wobj = event.statement, event.wobj
+        key = (wobj.name, statement.module, statement.routine, id(wobj))
+        if key not in self.known:
+            self.known[key] = self._name(event, wobj)
+        return self.known[key]
+
+    def _name(self, event: MotionEvent, wobj: WobjData) -> str:
+        """The name of a work object: as written if that is data, else of the one work object with its numbers."""
+        module, routine = event.statement.module, event.statement.routine
+        inside = self.program.routine(routine, module)
+        own = inside is not None and wobj.name.lower() in names_of(inside)
+        if not own:
+            found = self.program.declaration(wobj.name, module)
+            return wobj.name if found is None else found.name
+        numbers = np.array([*wobj.uframe.trans, *wobj.uframe.rot, *wobj.oframe.trans, *wobj.oframe.rot])
+        same = [name for name, n in self.declared if n.shape == numbers.shape and np.allclose(n, numbers, atol=1e-4)]
+        return same[0] if len(same) == 1 else wobj.name
+
+
+def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Program) -> Iterator[Diagnostic]:
+    """CMP022, a warning, for each name of ``--wobj-taught`` in whose work object the program has no known target.
+
+    Args:
+        taught: names as the user states them.
+    """
+    known = list(dict.fromkeys(shift.wobj for shift in shifts))
+    there = joined([f"`{other}`" for other in known])
+    for name in taught:
+        if name.lower() not in {EVERY, *map(str.lower, known)}:
+            text = f"no target of the program is known in a work object `{name}`: nothing is left out for it"
+            help_ = did_you_mean(name, known) or f"its targets are in {there}"
+            yield Diagnostic("CMP022", "warning", text, program.sources[0], help=help_)
