@@ -230,7 +230,7 @@ def _without_errors(
 def _correct(task: _Task, motion: Motion) -> tuple[_Task, Exact, list[Diagnostic]]:
     """The task with the path that is meant and the rigid shifts, the commanded joint angles along it, and findings.
 
-    Findings are CMP022 about work objects that the arm has taught, and MOD005 if the tool weighs less than nothing.
+    Findings are CMP026 about work objects that the arm has taught, and MOD005 if the tool weighs less than nothing.
     """
     shifts = fit_shifts(task.model, motion, task.program, task.options.wobj_taught)
     motion = replace(motion, meant=leave_out(motion.samples, shifts))

@@ -245,8 +245,6 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         if known
         else unknown_accuracy(found.diagnostics)
     )
-    if known and found.judged is not None and found.judged.accuracy is not None:
-        sure += undetermined_text(found.judged.accuracy)
     before, after = values["max_error_before_mm"], values["max_error_after_mm"]
     air = [f"with moves in the air {after:.3f} mm of {before:.3f} mm remain"] if _main_figures(values)[0] else []
     parts = [
@@ -258,7 +256,8 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         *air,
         sure,
     ]
-    return "; ".join(parts) + "."
+    accuracy = None if found.judged is None else found.judged.accuracy
+    return "; ".join(parts) + "." + ("" if accuracy is None else undetermined_text(accuracy))
 
 
 def _duration(seconds: float) -> str:

@@ -34,7 +34,7 @@ def undetermined_values(known: Undetermined | None) -> Values:
 
 
 def undetermined_text(accuracy: Accuracy) -> str:
-    """Return a clause on the parameter that no row has told, its cost, and how to tell it; empty where it is little.
+    """Return sentences on the parameter that no row has told, its cost, and how to tell it; empty where it is little.
 
     Args:
         accuracy: that of the conversion.
@@ -42,9 +42,10 @@ def undetermined_text(accuracy: Accuracy) -> str:
     known = accuracy.undetermined
     if known is None or known.within_95 < max(LEAST_M, MATTERS * accuracy.within_95):
         return ""
+    alone = "" if known.largest > 0.99 * known.within_95 else f", {1e3 * known.largest:.2f} mm by it alone"
     return (
-        f", {1e3 * known.within_95:.2f} mm of it because the measured rows say little of {_parameter_text(known)}, "
-        f"which alone leaves {1e3 * known.largest:.2f} mm open under these loads{_pull_text(known)}"
+        f" Of that, {1e3 * known.within_95:.2f} mm are open under these loads because the measured rows say little of "
+        f"{_parameter_text(known)}{alone}. {_pull_text(known)}"
     )
 
 
@@ -59,11 +60,11 @@ def _parameter_text(known: Undetermined) -> str:
 def _pull_text(known: Undetermined) -> str:
     """Return the cheapest measurement that tells the parameter; that `plan` says it where no pull does."""
     if known.pull is None or known.told < LEAST_M / 5:
-        return "; `postproc plan` says which poses tell it"
+        return "`postproc plan` says which poses tell it."
     axis = int(np.argmax(known.pull))
     size, way = known.pull[axis], "xyz"[axis % 3]
     how = f"pull with {size:.0f} N along {way}" if axis < 3 else f"turn with {size:.0f} N m about {way}"
     return (
-        f"; to tell it, {how} of the base at {POSES} poses of the program, measure with and without, and fit again: "
-        f"the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation"
+        f"To tell it, {how} of the base at {POSES} poses of the program, measure with and without, and fit again: "
+        f"the TCP moves by {1e3 * known.told:.2f} mm for each standard deviation."
     )

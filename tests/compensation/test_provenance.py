@@ -56,7 +56,7 @@ def test_a_correction_that_may_not_help_is_said(arm: str, many: bool) -> None:
     """Without any force the stiffness of a type without measurements leaves up to 108 % of the deflection."""
     found = convert(program(JOGGED), default_model(arm), force=(0.0, 0.0, 0.0))
     remaining = found.report["expected_remaining_fraction"]
-    assert (remaining is not None and remaining[1] >= 1.0) == many == bool(warned(found, "CMP023"))
+    assert (remaining is not None and remaining[1] >= 1.0) == many == bool(warned(found, "CMP027"))
 
 
 def test_a_motion_that_takes_hours_is_named() -> None:

@@ -109,7 +109,7 @@ def test_a_work_object_is_named_by_its_data_where_a_routine_has_got_it() -> None
 
 def test_a_name_that_the_program_does_not_use_is_said() -> None:
     done = convert(BRACKET, wobj_taught=("wX",))
-    assert [d.severity for d in done.diagnostics if d.code == "CMP022"] == ["warning"]
+    assert [d.severity for d in done.diagnostics if d.code == "CMP026"] == ["warning"]
     assert done.output == convert(BRACKET).output
 
 

@@ -257,7 +257,7 @@ class _Names:
 
 
 def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Program) -> Iterator[Diagnostic]:
-    """CMP022, a warning, for each name of ``--wobj-taught`` in whose work object the program has no known target.
+    """CMP026, a warning, for each name of ``--wobj-taught`` in whose work object the program has no known target.
 
     Args:
         taught: names as the user states them.
@@ -268,4 +268,4 @@ def not_taught(taught: Sequence[str], shifts: Sequence[RigidShift], program: Pro
         if name.lower() not in {EVERY, *map(str.lower, known)}:
             text = f"no target of the program is known in a work object `{name}`: nothing is left out for it"
             help_ = did_you_mean(name, known) or f"its targets are in {there}"
-            yield Diagnostic("CMP022", "warning", text, program.sources[0], help=help_)
+            yield Diagnostic("CMP026", "warning", text, program.sources[0], help=help_)

@@ -47,7 +47,7 @@ def expect_remaining(model: Model, motion: Motion) -> tuple[float, float] | None
 
 
 def doubt_help(remaining: tuple[float, float] | None, source: Source) -> list[Diagnostic]:
-    """CMP023, a warning, where as much deflection as without a correction may remain, as the stiffness is estimated.
+    """CMP027, a warning, where as much deflection as without a correction may remain, as the stiffness is estimated.
 
     Args:
         remaining: as `expect_remaining` returns it.
@@ -57,7 +57,7 @@ def doubt_help(remaining: tuple[float, float] | None, source: Source) -> list[Di
     low, high = (f"{100 * x:.0f}" for x in remaining)
     text = f"the correction may not help: {low} to {high} % of the deflection may remain, as the stiffness is estimated"
     help_ = "measure this arm, and fit a model of it: `postproc plan` chooses the poses"
-    return [Diagnostic("CMP023", "warning", text, source, help=help_)]
+    return [Diagnostic("CMP027", "warning", text, source, help=help_)]
 
 
 def estimated_stiffness(remaining: Sequence[float] | None, before_mm: float) -> str:
