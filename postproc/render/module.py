@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensation.text.expressions import amounts_of, components_of
+from postproc.compensation.text.expressions import amounts_of
 from postproc.compensation.text.insertions import CARRIED
 from postproc.compensation.text.laws import OffsetLaw
 from postproc.compensation.text.values import Change, Insertion, TargetValue
@@ -55,7 +55,7 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
 def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
 
-    The aggregate holds the components of a named target with other configuration data.
+    The aggregate holds the components of a named target.
     """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
@@ -65,21 +65,11 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
-        stated = components_of(written)
-        assert stated is not None
-        name, own = stated
-        added = [_joined(*parts) for parts in zip(own, sums, strict=True)]
-        values = {"name": name, "displacement": added, "robconf": change.value.robconf}
-        text = fill(load_template(env, "components.j2"), values)
+        text = fill(load_template(env, "components.j2"), {"name": written, "displacement": sums})
     lead, newline = line_style(source.data, span[0])
     text = broken(text, lead.decode("latin-1"), newline.decode())
     glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
     return Edit(*span, (" " * glued + text).encode("latin-1", "replace"))
-
-
-def _joined(first: str, second: str) -> str:
-    """The sum of two terms as RAPID text; `0` if both are empty or zero."""
-    return "+".join(part for part in (first, second) if part not in ("", "0")).replace("+-", "-") or "0"
 
 
 def _amount_edits(change: Change) -> Iterator[Edit]:

@@ -318,15 +318,24 @@ def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     accurate(text, found)
 
 
-def test_a_displaced_target_that_is_carried_over_a_quadrant_states_its_own_confdata() -> None:
+def test_a_displaced_target_that_is_carried_over_a_quadrant_keeps_the_confdata_of_its_name() -> None:
     """One taught point serves both sides: at p axis 1 is carried over zero, beside it axis 1 stays where it is."""
     rows = "FOR i FROM 0 TO 2 DO\nMoveL Offs(p,10*i,-100,0),v50,fine,tT;\nMoveL Offs(p,-10*i,0,0),v50,fine,tT;\nENDFOR"
     text = module(f"CONST robtarget p:={target(1350, 50)};", f"MoveJ Offs(p,0,-100,0),v200,fine,tT;\n{rows}")
     found = convert(text)
     assert [o.status for o in found.outcomes] == ["compensated"] * 3
-    assert len({e.target.robconf for e in events(written(found))}) == 2
-    assert re.search(r"\[\[p\.trans\.x[+-]10\*i", written(found))
+    text_after = written(found)
+    assert len({e.target.robconf for e in events(text_after)}) == 1  # a controller accepts the quadrant beside it
+    assert "p.trans" not in text_after and len(re.findall(r"MoveL Offs\(p,-?10\*i", text_after)) == 2
     accurate(text, found)
+
+
+def test_without_the_function_of_the_controller_all_but_the_position_stays_the_programmers() -> None:
+    """The program's own `Offs` hides that function: the position is written as a sum, beside it names."""
+    own = "  FUNC num Offs(num x)\n    RETURN x;\n  ENDFUNC\n"
+    data = f"CONST robtarget a:={target(1350, 50)};\nVAR robtarget q;"
+    found = convert(module(data, f"MoveJ {target(1350, -50)},v200,fine,tT;\nq:=a;\nMoveL q,v50,fine,tT;", own))
+    assert re.search(r"MoveL \[\[q\.trans\.x[-+].*\],q\.rot,q\.robconf,q\.extax\],v50", written(found))
 
 
 def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -> None:

@@ -152,12 +152,13 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
     return legs
 
 
+BESIDE = np.radians(2.0)  # by which a correction may carry a joint out of the quadrant that was taught
+
+
 def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
-    """Whether confdata says something else than the joints, away from quadrant boundaries."""
-    conf = I.confdata(arm, q)[0]
-    turns = q[[0, 3, 5]] / (np.pi / 2)
-    edge = np.abs(turns - np.round(turns)) < 1e-4
-    return bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])
+    """Whether confdata says something else than the joints, which may stand a little outside their quadrants."""
+    outside = np.abs(q[[0, 3, 5]] - (np.array(m.conf[:3]) + 0.5) * np.pi / 2) - np.pi / 4
+    return bool((outside > BESIDE).any() or I.confdata(arm, q)[0, 3] != m.conf[3])
 
 
 def real(

@@ -20,7 +20,7 @@ from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
-    ARC_FUNCTION,
+    ARC_FUNCTIONS,
     LINE_FUNCTIONS,
     UNLIKE,
     PathRun,
@@ -78,8 +78,8 @@ class TargetAdder:
 
     @cached_property
     def functions(self) -> list[str]:
-        """Names of the functions of points on a line (three) and on an arc, none of which the program has yet."""
-        return free_names(self.program, (*LINE_FUNCTIONS, ARC_FUNCTION))
+        """Names of the functions of points on a line (three) and on an arc (two), none of which the program has yet."""
+        return free_names(self.program, (*LINE_FUNCTIONS, *ARC_FUNCTIONS))
 
     def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
         """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
@@ -130,8 +130,7 @@ class TargetAdder:
             return max(str(why) for why in frames)
         if all_numbers(event, before):
             return self._as_numbers(parts, allowed)
-        place = event.statement.module, event.statement.routine
-        hidden = hidden_name(self.program, *place, arc=event.via is not None)
+        hidden = hidden_name(self.program, event.statement.module, arc=event.via is not None)
         if hidden is not None:
             return hidden
         names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
@@ -149,7 +148,7 @@ class TargetAdder:
         confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         added = [self._numbers(part.move, part) for part in parts]
-        return on_arc(self.functions[3], known, added, self.requester.values(asked), allowed) or UNLIKE
+        return on_arc(self.functions[3:], known, added, self.requester.values(asked), allowed)
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.

@@ -3,13 +3,14 @@
     MoveL ppLinePoint(pStart,pGoal,0.25,0.012,-0.03,0.007),v50,z1,tT;
 
 goes to the point after a quarter of the line, displaced by the correction, wherever the ends are taught
-(templates/line_point.j2, arc_point.j2).
+(templates/line_point.j2, arc_point.j2). Orientation, configuration and external axes are those of the ends, too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -34,13 +35,13 @@ OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
 HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
 SHARE_DECIMALS = 5
-# The functions: of a line (turning evenly, bending with its length, in the configuration of its start), and of an arc.
+# The functions: of a line (turning evenly, bending with its length, in the configuration of its start), and of an arc
+# (in the configuration of the nearer end, in that of its start).
 LINE_FUNCTIONS = "ppLinePoint", "ppLineBend", "ppLineKeep"
-ARC_FUNCTION = "ppArcPoint"
-# What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
+ARC_FUNCTIONS = "ppArcPoint", "ppArcKeep"
+# What the functions call and declare (templates/line_point.j2, arc_point.j2).
 LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
-ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "robtarget", "pos", "num")
-AROUND_ARC = ("Offs",)
+ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "Abs", "robtarget", "confdata", "orient", "pos", "num")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,18 +73,16 @@ def free_names(program: Program, names: Iterable[str]) -> list[str]:
     return [next(name for name in several if name.lower() not in taken) for several in numbered]
 
 
-def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
-    """Why a function that calculates a point of a line or arc cannot be called in a routine, None if it can.
+def hidden_name(program: Program, module: str, arc: bool) -> str | None:
+    """Why a function that calculates a point of a line or arc cannot be written into a module, None if it can.
 
-    The reason is a built-in name, needed by the function or its call, that the program declares itself.
+    The reason is a built-in name, needed by the function, that the program declares itself.
 
     Args:
-        module, routine: names of the routine in which the call is to stand, and of its module.
+        module: name of the module.
         arc: the point is on an arc, not on a line.
     """
-    names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
-    names += [(name, routine) for name in AROUND_ARC if arc]
-    hidden = (name for name, where in names if program.hides(name, module, where))
+    hidden = (name for name in (ARC_NAMES if arc else LINE_NAMES) if program.hides(name, module, ""))
     return next((HIDDEN.format(name) for name in hidden), None)
 
 
@@ -142,7 +141,7 @@ def on_line(
 
 
 def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The point stated from the farther end of the line, so that the added target has the configuration of that end.
+    """The point stated from the farther end of its way, so that the added target has the configuration of that end.
 
     Args:
         function: name of the function whose result has the configuration of its first end.
@@ -154,36 +153,71 @@ def _from_farther(point: PathPoint, function: str) -> PathPoint:
 
 
 def on_arc(
-    function: str,
+    functions: Sequence[str],
     runs: Sequence[PathRun],
     added: Sequence[Sequence[Insertion]],
     last: Sequence[TargetValue],
     allowed: Allowed,
-) -> tuple[list[Insertion], Change] | None:
+) -> tuple[list[Insertion], Change] | str:
     """Added statements for all runs of an arc, and the change of the circle point that its own statement states.
 
-    None if no displacement of some point suits all runs.
+    The reason why there are none, if no displacement or configuration of some point suits all runs.
 
     Args:
-        function: name of the function that calculates a point on the arc.
+        functions: names of two functions: with the configuration of the nearer end, and of their first end.
         added: what each run would add as numbers.
         last: the circle point of the last part in each run.
         allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
-        to = _on_path((function, ""), runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
+        values = [insertion.to for insertion in insertions]
+        share = _share(runs, k)
+        if not all(_same_axes(run.targets, value, share) for run, value in zip(runs, values, strict=True)):
+            return OTHER_AXES
+        end = _end_in_posture(runs, values, share)
+        if end is None:
+            return OTHER_POSTURE
+        to = _on_path((functions[0], ""), runs, values, [run.shares[k] for run in runs], allowed)
         vias = [i.via for i in insertions if i.via is not None]
-        via = _on_path((function, ""), runs, vias, [run.via_shares[k] for run in runs], allowed)
-        if to is None or via is None:
-            return None
+        via = _on_path((functions[0], ""), runs, vias, [run.via_shares[k] for run in runs], allowed)
+        if to is None or via is None or to.point is None:
+            return UNLIKE
+        if end == "farther":
+            to = replace(to, point=_from_farther(to.point, functions[1]))
         found.append(replace(insertions[0], to=to, via=via))
-    left = _on_path((function, ""), runs, last, [run.via_shares[-1] for run in runs], allowed)
+    left = _on_path((functions[0], ""), runs, last, [run.via_shares[-1] for run in runs], allowed)
     statement = runs[0].event.statement
     argument = statement.argument("via")
     if left is None or argument is None:
-        return None
+        return UNLIKE
     return found, Change(statement.source, argument.span, "offset", left, left.law)
+
+
+def _end_in_posture(
+    runs: Sequence[PathRun], values: Sequence[TargetValue], share: float
+) -> Literal["nearer", "farther"] | None:
+    """Which end of an arc has the configuration of an added target in all runs; None if neither has.
+
+    An end that states the same configuration comes before one whose configuration a controller accepts for it.
+
+    Args:
+        values: the added target in each run, with the configuration that the arm has there.
+        share: its fraction of the way.
+    """
+    ends = ((0, -1) if share < 0.5 else (-1, 0)) if not any_configuration(runs[0].event) else ()
+    if not ends:
+        return "nearer"
+    asked = [
+        (value.robconf, *(run.targets[end].robconf for end in ends)) for run, value in zip(runs, values, strict=True)
+    ]
+    if all(reached == near for reached, near, _ in asked):
+        return "nearer"
+    if all(reached == far for reached, _, far in asked):
+        return "farther"
+    if all(compliant(reached, near) for reached, near, _ in asked):
+        return "nearer"
+    return "farther" if all(compliant(reached, far) for reached, _, far in asked) else None
 
 
 def _share(runs: Sequence[PathRun], k: int) -> float:

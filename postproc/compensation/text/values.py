@@ -36,7 +36,7 @@ class PathPoint:
         function: name of the routine that calculates it on the controller.
         ends: texts of start and goal, for an arc with the circle point between them.
         share: the fraction of the way.
-        axes: letters of the external axes that the ends state.
+        axes: letters of the external axes that the ends state, which move evenly along the way.
         length: line length [mm] for which the displacement is stated, if that is proportional to the square of the
             length; 0 if the displacement is the same for all lines.
         keeps: it has the configuration of the first end; else that of the nearer one.
@@ -113,8 +113,8 @@ class TargetRequest:
 
 Form = Literal["numbers", "amounts", "offset", "components"]
 """How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
-``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, displaced by ``Offs`` or not,
-which takes other configuration data."""
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, where ``Offs`` is a name of the
+program's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +124,7 @@ class Change:
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
         form: how it is rewritten.
-        value: the corrected target; ``components`` takes its configuration data from it, and if it has a ``point`` that
-            replaces the text.
+        value: the corrected target; if it has a ``point`` that replaces the text.
         law: formula of what is added to the position [mm], along the axes of the object or, in ``RelTool``, of the
             tool.
     """
