@@ -32,6 +32,7 @@ from postproc.compensation.text.path_points import (
 )
 from postproc.compensation.text.requests import Requester, conf_of
 from postproc.compensation.text.values import Change, Insertion, TargetValue, compliant
+from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.places import axes_between
 from postproc.motion.path.refusals import STILL
@@ -39,6 +40,7 @@ from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
+from postproc.robot.track import track
 
 NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
@@ -78,7 +80,7 @@ class TargetAdder:
 
     @cached_property
     def functions(self) -> list[str]:
-        """Names of the functions of points on a line (three) and on an arc, none of which the program has yet."""
+        """Names of the functions of points on a line (six) and on an arc, none of which the program has yet."""
         return free_names(self.program, (*LINE_FUNCTIONS, ARC_FUNCTION))
 
     def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
@@ -144,12 +146,13 @@ class TargetAdder:
         if event.via is None:
             shares = np.median([run.shares for run in known], axis=0)
             added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
-            lines = on_line(self.functions[:3], [replace(run, shares=shares) for run in known], added, allowed)
+            lines = on_line(self.functions[:-1], [replace(run, shares=shares) for run in known], added, allowed)
             return lines if isinstance(lines, str) else (lines, None)
-        confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
+        last = [self._joints(p.move)[[p.vias[-1] - self.samples.start[p.move]]] for p in parts]
+        confs = [conf_of(confdata(self.requester.robot, q)[0]) for q in last]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         added = [self._numbers(part.move, part) for part in parts]
-        return on_arc(self.functions[3], known, added, self.requester.values(asked), allowed) or UNLIKE
+        return on_arc(self.functions[-1], known, added, self.requester.values(asked), allowed) or UNLIKE
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
@@ -237,12 +240,12 @@ class TargetAdder:
             shares: fractions of a line at which the targets are put, instead of those of the samples.
         """
         event = self.moves[i].event
-        goals = list(part.goals)
+        goals, first = list(part.goals), self.samples.start[i]
         T = self.curve[goals].copy()
         if event.via is None and shares is not None:
             ends = self.curve[[self.samples.start[i], self.samples.goal[i]], :3, 3]
             T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), ends[1] - ends[0])
-        confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
+        confs = [conf_of(row) for row in confdata(self.requester.robot, self._joints(i)[np.subtract(goals, first)])]
         to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
         shares = self.samples.u[goals].tolist()
         to = [
@@ -252,6 +255,20 @@ class TargetAdder:
         vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
         zone = small_zone(self.program, event)
         return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
+
+    def _joints(self, i: int) -> Array:
+        """Joint angles (k, 6) [rad] in which the arm follows the commanded curve of move i, at its k samples.
+
+        Near a straight wrist these may be in another wrist than the inverse of the model at a sample alone.
+        """
+        rows = np.arange(self.samples.start[i], self.samples.goal[i] + 1)
+        q = self.requester.exact.q[rows]
+        if self.samples.curves.wrist[i]:
+            return q
+        try:
+            return track(self.requester.robot, self.samples.mounts_at(rows).flange(self.curve[rows]), q[0])
+        except PostprocError:
+            return q
 
     def _gap(self, part: Pieces) -> float:
         """Largest distance [mm] between the correction at the targets to add and its linear interpolation.

@@ -15,7 +15,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, nearest_law
-from postproc.compensation.text.values import Change, Insertion, PathPoint, TargetValue, compliant
+from postproc.compensation.text.values import Change, Conf, Insertion, PathPoint, TargetValue, compliant
 from postproc.motion.path.curves import circle_through
 from postproc.motion.path.postures import any_configuration
 from postproc.motion.path.refusals import STILL
@@ -34,8 +34,10 @@ OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
 HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
 SHARE_DECIMALS = 5
-# The functions: of a line (turning evenly, bending with its length, in the configuration of its start), and of an arc.
-LINE_FUNCTIONS = "ppLinePoint", "ppLineBend", "ppLineKeep"
+# The functions of a point on a line, in the configuration of its nearer end, of its first end, and of that some quarter
+# turns on; first with a constant displacement, then with one that goes with the square of the length.
+LINE_FUNCTIONS = "ppLinePoint", "ppLineKeep", "ppLineConf", "ppLineBend", "ppBendKeep", "ppBendConf"
+NEARER, FIRST, TURNED = range(3)
 ARC_FUNCTION = "ppArcPoint"
 # What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
 LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
@@ -112,45 +114,65 @@ def on_line(
     """Added statements for all runs of a line, or the reason why there are none.
 
     Args:
-        functions: names of three functions: with a constant displacement, with one proportional to the square of the
-            length, and with the configuration of their first end.
+        functions: the names that the program has for ``LINE_FUNCTIONS``.
         added: what each run would add as numbers.
         allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
         values = [insertion.to for insertion in insertions]
-        share, kept = _share(runs, k), True
-        for run, value in zip(runs, values, strict=True):
-            near = run.targets[0 if share < 0.5 else -1]
-            far = run.targets[-1 if share < 0.5 else 0]
-            if not any_configuration(run.event) and value.robconf != near.robconf:
-                kept &= value.robconf == far.robconf
-                if not kept and not compliant(value.robconf, near.robconf):
-                    return OTHER_POSTURE
-            else:
-                kept = False
-            if not _same_axes(run.targets, value, share):
-                return OTHER_AXES
-        to = _on_path(functions[:2], runs, values, [share] * len(runs), allowed)
+        share = _share(runs, k)
+        if any(not _same_axes(run.targets, value, share) for run, value in zip(runs, values, strict=True)):
+            return OTHER_AXES
+        configured = _configuration(runs, values, share)
+        if configured is None:
+            return OTHER_POSTURE
+        which, turns = configured
+        to = _on_path((functions[which], functions[3 + which]), runs, values, [share] * len(runs), allowed)
         if to is None or to.point is None:
             return UNLIKE
-        if kept and not to.point.length:
-            to = replace(to, point=_from_farther(to.point, functions[2]))
-        found.append(replace(insertions[0], to=to))
+        point = replace(to.point, keeps=which != NEARER, turns=turns)
+        if which == FIRST and share < 0.5 or which == TURNED and share >= 0.5:
+            # The line backwards: its first end is the one whose configuration counts.
+            point = replace(point, ends=point.ends[::-1], share=round(1.0 - share, SHARE_DECIMALS))
+        found.append(replace(insertions[0], to=replace(to, point=point)))
     return found
 
 
-def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The point stated from the farther end of the line, so that the added target has the configuration of that end.
+def _configuration(
+    runs: Sequence[PathRun], values: Sequence[TargetValue], share: float
+) -> tuple[int, Conf | None] | None:
+    """From which end of the line, in all runs, an added target has its confdata.
 
     Args:
-        function: name of the function whose result has the configuration of its first end.
+        values: the added target of each run, with the confdata of the posture that the line reaches there.
+
+    Returns:
+        NEARER (of both ends) or FIRST (the farther end, which is then stated first), and None; or TURNED, and what is
+        to be added to the nearer end's: quarter turns of axes 1, 4 and 6, and 1 where axis 5 has the other sign. None if
+        no end of some run has a configuration that a controller accepts.
     """
-    if point.share < 0.5:
-        share = round(1.0 - point.share, SHARE_DECIMALS)
-        return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
-    return replace(point, function=function, keeps=True)
+    near, far = (0, -1) if share < 0.5 else (-1, 0)
+    pairs = list(zip(runs, values, strict=True))
+    if all(value.robconf == run.targets[near].robconf for run, value in pairs):
+        return NEARER, None
+    if all(value.robconf == run.targets[far].robconf for run, value in pairs):
+        return FIRST, None
+    turns = {_quarter_turns(run.targets[near].robconf, value.robconf) for run, value in pairs}
+    if len(turns) == 1 and None not in turns:
+        return TURNED, turns.pop()
+    accepted = (any_configuration(r.event) or compliant(v.robconf, r.targets[near].robconf) for r, v in pairs)
+    return (NEARER, None) if all(accepted) else None
+
+
+def _quarter_turns(start: Conf, there: Conf) -> Conf | None:
+    """Quarter turns of axes 1, 4 and 6 from one confdata to the other, and 1 where axis 5 has the other sign.
+
+    None where shoulder or elbow differ. A target taught anew with the other wrist has the same: axes 4 and 6 of the whole
+    line are then half a turn on.
+    """
+    other = start[3] ^ there[3]
+    return (there[0] - start[0], there[1] - start[1], there[2] - start[2], other) if other < 2 else None
 
 
 def on_arc(
