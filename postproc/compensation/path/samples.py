@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.curves import Curves, build_curves, joints_and_poses
+from postproc.motion.path.curves import Curves, build_curves, joints_and_poses, pose_in_space
 from postproc.motion.values import Index, Move, stretches
 from postproc.robot.arm import Robot
 from postproc.robot.track import track
@@ -24,7 +24,7 @@ SPACING = 0.02  # [m]: a correction that bends by 1 mm over 1 m deviates from it
 TURN = np.radians(3.0)
 ARC_STEP = np.radians(6.0)
 JOINT_STEP = np.radians(10.0)
-ASIDE = np.radians(0.3)  # that a tool turns farther on its way than from end to end, as a wrist that flips makes it
+ASIDE = np.radians(0.3)  # that a tool stands beside an even turn from end to end
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +54,14 @@ class Samples:
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
     def turned_aside(self) -> Index:
-        """Indices of moves with interpolated wrist axes whose tool turns farther on the way than from start to goal."""
+        """Indices of moves with interpolated wrist axes on whose way the tool does not turn evenly from start to goal.
+
+        A target in between would stand beside that way, which the controller alone knows.
+        """
         rows = np.flatnonzero(self.curves.wrist[self.move])
-        of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
-        from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
-        farthest = np.maximum(from_start.magnitude(), to_goal.magnitude())
-        between = (R[self.start[of]].inv() * R[self.goal[of]]).magnitude()
-        return np.unique(of[farthest > between + ASIDE])
+        even = pose_in_space(self.curves, self.move[rows], self.u[rows])[:, :3, :3]
+        aside = Rotation.from_matrix(even).inv() * Rotation.from_matrix(self.T_work_tcp[rows, :3, :3])
+        return np.unique(self.move[rows[aside.magnitude() > ASIDE]])
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Samples:

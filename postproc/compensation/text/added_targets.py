@@ -31,7 +31,7 @@ from postproc.compensation.text.path_points import (
     on_line,
 )
 from postproc.compensation.text.requests import Requester, conf_of
-from postproc.compensation.text.values import Change, Insertion, TargetValue, compliant
+from postproc.compensation.text.values import Change, Conf, Insertion, TargetValue, compliant
 from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.places import axes_between
@@ -148,8 +148,7 @@ class TargetAdder:
             added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
             lines = on_line(self.functions[:-1], [replace(run, shares=shares) for run in known], added, allowed)
             return lines if isinstance(lines, str) else (lines, None)
-        last = [self._joints(p.move)[[p.vias[-1] - self.samples.start[p.move]]] for p in parts]
-        confs = [conf_of(confdata(self.requester.robot, q)[0]) for q in last]
+        confs = [self._confs(p.move, p.vias[-1:], self.curve[list(p.vias[-1:])])[0] for p in parts]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         added = [self._numbers(part.move, part) for part in parts]
         return on_arc(self.functions[-1], known, added, self.requester.values(asked), allowed) or UNLIKE
@@ -240,35 +239,46 @@ class TargetAdder:
             shares: fractions of a line at which the targets are put, instead of those of the samples.
         """
         event = self.moves[i].event
-        goals, first = list(part.goals), self.samples.start[i]
+        goals = list(part.goals)
         T = self.curve[goals].copy()
         if event.via is None and shares is not None:
-            ends = self.curve[[self.samples.start[i], self.samples.goal[i]], :3, 3]
-            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), ends[1] - ends[0])
-        confs = [conf_of(row) for row in confdata(self.requester.robot, self._joints(i)[np.subtract(goals, first)])]
+            start, goal = self.curve[self.samples.start[i]], self.curve[self.samples.goal[i]]
+            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), goal[:3, 3] - start[:3, 3])
+            # The function turns evenly between the ends.
+            R = Rotation.from_matrix(start[:3, :3])
+            turn = (R.inv() * Rotation.from_matrix(goal[:3, :3])).as_rotvec()
+            T[:, :3, :3] = (R * Rotation.from_rotvec(np.outer(shares, turn))).as_matrix()
+        confs = self._confs(i, goals, T)
         to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
         shares = self.samples.u[goals].tolist()
         to = [
             replace(value, extax=axes_between(self.moves[max(i - 1, 0)].event, event, share))
             for value, share in zip(to, shares, strict=True)
         ]
-        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        of_vias = self._confs(i, part.vias, self.curve[list(part.vias)]) if part.vias else []
+        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, of_vias, strict=True)])
         zone = small_zone(self.program, event)
         return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
 
-    def _joints(self, i: int) -> Array:
-        """Joint angles (k, 6) [rad] in which the arm follows the commanded curve of move i, at its k samples.
+    def _confs(self, i: int, rows: Sequence[int], T: Array) -> list[Conf]:
+        """Confdata of the postures that the arm has on the commanded curve of move i at some samples.
 
-        Near a straight wrist these may be in another wrist than the inverse of the model at a sample alone.
+        Near a straight wrist that may be another wrist than the inverse of the model has at the sample alone.
+
+        Args:
+            rows: indices of the samples, with poses T_work_tcp (k, 4, 4) in place of those of the curve.
         """
-        rows = np.arange(self.samples.start[i], self.samples.goal[i] + 1)
-        q = self.requester.exact.q[rows]
-        if self.samples.curves.wrist[i]:
-            return q
-        try:
-            return track(self.requester.robot, self.samples.mounts_at(rows).flange(self.curve[rows]), q[0])
-        except PostprocError:
-            return q
+        every = np.arange(self.samples.start[i], self.samples.goal[i] + 1)
+        q = self.requester.exact.q[every]
+        chosen = np.subtract(rows, every[0])
+        if not self.samples.curves.wrist[i]:
+            poses = self.curve[every].copy()
+            poses[chosen] = T
+            try:
+                q = track(self.requester.robot, self.samples.mounts_at(every).flange(poses), q[0])
+            except PostprocError:
+                pass  # the proof says where the arm cannot follow
+        return [conf_of(row) for row in confdata(self.requester.robot, q[chosen])]
 
     def _gap(self, part: Pieces) -> float:
         """Largest distance [mm] between the correction at the targets to add and its linear interpolation.
