@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensation.correction.fewest_targets import Pieces
+from postproc.compensation.path.samples import follow
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
@@ -40,7 +41,6 @@ from postproc.rapid.data.events import MotionEvent, Origin
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program
 from postproc.robot.configuration import confdata
-from postproc.robot.track import track
 
 NO_START = "where its line begins has no name here"
 NO_PARTS = "a point of its way is an expression that cannot be worked out twice"
@@ -268,16 +268,15 @@ class TargetAdder:
         Args:
             rows: indices of the samples, with poses T_work_tcp (k, 4, 4) in place of those of the curve.
         """
-        every = np.arange(self.samples.start[i], self.samples.goal[i] + 1)
-        q = self.requester.exact.q[every]
-        chosen = np.subtract(rows, every[0])
-        if not self.samples.curves.wrist[i]:
-            poses = self.curve[every].copy()
-            poses[chosen] = T
-            try:
-                q = track(self.requester.robot, self.samples.mounts_at(every).flange(poses), q[0])
-            except PostprocError:
-                pass  # the proof says where the arm cannot follow
+        samples = self.samples
+        every = np.arange(samples.start[i], samples.goal[i] + 1)
+        q, poses, chosen = self.requester.exact.q[every], self.curve[every].copy(), np.subtract(rows, every[0])
+        poses[chosen] = T
+        try:
+            end = np.array([len(every) - 1]), self.requester.exact.q_goal[[i]]
+            q = follow(self.requester.robot, samples.curves, samples.move[every], samples.u[every], poses, q[0], end)
+        except PostprocError:
+            pass  # the proof says where the arm cannot follow
         return [conf_of(row) for row in confdata(self.requester.robot, q[chosen])]
 
     def _gap(self, part: Pieces) -> float:
