@@ -199,7 +199,8 @@ def function_edits(
             axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
             bent = any(point.length for point in own if point.function == name)
             keeps = any(point.keeps for point in own if point.function == name)
-            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps}
+            turned = any(point.turns for point in own if point.function == name)
+            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps, "turned": turned}
             text += fill(load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), values)
             text += "" if text.endswith("\n") else "\n"
         yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))

@@ -19,8 +19,8 @@ from postproc.motion.path.postures import any_configuration
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.motions.units import target_poses
 from postproc.robot.arm import Robot
-from postproc.robot.configuration import confdata, within
-from postproc.robot.inverse import BOUNDARY
+from postproc.robot.configuration import confdata
+from postproc.robot.inverse import selects
 from postproc.robot.pose import displace, pose_error
 
 SLACK = 0.5  # share of the tolerance that a target may take; the rest is for the way between targets
@@ -37,12 +37,11 @@ class Requester:
 
     def __init__(self, robot: Robot, motion: Motion, exact: Exact) -> None:
         self.robot, self.motion, self.exact, self.moves = robot, motion, exact, motion.moves
-        nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, exact.q_goal)
-        crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
-        taught = [getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves]
-        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
-        self.kept = within(robot, exact.q_goal, np.array(taught), BOUNDARY / 2) & ~crossed
+        taught = np.array([getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves])
+        # At a wrist so straight that both signs of axis 5 count, the sign stays the programmer's own.
+        other = confdata(robot, np.array([m.q for m in motion.moves]))[:, 3] != taught[:, 3]
+        self.kept = selects(robot, taught, exact.q_goal) & (other | (self.conf_after[:, 3] == taught[:, 3]))
         self.T_goal = motion.samples.curves.mounts.work(exact.T_base_flange)
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
@@ -53,7 +52,7 @@ class Requester:
             move = self.moves[i]
             target = move.event.target
             if isinstance(target, RobTarget) and move.resumes_from is None:
-                # The confdata as it was taught, while the corrected joints stand where it says.
+                # The confdata as it was taught, wherever it selects the corrected posture.
                 keeps = self.kept[i] or any_configuration(move.event)
                 asked.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
         return self._requests(asked)

@@ -40,6 +40,7 @@ class PathPoint:
         length: line length [mm] for which the displacement is stated, if that is proportional to the square of the
             length; 0 if the displacement is the same for all lines.
         keeps: it has the configuration of the first end; else that of the nearer one.
+        turns: quarter turns of axes 1, 4 and 6 from that of the first end, and 1 where axis 5 has the other sign.
     """
 
     function: str
@@ -48,6 +49,7 @@ class PathPoint:
     axes: str = ""
     length: int = 0
     keeps: bool = False
+    turns: Conf | None = None
 
     @property
     def on_arc(self) -> bool:
