@@ -12,6 +12,7 @@ from itertools import chain
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.compensation.choices import check_choices
 from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
@@ -277,7 +278,7 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
-    findings = [*_sound([*findings, *more])]
+    findings = [*_sound([*findings, *more]), *check_choices(model, program, events, text.drafts, plan)]
     accuracy, more = expect_accuracy(model, plan.motion, source)
     limits, slower = check_corrected(model.robot, plan, source)
     unseen, lines = unmeasured(outcomes, events, plan)
