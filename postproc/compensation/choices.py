@@ -57,7 +57,7 @@ class OtherGoal:
 def check_choices(
     model: Model, program: Program, events: Sequence[MotionEvent], drafts: Mapping[str, bytes], plan: CorrectionPlan
 ) -> list[Diagnostic]:
-    """CMP022, a warning, at statements whose correction leaves more at another known goal than none would.
+    """CMP023, a warning, at statements whose correction leaves more at another known goal than none would.
 
     Each has the goal at which it loses most.
 
@@ -78,7 +78,7 @@ def check_choices(
 
 
 def _finding(goal: OtherGoal, without: float, with_: float) -> Diagnostic:
-    """CMP022 at the statement, with the deviation [mm] at the other goal without and with its correction."""
+    """CMP023 at the statement, with the deviation [mm] at the other goal without and with its correction."""
     match goal.value:
         case bool():
             shown = str(goal.value).upper()
@@ -90,7 +90,7 @@ def _finding(goal: OtherGoal, without: float, with_: float) -> Diagnostic:
         f"where `{goal.name}` is {shown}, its correction leaves {with_:.2f} mm, and none would leave {without:.2f} mm"
     )
     help_ = "give each of these goals a target of its own, or correct the program with each value in the file"
-    return finding("CMP022", "warning", goal.event.statement, text, help_, length_mm=with_)
+    return finding("CMP023", "warning", goal.event.statement, text, help_, length_mm=with_)
 
 
 def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration, Data]]:

@@ -58,7 +58,7 @@ CHOICES = [
 
 def said(found: Conversion) -> list[str]:
     assert found.output is not None, [d.message for d in found.diagnostics]
-    return [d.message for d in found.diagnostics if d.code == "CMP022"]
+    return [d.message for d in found.diagnostics if d.code == "CMP023"]
 
 
 def real(goal: np.ndarray, commanded: np.ndarray) -> float:
