@@ -15,6 +15,7 @@ from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import feels_sides, motion_of
 from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.postures import unfit_confdata
 from postproc.compensation.reading import OUT_OF_REACH, read_samples
 from postproc.compensation.text.values import Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -191,6 +192,9 @@ def drive(
         if min(map(len, span)) < 2:
             break
         low, high = np.array(span).T
+        unfit = unfit_confdata(model.robot, plan, samples, owner, high < 1.0)
+        if unfit:
+            raise PostprocError(unfit)
         move = samples.move
         place = owner[move] + low[move] + (high - low)[move] * samples.u
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
