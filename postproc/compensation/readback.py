@@ -22,6 +22,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
@@ -138,6 +139,24 @@ def owners_of(
     for j in range(len(ran) - 2, -1, -1):
         owners[j] = owners[j] if owners[j] >= 0 else owners[j + 1]
     return owners
+
+
+def changed_confdata(
+    events: Sequence[MotionEvent], ran: Sequence[MotionEvent], owners: Sequence[int] | None
+) -> frozenset[StatementKey]:
+    """Statements of which a target or circle point has other confdata than the programmer wrote, in some run.
+
+    Args:
+        events: of the original program.
+        ran, owners: events of the written program and their original events, from ``run_again``.
+    """
+    last = dict(zip(owners, ran, strict=True)) if owners is not None else {}  # added ones come before their own
+    return frozenset(
+        events[i].statement.key
+        for i, event in last.items()
+        for now, before in ((event.target, events[i].target), (event.via, events[i].via))
+        if isinstance(now, RobTarget) and isinstance(before, RobTarget) and now.robconf != before.robconf
+    )
 
 
 def drive(
