@@ -26,7 +26,7 @@ from postproc.compensation.judgement.seams import find_seams, partial_seams, unf
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
-from postproc.compensation.readback import drive, run_again
+from postproc.compensation.readback import changed_confdata, drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_motion, with_way_out, without_impossible
 from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
@@ -269,11 +269,12 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     The findings include those of accuracy, joint limits, seams, and of runs in which open conditions go other ways.
     """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
-    before, after = _deviations(task, plan, text, watch)
+    before, after, configured = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
     findings = list(_sound(worsened(figures, plan, source)))
     through = text.function.keys if text.function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
+    outcomes = [replace(o, conf_changed=o.statement.key in configured) for o in outcomes]
     findings += with_advice(unlike, events, program, task.measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
@@ -302,8 +303,10 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     return judged, [*findings, *more, *slower]
 
 
-def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tuple[Deviation, Deviation]:
-    """Deviation along the original program, and along the written one.
+def _deviations(
+    task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch
+) -> tuple[Deviation, Deviation, frozenset[StatementKey]]:
+    """Deviation along the original program and along the written one, and statements with other confdata in that.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
@@ -317,7 +320,8 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
     try:
         driven = drive(model, plan, ran, owners)
         watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
-        return before, measure_deviation(model, motion.samples, watched)
+        after = measure_deviation(model, motion.samples, watched)
+        return before, after, changed_confdata(events, ran, owners)
     except PostprocError as error:
         message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"

@@ -165,13 +165,15 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
     return legs
 
 
-BESIDE = np.radians(2.0)  # by which a correction may carry a joint out of the quadrant that was taught
-
-
 def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
-    """Whether confdata says something else than the joints, which may stand a little outside their quadrants."""
-    outside = np.abs(q[[0, 3, 5]] - (np.array(m.conf[:3]) + 0.5) * np.pi / 2) - np.pi / 4
-    return bool((outside > BESIDE).any() or I.confdata(arm, q)[0, 3] != m.conf[3])
+    """Whether confdata selects another posture: axes 1, 4, 6 more than one quadrant from theirs, or another cfx."""
+    return not selects(arm, q, m.conf, -1e-4)
+
+
+def selects(arm: A.Arm, q: np.ndarray, conf: tuple[int, ...], margin: float = 0.0) -> bool:
+    """Whether confdata means joint angles (6,): cfx is theirs, axes 1, 4, 6 at most one quadrant off less a margin [rad]."""
+    away = np.abs(q[[0, 3, 5]] - (np.array(conf[:3]) + 0.5) * np.pi / 2).max()
+    return bool(away <= 0.75 * np.pi - margin and I.confdata(arm, q)[0, 3] == conf[3])
 
 
 def real(

@@ -302,8 +302,8 @@ def test_a_confdata_selects_what_is_within_one_quadrant_of_it() -> None:
     conf = np.zeros((7, 4), dtype=int)
     conf[1, 3] = conf[5, 3] = 1
     assert selects(robot, conf, q).tolist() == [True, False, True, False, True, True, False]
-    solved = joint_solution(robot, forward(robot, q), conf).q
-    assert np.abs(solved - q)[selects(robot, conf, q)].max() < 1e-6
+    bent = selects(robot, conf, q) & (q[:, 4] != 0)  # at a straight wrist only the sum of axes 4 and 6 is defined
+    assert np.abs(joint_solution(robot, forward(robot, q), conf).q - q)[bent].max() < 1e-6
 
 
 def test_leaving_the_working_range_is_a_finding() -> None:

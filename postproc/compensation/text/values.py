@@ -164,6 +164,7 @@ class StatementOutcome:
         shift_mm: size of the correction at its goal.
         residual_mm: error that remains at its goal.
         edited: kind of place in the text where its correction is written.
+        conf_changed: its target or circle point has other confdata than the programmer wrote.
     """
 
     statement: MotionStatement
@@ -172,3 +173,4 @@ class StatementOutcome:
     shift_mm: float | None = None
     residual_mm: float | None = None
     edited: Place | None = None
+    conf_changed: bool = False
