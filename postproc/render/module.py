@@ -184,7 +184,12 @@ def function_edits(
     env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
     """Edits that add the functions for points on lines and arcs to the modules that call them, before ENDMODULE."""
-    points = [(i.statement.source.path, i.statement.module.lower(), i.to.point) for i in insertions if i.to.point]
+    points = [
+        (i.statement.source.path, i.statement.module.lower(), target.point)
+        for i in insertions
+        for target in (i.to, i.via)
+        if target is not None and target.point is not None
+    ]
     for module in program.modules:
         own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
         if not own:

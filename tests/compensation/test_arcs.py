@@ -142,6 +142,14 @@ def test_parts_of_an_arc_follow_a_track_a_tilt_and_a_posture_that_are_taught_ane
     assert "s.extax.eax_a+share*(g.extax.eax_a-s.extax.eax_a)" in text
 
 
+def test_the_parts_of_an_arc_use_functions_that_are_written_each() -> None:
+    """A goal in a configuration some quarter turns from its end, a circle point in that of the nearer one."""
+    text = written(convert(CORNER, tolerance_m=5e-6))
+    called = set(re.findall(r"\bppArc\w+(?=\()", text))
+    assert called == {"ppArcPoint", "ppArcConf"}
+    assert all(f"FUNC robtarget {name}(" in text for name in called)
+
+
 def test_points_on_one_line_are_divided_as_a_line(exactly: None) -> None:
     line = [at(np.array([10.0 * k, 0, 5])) for k in (0, 1, 4)]
     assert written_function(*ARC)(0.25, *line)[0] == pytest.approx([10.0, 0.0, 5.0])
