@@ -294,17 +294,23 @@ FAMILIES: dict[str, Callable[[Bench], Task]] = {
 def generate(each: int, names: list[str] | None = None) -> list[Task]:
     """So many programs of each family, in turn on a floor, on a track and at a positioner."""
     found = []
-    for f, (name, family) in enumerate(FAMILIES.items()):
+    for f, name in enumerate(FAMILIES):
         if names and name not in names:
             continue
-        seed, made = 1000 * f, 0
-        while made < each:
-            # Code in no file may move external axes, too: the product then knows no place and corrects nothing.
-            cell = CELLS[0 if name == "unseen" else made % len(CELLS)]
-            seed += 1
-            try:
-                found.append(family(Bench(f"{name}_{cell.name}_{seed % 1000}", cell, seed)))
-            except ValueError:
-                continue
-            made += 1
+        seed = 1000 * f
+        for k in range(each):
+            task, seed = one(name, CELLS[k % len(CELLS)], seed)
+            found.append(task)
     return found
+
+
+def one(name: str, cell: Cell, seed: int) -> tuple[Task, int]:
+    """The first program of a family behind a seed whose targets the arm reaches, and its seed."""
+    # Code in no file may move external axes, too: the product then knows no place and corrects nothing.
+    cell = CELLS[0] if name == "unseen" else cell
+    while True:
+        seed += 1
+        try:
+            return FAMILIES[name](Bench(f"{name}_{cell.name}_{seed % 1000}", cell, seed)), seed
+        except ValueError:
+            continue
