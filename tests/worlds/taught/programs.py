@@ -130,6 +130,17 @@ class Bench:
         self.last = q
         return Taught(T, axes, q)
 
+    def at_edge(self, target: Taught, angle: float) -> Taught:
+        """The target turned about axis 1 until that stands at an angle [rad]: beside zero a correction carries it over."""
+        frame = self.cell.world.work(target.axes[None], self.cell.unit)[0]
+        turn = A.transform(A.rotation(np.array([0, 0, 1.0]), np.array(angle - target.q[0])), np.zeros(3))
+        T = np.linalg.inv(frame) @ turn @ frame @ target.T
+        T[:3, 3] = np.round(T[:3, 3], 6)
+        q = joints(self.cell, T, target.axes, target.q + np.array([angle - target.q[0], 0, 0, 0, 0, 0]))
+        if q is None:
+            raise ValueError("out of reach")
+        return Taught(T, target.axes, q)
+
     def declare(self, storage: str = "PERS", **targets: Taught) -> None:
         for name, target in targets.items():
             self.data.append(f"  {storage} robtarget {name}:={target.text};")
@@ -163,6 +174,15 @@ def parameter(b: Bench) -> Task:
     b.declare(pA=b.teach(0, 0, 0), pB=b.teach(0, s[0], 0, heading=10, axis=0.5), pC=b.teach(40, -s[1], 30, axis=-0.5))
     go = "MoveJ Offs(p,0,0,15),v200,z5,$;\nMoveL p,v100,fine,$;\nMoveJ Offs(p,0,0,60),v200,z5,$;"
     return b.done("rGo pA;\nrGo pB;\nrGo pC;", routine("PROC rGo(robtarget p)", go))
+
+
+def at_a_quadrant(b: Bench) -> Task:
+    """Axis 1 stands half a milliradian beside zero, on either side: the correction carries it over on one of them."""
+    b.declare(pA=b.at_edge(b.teach(0, 0, 0), 5e-4), pB=b.at_edge(b.teach(0, 60, 40, heading=10, axis=0.5), -5e-4))
+    b.data.append("  VAR robtarget pNow;")
+    go = "MoveJ Offs(p,0,0,15),v200,fine,$;\nMoveL p,v100,fine,$;\nMoveJ p,v200,fine,$;\nMoveL Offs(p,0,0,n),v100,fine,$;"
+    copied = "pNow:=pA;\nMoveJ pNow,v200,fine,$;\nMoveL Offs(pNow,0,0,40),v100,fine,$;"
+    return b.done(f"rGo pA,20;\nrGo pB,30;\n{copied}", routine("PROC rGo(robtarget p,num n)", go))
 
 
 def array(b: Bench) -> Task:
@@ -286,7 +306,7 @@ FAMILIES: dict[str, Callable[[Bench], Task]] = {
     f.__name__: f
     for f in (
         parameter, array, record, plain, function, unseen, arcs, welded_arcs, arc_of_offsets, arc_of_elements,
-        arc_of_parameters, changed_copy, displaced,
+        arc_of_parameters, changed_copy, displaced, at_a_quadrant,
     )
 }  # fmt: skip
 
