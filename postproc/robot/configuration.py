@@ -53,7 +53,6 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
     return np.concatenate([turns, branch(opw, q)[..., None]], axis=-1)
 
 
-
 def outside_quadrants(q: Array, conf: NDArray[np.int64]) -> Array:
     """Return (n,) how far [rad] axes 1, 4, 6 of joint angles (n, 6) are outside the quadrants of confdata, at most.
 

@@ -13,7 +13,6 @@ from postproc.compensation.text.insertions import FROM_ELSEWHERE
 from postproc.report.terminal import render_text
 from postproc.results.conversion import conversion_document
 from tests.compensation.build import (
-    AXES,
     body_of,
     codes,
     convert,

@@ -132,7 +132,7 @@ def on_line(
         if to is None or to.point is None:
             return UNLIKE
         point = replace(to.point, keeps=which != NEARER, turns=turns)
-        if which == FIRST and share < 0.5 or which == TURNED and share >= 0.5:
+        if (which == FIRST and share < 0.5) or (which == TURNED and share >= 0.5):
             # The line backwards: its first end is the one whose configuration counts.
             point = replace(point, ends=point.ends[::-1], share=round(1.0 - share, SHARE_DECIMALS))
         found.append(replace(insertions[0], to=replace(to, point=point)))
@@ -149,8 +149,8 @@ def _configuration(
 
     Returns:
         NEARER (of both ends) or FIRST (the farther end, which is then stated first), and None; or TURNED, and what is
-        to be added to the nearer end's: quarter turns of axes 1, 4 and 6, and 1 where axis 5 has the other sign. None if
-        no end of some run has a configuration that a controller accepts.
+        to be added to the nearer end's: quarter turns of axes 1, 4 and 6, and 1 where axis 5 has the other sign. None
+        if no end of some run has a configuration that a controller accepts.
     """
     near, far = (0, -1) if share < 0.5 else (-1, 0)
     pairs = list(zip(runs, values, strict=True))
@@ -168,8 +168,8 @@ def _configuration(
 def _quarter_turns(start: Conf, there: Conf) -> Conf | None:
     """Quarter turns of axes 1, 4 and 6 from one confdata to the other, and 1 where axis 5 has the other sign.
 
-    None where shoulder or elbow differ. A target taught anew with the other wrist has the same: axes 4 and 6 of the whole
-    line are then half a turn on.
+    None where shoulder or elbow differ. They are the same for targets taught anew with the other wrist: axes 4 and 6 of
+    the whole line are then half a turn on.
     """
     other = start[3] ^ there[3]
     return (there[0] - start[0], there[1] - start[1], there[2] - start[2], other) if other < 2 else None
