@@ -55,8 +55,7 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
 def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
     """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
 
-    None for an offset that rounds to zero. The aggregate holds the components of a named target with other configuration
-    data.
+    None for an offset that rounds to zero. The aggregate holds the components of a named target with other confdata.
     """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
