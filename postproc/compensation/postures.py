@@ -22,9 +22,7 @@ OTHER_WRIST = 1.0
 NEARBY = np.radians(15.0)  # that axes turn between a circle point and the nearest sample
 
 
-def unfit_confdata(
-    robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index, added: Flags
-) -> list[Diagnostic]:
+def unfit_confdata(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index, added: Flags) -> list[Diagnostic]:
     """CMP022, an error, for each target whose confdata does not select the posture that the program has there.
 
     On lines and arcs that is the posture in which the arm comes; at every target of the original it is also that of the
@@ -47,9 +45,7 @@ def unfit_confdata(
     return [_unfit(own, move.event.target) for move, own in moves] + [*_unfit_circle_points(robot, plan, ran, owner)]
 
 
-def _unfit_circle_points(
-    robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index
-) -> Iterator[Diagnostic]:
+def _unfit_circle_points(robot: Robot, plan: CorrectionPlan, ran: Samples, owner: Index) -> Iterator[Diagnostic]:
     """CMP022 for circle points with other confdata than in the original that is not that of the way past them."""
     for j, move in enumerate(ran.moves):
         via, own = move.event.via, plan.motion.samples.moves[owner[j]]

@@ -48,20 +48,22 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
         elif change.form == "amounts":
             for edit in _amount_edits(change):
                 yield change.source, edit
-        else:
-            yield change.source, _around(env, change)
+        elif (edit := _around(env, change)) is not None:
+            yield change.source, edit
 
 
-def _around(env: SandboxedEnvironment, change: Change) -> Edit:
+def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
     """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
 
-    The aggregate holds the components of a named target.
+    None for an offset that rounds to zero. The aggregate holds the components of a named target.
     """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
     if change.value.point is not None:
         text = fill(load_template(env, "path_point.j2"), {"target": change.value, "displacement": sums})
+    elif sums == ["0"] * 3:
+        return None
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:

@@ -84,9 +84,9 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 def selects(robot: Robot, conf: NDArray[np.int64], q: Array) -> NDArray[np.bool_]:
     """Return (n,) whether confdata (n, 4) means joint angles (n, 6) [rad] and no other solution of their pose.
 
-    cf1, cf4 and cf6 are within one quadrant, less the rounding of text, and cfx is equal. At a nearly straight wrist the
-    two wrists are a half turn of axis 4 apart and cfx hardly tells them apart: they must be within half a quadrant, and
-    at an exactly straight one inside, as axes 4 and 6 are divided anew.
+    cf1, cf4 and cf6 are within one quadrant, less the rounding of text, and cfx is equal. At a nearly straight wrist
+    cfx hardly tells the two wrists apart, between which axis 4 makes half a turn: there they must be within half a
+    quadrant, and inside at an exactly straight one, where axes 4 and 6 are divided anew.
 
     Raises:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.

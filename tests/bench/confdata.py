@@ -7,11 +7,10 @@ confdata must be that of the joints there. Of the package only the conversion is
 
 from __future__ import annotations
 
-import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -151,6 +150,11 @@ def solved(flange: np.ndarray, conf: tuple[int, ...]) -> np.ndarray | None:
 
 def convert(case: Case) -> str | None:
     """The corrected program, None where nothing was written."""
+    return converted(case)[0]
+
+
+def converted(case: Case) -> tuple[str | None, list[tuple[str, str]]]:
+    """The corrected program, None where nothing was written, and code and message of each error."""
     from postproc.compensation.options import Options
     from postproc.convert import compensate_program
     from postproc.diagnostics import Source
@@ -158,13 +162,15 @@ def convert(case: Case) -> str | None:
 
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     # Keys of the file before its tables: a mounting stands among the axes.
-    model = 'robot = "irb4600_60_205"\n[effects.joint_compliance]\n' + f"compliance_rad_per_Nm = [{compliance}]\n{case.axes}"
+    model = (
+        'robot = "irb4600_60_205"\n[effects.joint_compliance]\n'
+        + f"compliance_rad_per_Nm = [{compliance}]\n{case.axes}"
+    )
     arm = parse_model(Source("m.toml", model.encode()))
     options = Options(force=FORCE, inertia=False, tolerance_m=1e-5)
     result = compensate_program(Source("p.mod", case.text.encode()), arm, options)
-    if result.output is None:
-        print(case.kind, case.form, [d.message for d in result.diagnostics if d.severity == "error"][:2])
-    return None if result.output is None else result.output.decode()
+    errors = [(d.code, d.message) for d in result.diagnostics if d.severity == "error"]
+    return None if result.output is None else result.output.decode(), errors
 
 
 def matched(old: list[R.Motion], new: list[R.Motion]) -> list[int]:
@@ -215,7 +221,9 @@ def _cell(kind: str, g: np.random.Generator) -> tuple[W.World, str, str, list[di
         world = W.World(base=W.after(W.slide(0, (1.0, 0, 0)), W.slide(1, (0, 1.0, 0))), down=np.array([0, 0, 9.81]))
         axes = "[mounting]\nrpy_deg = [180, 0, 0]\n"
         for letter, extra in (("a", ""), ("b", "xyz_mm = [0, 0, 0]\nquat = [0.707106781, 0, 0, 0.707106781]\n")):
-            axes += f'[[external_axes]]\naxis = "{letter}"\nkind = "linear"\ncarries = "robot"\nunit = "GANTRY"\n{extra}'
+            axes += (
+                f'[[external_axes]]\naxis = "{letter}"\nkind = "linear"\ncarries = "robot"\nunit = "GANTRY"\n{extra}'
+            )
         a, b = (float(np.round(v)) for v in g.uniform(300, 900, 2))
         da, db = (float(np.round(v)) for v in g.uniform(-400, 400, 2))
         return world, axes, "", [{0: a, 1: b}, {0: a, 1: b}, {0: a + da, 1: b + db}, {0: a + da, 1: b + db}]
@@ -264,7 +272,9 @@ def _draw(kind: str, form: str, g: np.random.Generator) -> Case:
     direction = g.normal(size=3)
     half, tilt = g.uniform(0.15, 0.4), np.radians(g.uniform(0, 30))
     about = g.normal(size=3)
-    if kind == "through a straight wrist":  # arm and line stay in one vertical plane, in which axis 5 alone turns the tool
+    if (
+        kind == "through a straight wrist"
+    ):  # arm and line stay in one vertical plane, in which axis 5 alone turns the tool
         about = np.array([-np.sin(q[0]), np.cos(q[0]), 0.0])
         direction -= about * (direction @ about)
     direction /= np.linalg.norm(direction)
@@ -308,12 +318,15 @@ def _draw(kind: str, form: str, g: np.random.Generator) -> Case:
     ways = np.concatenate([path for _, path in chain])
     if (ways < ARM.lower + np.radians(2)).any() or (ways > ARM.upper - np.radians(2)).any():
         raise Retry
-    if max(np.abs(np.diff(path, axis=0)).max(initial=0) for _, path in chain) > np.radians(3) and kind != "through a straight wrist":
+    if (
+        max(np.abs(np.diff(path, axis=0)).max(initial=0) for _, path in chain) > np.radians(3)
+        and kind != "through a straight wrist"
+    ):
         raise Retry
     seam_way = chain[2][1][:, joint] - angle
     if kind == "through a straight wrist" and (np.abs(chain[1][0][4]) < 0.02 or np.abs(chain[2][0][4]) < 0.02):
         raise Retry
-    if kind not in ("near a straight wrist", "reorientation") and seam_way[0] * seam_way[-1] > -np.radians(2) ** 2:
+    if kind not in ("near a straight wrist", "reorientation") and seam_way[0] * seam_way[-1] > -(np.radians(2) ** 2):
         raise Retry
     if "straight" not in kind and np.abs(ways[:, 4]).min() < np.radians(4):
         raise Retry
@@ -389,9 +402,10 @@ def main(count: int) -> int:
     for seed, (kind, form) in zip(range(count), _endless(), strict=False):
         case, row = draw(kind, form, seed), rows[kind]
         row["programs"] += 1
-        output = convert(case)
+        output, errors = converted(case)
         if output is None:
             row["not written"] += 1
+            print(f"{kind}, {form}, {seed}: {errors[0][1] if errors else ''}")
             continue
         for target in judge(case, output):
             group = "added" if target.added else "corrected"
@@ -402,7 +416,18 @@ def main(count: int) -> int:
             row["aside"] += target.aside
             if "-v" in sys.argv and (not target.valid or (target.added and not target.exact)):
                 print(kind, form, seed, target)
-    columns = ("programs", "not written", "corrected", "changed", "corrected off", "corrected wrong", "added", "added off", "added wrong", "aside")
+    columns = (
+        "programs",
+        "not written",
+        "corrected",
+        "changed",
+        "corrected off",
+        "corrected wrong",
+        "added",
+        "added off",
+        "added wrong",
+        "aside",
+    )
     print(f"{'kind':32}" + "".join(f"{c:>17}" for c in columns))
     total: Counter[str] = Counter()
     for kind, row in rows.items():

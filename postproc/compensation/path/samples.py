@@ -40,7 +40,7 @@ class Samples:
         q: (n, 6) nominal joint angles [rad].
         axes: (n, 6) external axes [m], [rad].
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
-        q_reached: (m, 6) joint angles [rad] in which the arm comes to each goal; ``q`` there is what its confdata selects.
+        q_reached: (m, 6) joint angles [rad] in which the arm comes to each goal; ``q`` there is what confdata selects.
     """
 
     moves: tuple[Move, ...]
@@ -114,8 +114,8 @@ def follow(
 ) -> Array:
     """Joint angles (n, 6) [rad] in which the arm follows commanded poses, in finer steps where its wrist is straight.
 
-    Between two samples of a move the pose goes evenly from one to the other. Beside a singular wrist steps of any size may
-    lead to either wrist: the finer ones count unless they miss more of the known ends.
+    Between two samples of a move the pose goes evenly from one to the other. Beside a singular wrist steps of any size
+    may lead to either wrist: the finer ones count unless they miss more of the known ends.
 
     Args:
         move, u: (n,) moves and fractions of the samples, in order; T_work_tcp: (n, 4, 4) the poses there.

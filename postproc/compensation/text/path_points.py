@@ -186,8 +186,8 @@ def _configuration(
 def _quarter_turns(start: Conf, there: Conf) -> Conf | None:
     """Quarter turns of axes 1, 4 and 6 from one confdata to the other, and 1 where axis 5 has the other sign.
 
-    None where shoulder or elbow differ. A target taught anew with the other wrist has the same: axes 4 and 6 of the
-    whole line are then half a turn on.
+    None where shoulder or elbow differ. They are the same for targets taught anew with the other wrist: axes 4 and 6 of
+    the whole line are then half a turn on.
     """
     other = start[3] ^ there[3]
     return (there[0] - start[0], there[1] - start[1], there[2] - start[2], other) if other < 2 else None

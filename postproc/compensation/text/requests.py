@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -90,6 +91,7 @@ class Requester:
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         events = [self.moves[i].event for i, *_ in asked]
         now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
+        values = [_like(value, t) for value, t in zip(values, now, strict=True) if isinstance(t, RobTarget)]
         turns = _turns([t.rot for t in now if isinstance(t, RobTarget)], [value.pose.rot for value in values])
         return [
             TargetRequest(i, event, role, value, (x, y, z), self.within_mm[i])
@@ -133,6 +135,14 @@ class Requester:
         T[:3, 3] = circle_point(samples, written, i, float(u[0])) if beside else T[:3, 3] + shift[:3]
         T[:3, :3] = turned
         return T
+
+
+def _like(value: TargetValue, target: RobTarget) -> TargetValue:
+    """The value with the sign of the target's quaternion: q and -q are one orientation."""
+    if np.dot(value.pose.rot, target.rot) >= 0:
+        return value
+    w, x, y, z = value.pose.rot
+    return replace(value, pose=replace(value.pose, rot=(-w, -x, -y, -z)))
 
 
 def conf_of(row: Array) -> Conf:
