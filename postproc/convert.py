@@ -5,7 +5,7 @@ Program -> MotionEvents -> Motion -> Exact -> CorrectionPlan -> RAPID text -> th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -13,6 +13,7 @@ from itertools import chain
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
+from postproc.compensation.choices import check_choices
 from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
@@ -28,7 +29,7 @@ from postproc.compensation.judgement.seams import find_seams, partial_seams, unf
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
-from postproc.compensation.readback import drive, run_again
+from postproc.compensation.readback import changed_confdata, drive, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_runnable, with_way_out, without_impossible
 from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
@@ -278,16 +279,17 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     The findings include those of accuracy, joint limits, seams, and of runs in which open conditions go other ways.
     """
     program, events, model, source = task.program, task.events, task.model, task.program.sources[0]
-    (before, after), *others = _deviations(task, plan, text, watch)
+    ((before, after), *others), configured = _deviations(task, plan, text, watch)
     figures = figures_of(plan, before, after)
     findings = list(_sound(worsened(figures, plan, source)))
     through = text.function.keys if text.function is not None else frozenset()
     outcomes, unlike = judge_statements(program, events, plan, after, through)
+    outcomes = [replace(o, conf_changed=o.statement.key in configured) for o in outcomes]
     findings += with_advice(unlike, events, program, task.measured)
     seams = find_seams(outcomes, plan, before, after)
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
-    findings = [*_sound([*findings, *more])]
+    findings = [*_sound([*findings, *more]), *check_choices(model, program, events, text.drafts, plan)]
     accuracy, more = expect_accuracy(model, plan.motion, source)
     remaining = expect_remaining(model, plan.motion)
     more += [*doubt_help(remaining, source), *doubt_drawn(task.shifts, plan.motion.moves, task.options)]
@@ -315,8 +317,12 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     return judged, [*findings, *more, *slower]
 
 
-def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> Iterator[tuple[Deviation, Deviation]]:
-    """Deviation of the original and of the written program from the wanted path, then from another programmed one.
+def _deviations(
+    task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch
+) -> tuple[list[tuple[Deviation, Deviation]], frozenset[StatementKey]]:
+    """Deviation of the original and of the written program, and the statements with other confdata in the written one.
+
+    The first pair of deviations is from the wanted path, the second one from the programmed path where that is another.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
@@ -327,11 +333,13 @@ def _deviations(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) ->
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
+        pairs = []
         for curves in dict.fromkeys((motion.wanted, motion.samples)):
             before = measure_deviation(model, curves, [Driven(motion, np.arange(len(motion.moves)))])
             driven = drive(model, plan, ran, owners)
             watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
-            yield before, measure_deviation(model, curves, watched)
+            pairs.append((before, measure_deviation(model, curves, watched)))
+        return pairs, changed_confdata(events, ran, owners)
     except PostprocError as error:
         message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"

@@ -15,12 +15,14 @@ from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import feels_sides, motion_of
 from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.postures import unfit_confdata
 from postproc.compensation.reading import OUT_OF_REACH, read_samples
 from postproc.compensation.text.values import Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
@@ -139,6 +141,24 @@ def owners_of(
     return owners
 
 
+def changed_confdata(
+    events: Sequence[MotionEvent], ran: Sequence[MotionEvent], owners: Sequence[int] | None
+) -> frozenset[StatementKey]:
+    """Statements of which a target or circle point has other confdata than the programmer wrote, in some run.
+
+    Args:
+        events: of the original program.
+        ran, owners: events of the written program and their original events, from ``run_again``.
+    """
+    last = dict(zip(owners, ran, strict=True)) if owners is not None else {}  # added ones come before their own
+    return frozenset(
+        events[i].statement.key
+        for i, event in last.items()
+        for now, before in ((event.target, events[i].target), (event.via, events[i].via))
+        if isinstance(now, RobTarget) and isinstance(before, RobTarget) and now.robconf != before.robconf
+    )
+
+
 def drive(
     model: Model, plan: CorrectionPlan, ran: Sequence[MotionEvent], owners: Sequence[int] | None
 ) -> Iterator[Driven]:
@@ -191,6 +211,9 @@ def drive(
         if min(map(len, span)) < 2:
             break
         low, high = np.array(span).T
+        unfit = unfit_confdata(model.robot, plan, samples, owner, high < 1.0)
+        if unfit:
+            raise PostprocError(unfit)
         move = samples.move
         place = owner[move] + low[move] + (high - low)[move] * samples.u
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensation.text.expressions import amounts_of, components_of
+from postproc.compensation.text.expressions import amounts_of
 from postproc.compensation.text.insertions import CARRIED
 from postproc.compensation.text.laws import OffsetLaw
 from postproc.compensation.text.values import Change, Insertion, TargetValue
@@ -48,38 +48,30 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
         elif change.form == "amounts":
             for edit in _amount_edits(change):
                 yield change.source, edit
-        else:
-            yield change.source, _around(env, change)
+        elif (edit := _around(env, change)) is not None:
+            yield change.source, edit
 
 
-def _around(env: SandboxedEnvironment, change: Change) -> Edit:
+def _around(env: SandboxedEnvironment, change: Change) -> Edit | None:
     """Edit that replaces a target expression by ``Offs`` around it, by a point on a line or arc, or by an aggregate.
 
-    The aggregate holds the components of a named target with other configuration data.
+    None for an offset that rounds to zero. The aggregate holds the components of a named target.
     """
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
     if change.value.point is not None:
         text = fill(load_template(env, "path_point.j2"), {"target": change.value, "displacement": sums})
+    elif sums == ["0"] * 3:
+        return None
     elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
-        stated = components_of(written)
-        assert stated is not None
-        name, own = stated
-        added = [_joined(*parts) for parts in zip(own, sums, strict=True)]
-        values = {"name": name, "displacement": added, "robconf": change.value.robconf}
-        text = fill(load_template(env, "components.j2"), values)
+        text = fill(load_template(env, "components.j2"), {"name": written, "displacement": sums})
     lead, newline = line_style(source.data, span[0])
     text = broken(text, lead.decode("latin-1"), newline.decode())
     glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
     return Edit(*span, (" " * glued + text).encode("latin-1", "replace"))
-
-
-def _joined(first: str, second: str) -> str:
-    """The sum of two terms as RAPID text; `0` if both are empty or zero."""
-    return "+".join(part for part in (first, second) if part not in ("", "0")).replace("+-", "-") or "0"
 
 
 def _amount_edits(change: Change) -> Iterator[Edit]:
@@ -194,7 +186,12 @@ def function_edits(
     env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
 ) -> Iterator[tuple[Source, Edit]]:
     """Edits that add the functions for points on lines and arcs to the modules that call them, before ENDMODULE."""
-    points = [(i.statement.source.path, i.statement.module.lower(), i.to.point) for i in insertions if i.to.point]
+    points = [
+        (i.statement.source.path, i.statement.module.lower(), target.point)
+        for i in insertions
+        for target in (i.to, i.via)
+        if target is not None and target.point is not None
+    ]
     for module in program.modules:
         own = [point for path, name, point in points if (path, name) == (module.source.path, module.name.lower())]
         if not own:
@@ -209,7 +206,8 @@ def function_edits(
             axes = "".join(sorted({axis for point in own if point.function == name for axis in point.axes}))
             bent = any(point.length for point in own if point.function == name)
             keeps = any(point.keeps for point in own if point.function == name)
-            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps}
+            turned = any(point.turns for point in own if point.function == name)
+            values = {"name": name, "axes": axes, "bent": bent, "keeps": keeps, "turned": turned}
             text += fill(load_template(env, "arc_point.j2" if on_arc else "line_point.j2"), values)
             text += "" if text.endswith("\n") else "\n"
         yield module.source, Edit(at, at, text.replace("\n", newline.decode()).encode("latin-1"))

@@ -139,6 +139,7 @@ def _statement_values(outcome: StatementOutcome) -> Values:
         "status": outcome.status,
         "reason": outcome.reason,
         "edited": outcome.edited,
+        "conf_changed": outcome.conf_changed,
         "shift_mm": outcome.shift_mm,
         "residual_mm": outcome.residual_mm,
     }
@@ -252,6 +253,7 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
         f"tolerance {values['tolerance_mm']:g} mm, {values['air_tolerance_mm']:g} mm in the air",
         f"scope {values['scope']}",
         f"{values['added_targets']} target{'s' * (values['added_targets'] != 1)} added",
+        *_confdata(values),
         f"cycle time {_duration(values['cycle_time_s'])}",
         *air,
         sure,
@@ -263,6 +265,20 @@ def _basis(found: Conversion, made: Mapping[str, str]) -> str:
 def _duration(seconds: float) -> str:
     """Return a time as people read it: in seconds, or in hours where it is long."""
     return f"{seconds:.1f} s" if seconds < LONG_S else f"{seconds / 3600:.1f} h"
+
+
+def _confdata(values: Values) -> list[str]:
+    """Return a phrase on the statements whose confdata was changed, none if there are no such statements.
+
+    Args:
+        values: the document of the conversion.
+    """
+    lines = [str(row["line"]) for row in values["statements"] if row["conf_changed"]]
+    if not lines:
+        return []
+    listed = ", ".join(lines[:5]) + ", .." * (len(lines) > 5)
+    count, where = ("1 statement", "line") if len(lines) == 1 else (f"{len(lines)} statements", "lines")
+    return [f"confdata of {count} changed, it would select another posture ({where} {listed})"]
 
 
 def unknown_accuracy(findings: Iterable[Diagnostic] = ()) -> str:

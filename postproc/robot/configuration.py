@@ -53,14 +53,10 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
     return np.concatenate([turns, branch(opw, q)[..., None]], axis=-1)
 
 
-def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
-    """Tell (n,) whether joint angles (n, 6) [rad] have the configuration of confdata (n, 4), up to ``margin`` [rad].
+def outside_quadrants(q: Array, conf: NDArray[np.int64]) -> Array:
+    """Return (n,) how far [rad] axes 1, 4, 6 of joint angles (n, 6) are outside the quadrants of confdata, at most.
 
-    Axes 1, 4 and 6 are at most the margin outside their quadrants, and cfx is equal, but for the sign of axis 5 at a
-    wrist that is straight within the margin.
+    Negative inside. ``conf``: (n, 4), of which cfx does not count.
     """
-    turning = np.asarray(q)[..., TURNING]
-    outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2
-    other = branch(closed_form(robot), q) ^ conf[..., 3]
-    straight = (other == 1) & (np.abs(np.sin(q[..., 4])) <= margin)
-    return (outside <= margin).all(axis=-1) & ((other == 0) | straight)
+    away: Array = np.abs(np.asarray(q)[..., TURNING] - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2
+    return np.asarray(away.max(axis=-1))

@@ -12,7 +12,14 @@ from postproc.arrays import Array, blocks, whole_turns
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
 from postproc.robot.closed_form import inverse
-from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
+from postproc.robot.configuration import (
+    QUARTER,
+    TURNING,
+    branch,
+    closed_form,
+    confdata,
+    outside_quadrants,
+)
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
 BOUNDARY = 1e-3  # so far outside its quadrant [rad] a taught target stands by its text alone: 2 decimals of a mm
@@ -72,6 +79,24 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
         q[rows], found = _solve(robot, poses[rows], wanted[rows])
         failures += [replace(f, index=rows.start + f.index) for f in found]
     return JointSolution(q, tuple(failures))
+
+
+def selects(robot: Robot, conf: NDArray[np.int64], q: Array) -> NDArray[np.bool_]:
+    """Return (n,) whether confdata (n, 4) means joint angles (n, 6) [rad] and no other solution of their pose.
+
+    cf1, cf4 and cf6 are within one quadrant, less the rounding of text, and cfx is equal. At a nearly straight wrist
+    cfx hardly tells the two wrists apart, between which axis 4 makes half a turn: there they must be within half a
+    quadrant, and inside at an exactly straight one, where axes 4 and 6 are divided anew.
+
+    Raises:
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
+    """
+    bend = np.abs(np.sin(q[..., 4]))
+    most = np.where(bend < 2 * BOUNDARY, COMPLIANT / 2, COMPLIANT) - BOUNDARY / 2
+    most = np.where(bend < 2 * TAUGHT_WRIST, BOUNDARY / 2, most)
+    other = branch(closed_form(robot), q) ^ conf[..., 3]
+    same = (other == 0) | ((other == 1) & (bend < BOUNDARY / 2))
+    return np.asarray(same & (outside_quadrants(q, conf) <= most))
 
 
 def beyond_limits(robot: Robot, q: Array) -> list[UnreachedPose]:

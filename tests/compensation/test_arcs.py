@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from tests.compensation.build import convert, events, independent, lines_of, module, target, written
+from tests.compensation.build import body_of, convert, events, independent, lines_of, module, target, written
 from tests.worlds import functions, interpreter, values
 from tests.worlds.interpreter import Interpreter, load
 from tests.worlds.world import World
@@ -52,11 +52,8 @@ def written_function(call: str, of: str, *names: str) -> Callable[..., Any]:
     Args:
         call: of the function, with these names and `share`; of: statements whose correction needs it.
     """
-    text = written(convert(of, tolerance_m=5e-6))
-    data = (
-        "".join(f"  VAR robtarget {name};\n" for name in names)
-        + f"  VAR {'pos' if 'Arc' in call else 'robtarget'} found;\n"
-    )
+    text = written(convert(of, tolerance_m=5e-6, free_axes="a"))
+    data = "".join(f"  VAR robtarget {name};\n" for name in names) + "  VAR robtarget found;\n"
     ask = f"  PROC ask()\n    found:={call};\n  ENDPROC\nENDMODULE"
     text = text.replace("MODULE M\n", f"MODULE M\n{data}  VAR num share;\n", 1).replace("ENDMODULE", ask)
     task = Interpreter(load([text]), World(0))
@@ -75,7 +72,8 @@ def at(place: np.ndarray, turn: Sequence[float] = (1, 0, 0, 0), cf1: int = 0) ->
     return [[float(x) for x in place], [float(x) for x in turn], [cf1, 0, 0, 0], [9e9] * 6]
 
 
-ARC = "ppArcPoint(pA,pB,pC,share)", TEXT, "pa", "pb", "pc"
+TRACK = TEXT.replace("[9E9,", "[300,")
+ARC = "ppArcPoint(pA,pB,pC,share,0,0,0)", TEXT, "pa", "pb", "pc"
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -88,12 +86,73 @@ def test_the_function_gives_points_on_the_circle_through_its_three(exactly: None
     places = center + draw.uniform(5, 400) * np.array([[np.cos(a), np.sin(a), 0.0] for a in angles]) @ turn.T
     for share in (0.0, 0.1, 0.5, 0.93, 1.0):
         found = function(share, *map(at, places))
-        np.testing.assert_allclose(found, on_circle(*places, share), atol=1e-6)
+        np.testing.assert_allclose(found[0], on_circle(*places, share), atol=1e-6)
+
+
+TURNS = [(0.0, 0.0, 0.0), (0.1, -0.25, 0.2), (0.9, 0.4, -1.1)]
+
+
+@pytest.mark.parametrize("sweep", [0.7, np.pi, 4.0])
+@pytest.mark.parametrize("to_goal", TURNS)
+@pytest.mark.parametrize("long_way", [False, True])
+def test_the_tool_turns_with_the_arc_and_external_axes_go_evenly(
+    exactly: None, sweep: float, to_goal: tuple[float, float, float], long_way: bool
+) -> None:
+    """As a controller interpolates on an arc; the circle point decides whether the tool goes the long way round."""
+    function = written_function(ARC[0], TRACK, *ARC[2:])
+    draw = np.random.default_rng(3)
+    frame, first = Rotation.random(random_state=1), Rotation.random(random_state=2)
+    via = 0.4
+    places = draw.normal(0, 300, 3) + frame.apply(
+        [[90 * np.cos(a), 90 * np.sin(a), 0] for a in (0, via * sweep, sweep)]
+    )
+    turn = np.array(to_goal)
+    if long_way:
+        turn = turn - 2 * np.pi * (turn / np.linalg.norm(turn) if turn.any() else np.zeros(3))
+
+    def along(share: float) -> Rotation:
+        return (
+            frame
+            * Rotation.from_rotvec([0, 0, share * sweep])
+            * frame.inv()
+            * first
+            * Rotation.from_rotvec(share * turn)
+        )
+
+    ends = [
+        at(place, along(share).as_quat(scalar_first=True), conf)
+        for place, share, conf in zip(places, (0, via, 1), (1, 2, 3), strict=True)
+    ]
+    for end, axis in zip(ends, (300.0, -70.0, 420.0), strict=True):
+        end[3][0] = axis
+    for share in (0.0, 0.2, 0.5, 0.9, 1.0):
+        _, rot, conf, axes = function(share, *ends)
+        assert (Rotation.from_quat(rot, scalar_first=True) * along(share).inv()).magnitude() < 1e-6
+        assert np.linalg.norm(rot) == pytest.approx(1.0, abs=1e-6)
+        assert conf == ends[0 if share < 0.5 else 2][2]
+        assert axes == pytest.approx([300.0 + 120.0 * share, *[9e9] * 5])
+
+
+def test_parts_of_an_arc_follow_a_track_a_tilt_and_a_posture_that_are_taught_anew() -> None:
+    """Neither orientation, configuration nor external axes of the ends stand as numbers in the parts of their arc."""
+    text = written(convert(TRACK, tolerance_m=5e-6, free_axes="a"))
+    parts = [line for line in body_of(text) if "ppArcPoint(" in line]
+    assert len(parts) >= 2
+    assert all("[" not in line for line in parts)
+    assert "s.extax.eax_a+share*(g.extax.eax_a-s.extax.eax_a)" in text
+
+
+def test_the_parts_of_an_arc_use_functions_that_are_written_each() -> None:
+    """A goal in a configuration some quarter turns from its end, a circle point in that of the nearer one."""
+    text = written(convert(CORNER, tolerance_m=5e-6))
+    called = set(re.findall(r"\bppArc\w+(?=\()", text))
+    assert called == {"ppArcPoint", "ppArcConf"}
+    assert all(f"FUNC robtarget {name}(" in text for name in called)
 
 
 def test_points_on_one_line_are_divided_as_a_line(exactly: None) -> None:
     line = [at(np.array([10.0 * k, 0, 5])) for k in (0, 1, 4)]
-    assert written_function(*ARC)(0.25, *line) == pytest.approx([10.0, 0.0, 5.0])
+    assert written_function(*ARC)(0.25, *line)[0] == pytest.approx([10.0, 0.0, 5.0])
 
 
 def test_added_targets_follow_the_points_of_their_arc() -> None:
@@ -120,7 +179,7 @@ def test_added_targets_follow_the_points_of_their_arc() -> None:
 def test_the_name_of_the_function_is_free() -> None:
     own = '  PROC ppArcPoint()\n    TPWrite "";\n  ENDPROC\n'
     text = written(convert(TEXT.replace("ENDMODULE", own + "ENDMODULE"), tolerance_m=5e-6))
-    assert "LOCAL FUNC pos ppArcPoint2(" in text and "[ppArcPoint2(a,b,c," in text
+    assert "LOCAL FUNC robtarget ppArcPoint2(" in text and "ppArcPoint2(a,b,c," in text
 
 
 def of_unlike_lengths() -> str:

@@ -10,8 +10,9 @@ import pytest
 
 from postproc.compensation.conversion import Conversion
 from postproc.compensation.text.insertions import FROM_ELSEWHERE
+from postproc.report.terminal import render_text
+from postproc.results.conversion import conversion_document
 from tests.compensation.build import (
-    AXES,
     body_of,
     codes,
     convert,
@@ -27,6 +28,11 @@ from tests.compensation.build import (
 
 A, B, C = target(1350, -500), target(1350, -380), target(1270, -380, 760)
 NUMBERS = re.compile(r"[+-]?\d+\.?\d*(?:E[+-]?\d+)?")
+
+
+def rendered(conversion: Conversion) -> str:
+    """What the terminal shows, on one line."""
+    return " ".join(render_text(conversion_document("m.mod", conversion)).split())
 
 
 def accurate(text: str, conversion: Conversion) -> None:
@@ -306,38 +312,51 @@ def test_displacements_of_different_targets_share_an_offset() -> None:
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
 
 
-def test_confdata_follows_a_joint_across_a_quadrant() -> None:
-    """Axis 1 stands at -0.04 deg; the correction of 1.5 mm turns it to the other side of zero."""
+def test_confdata_stays_as_it_is_written_while_it_selects_the_posture() -> None:
+    """Axis 1 stands at -0.04 deg; the correction of 1.5 mm turns it to the other side of zero, one quadrant on."""
     near, beyond = target(1350, -70), target(1350, 50)
     text = module("", f"MoveJ {near},v200,fine,tT;\nMoveL {beyond},v50,fine,tT;")
     found = convert(text)
     assert found.output is not None, codes(found)
     goals = [e.target for e in events(written(found))]
-    assert goals[0].robconf == (-1, 0, -1, 0)
-    assert goals[-1].robconf == (0, 0, -1, 0)
+    assert goals[0].robconf == goals[-1].robconf == (-1, 0, -1, 0)
+    assert [s["conf_changed"] for s in found.report["statements"]] == [False, False]
+    assert "confdata" not in rendered(found)
     accurate(text, found)
 
 
-def test_a_displaced_target_that_is_carried_over_a_quadrant_states_its_own_confdata() -> None:
+def test_confdata_changes_where_the_correction_carries_a_joint_two_quadrants_from_it() -> None:
+    """As above, taught with axis 1 in the quadrant before: the correction would be 90.03 deg beyond that."""
+    near, beyond = target(1350, -70), target(1350, 50, conf=(-2, 0, -1, 0))
+    text = module("", f"MoveJ {near},v200,fine,tT;\nMoveL {beyond},v50,fine,tT;")
+    found = convert(text)
+    assert found.output is not None, codes(found)
+    goals = [e.target for e in events(written(found))]
+    assert [goals[0].robconf, goals[-1].robconf] == [(-1, 0, -1, 0), (0, 0, -1, 0)]
+    assert [s["conf_changed"] for s in found.report["statements"]] == [False, True]
+    line = found.outcomes[1].statement.line
+    assert f"confdata of 1 statement changed, it would select another posture (line {line})" in rendered(found)
+    accurate(text, found)
+
+
+def test_a_displaced_target_that_is_carried_over_a_quadrant_keeps_its_confdata() -> None:
     """One taught point serves both sides: at p axis 1 is carried over zero, beside it axis 1 stays where it is."""
     rows = "FOR i FROM 0 TO 2 DO\nMoveL Offs(p,10*i,-100,0),v50,fine,tT;\nMoveL Offs(p,-10*i,0,0),v50,fine,tT;\nENDFOR"
     text = module(f"CONST robtarget p:={target(1350, 50)};", f"MoveJ Offs(p,0,-100,0),v200,fine,tT;\n{rows}")
     found = convert(text)
     assert [o.status for o in found.outcomes] == ["compensated"] * 3
-    assert len({e.target.robconf for e in events(written(found))}) == 2
-    assert re.search(r"\[\[p\.trans\.x[+-]10\*i", written(found))
+    text_after = written(found)
+    assert {e.target.robconf for e in events(text_after)} == {(-1, 0, -1, 0)}
+    assert "p.trans" not in text_after and len(re.findall(r"MoveL Offs\(p,-?10\*i", text_after)) == 2
     accurate(text, found)
 
 
-def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -> None:
-    """Axis 6 stands at -0.05 deg, taught as cf6 = 0; the correction turns it another 1.05 mrad away."""
-    conf = ",[0,0,0,0]," + AXES + "]"
-    first = "[[1378.86,253.48,877.66],[-0.0032759,-0.0657812,0.9971188,0.0376332]" + conf
-    second = "[[1369.17,301.44,877.66],[-0.0039322,-0.0831733,0.9958189,0.0375703]" + conf
-    text = module("", f"MoveJ {first},v100,fine,tool0;\nMoveL {second},v100,fine,tool0;")
-    found = convert(text, force=(0.0, 0.0, 0.0), moment=(150.0, 0.0, -400.0))
-    assert found.output is not None, codes(found)
-    assert [e.target.robconf for e in events(written(found))] == [(0, 0, -1, 0)] * 2
+def test_without_the_function_of_the_controller_all_but_the_position_stays_the_programmers() -> None:
+    """The program's own `Offs` hides that function: the position is written as a sum, beside it names."""
+    own = "  FUNC num Offs(num x)\n    RETURN x;\n  ENDFUNC\n"
+    data = f"CONST robtarget a:={target(1350, 50)};\nVAR robtarget q;"
+    found = convert(module(data, f"MoveJ {target(1350, -50)},v200,fine,tT;\nq:=a;\nMoveL q,v50,fine,tT;", own))
+    assert re.search(r"MoveL \[\[q\.trans\.x[-+].*\],q\.rot,q\.robconf,q\.extax\],v50", written(found))
 
 
 def test_a_zone_of_the_users_own_is_not_taken_for_the_predefined_one() -> None:

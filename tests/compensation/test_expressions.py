@@ -17,22 +17,22 @@ def program(more: str = "") -> Program:
 
 
 @pytest.mark.parametrize(
-    ("text", "form", "in_tool", "stated"),
+    ("text", "form", "in_tool"),
     [
-        ("p", "offset", False, True),
-        ("row{i}.at", "offset", False, True),
-        (target(1, 2), "offset", False, False),
-        ("Offs(p,0,n,5)", "amounts", False, True),
-        ("Offs(Offs(p,1,0,0),0,n,5)", "amounts", False, True),
-        ("RelTool(p,0,0,-60)", "amounts", True, False),
-        ("RelTool(p,0,0,-60\\Rz:=3)", "offset", False, False),
-        ("between(a,b,i/4)", "offset", False, False),
-        ("Offs(RelTool(p,1,2,3),0,0,5)", "amounts", False, False),
+        ("p", "offset", False),
+        ("row{i}.at", "offset", False),
+        (target(1, 2), "offset", False),
+        ("Offs(p,0,n,5)", "amounts", False),
+        ("Offs(Offs(p,1,0,0),0,n,5)", "amounts", False),
+        ("RelTool(p,0,0,-60)", "amounts", True),
+        ("RelTool(p,0,0,-60\\Rz:=3)", "offset", False),
+        ("between(a,b,i/4)", "offset", False),
+        ("Offs(RelTool(p,1,2,3),0,0,5)", "amounts", False),
     ],
 )
-def test_how_an_offset_is_written(text: str, form: str, in_tool: bool, stated: bool) -> None:
+def test_how_an_offset_is_written(text: str, form: str, in_tool: bool) -> None:
     found = target_expression(Source("m.mod", text.encode()), (0, len(text)), program())
-    assert (found.form, found.in_tool, found.stated) == (form, in_tool, stated)
+    assert (found.form, found.in_tool) == (form, in_tool)
 
 
 @pytest.mark.parametrize(

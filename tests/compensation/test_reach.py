@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from postproc.compensation.correction.inverse import command
 from postproc.compensation.options import Options
 from postproc.compensation.reading import OUT_OF_REACH
 from postproc.convert import compensate_program
@@ -130,3 +132,15 @@ ENDMODULE
     )
     assert found.exit_code == 0
     assert [o.status for o in found.outcomes] == ["compensated"] * 3
+
+
+def test_near_a_straight_wrist_the_arm_keeps_its_elbow() -> None:
+    """Axes 4 and 6 turn far for a millimetre there: another elbow may then be nearer by the largest joint change."""
+    model = default_model("irb4600_60_205")
+    g = np.random.default_rng(0)
+    q = np.radians(g.uniform([-120, -20, -40, -150, -0.01, -170], [120, 50, 30, 150, 0.01, 170], (4000, 6)))
+    desired = forward(model.robot, q)
+    desired[:, :3, :3] = Rotation.from_rotvec(1e-3 * g.normal(size=(4000, 3))).as_matrix() @ desired[:, :3, :3]
+    found = command(model.with_effects(), model.state(q, T_flange_tcp=np.eye(4)), desired).q
+    assert np.abs(forward(model.robot, found) - desired).max() < 1e-6
+    assert np.abs(found - q)[:, :3].max() < 0.05

@@ -379,7 +379,7 @@ def test_runs_on_displaced_work_share_the_targets_that_are_added() -> None:
     assert found.report["max_error_before_mm"] > 1.0
     assert found.report["max_error_after_mm"] <= 0.01  # 0.28 mm where nothing can be added
     assert re.search(
-        r"ArcC Offs\(.*pdisp.*,Offs\(.*pdisp", "\n".join(lines_of(written(found)))
+        r"ArcC ppArcPoint\(.*pdisp.*,ppArcPoint\(.*pdisp", "\n".join(lines_of(written(found)))
     )  # circle point and goal of an added arc
     again = independent(text, found)
     assert again.violations == []
@@ -447,7 +447,7 @@ def test_a_circle_point_leaves_the_array_that_it_names_to_the_others() -> None:
     assert [o.edited for o in found.outcomes] == ["element", "element", "element"]
     assert found.report["max_error_after_mm"] <= 0.01
     assert re.search(
-        r"MoveC Offs\(\[ppArcPoint\(pa\{3\},pa\{2\},pa\{1\},0\.\d+\),.*\),pa\{1\},", "".join(lines_of(written(found)))
+        r"MoveC ppArcPoint\(pa\{3\},pa\{2\},pa\{1\},0\.\d+(,[-\d.]+){3}\),pa\{1\},", "".join(lines_of(written(found)))
     )
     assert independent(text, found).after <= 0.01
 

@@ -29,7 +29,7 @@ MODULE CornerArc
         ArcLEnd pEnd,v150,smFillet,wdFillet,fine,tGun\WObj:=wBracket;
         MoveL pOut,v400,z10,tGun\WObj:=wBracket;
         ! swing back over the bracket, clear of the clamp
-        MoveC [[119.87,61.738,260.528],[-0.0578346,-0.800137,0.438725,-0.4049152],[0,-1,-2,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]],
+        MoveC [[119.87,61.738,260.528],[0.0578346,0.800137,-0.438725,0.4049152],[0,-1,-2,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]],
               [[-59.883,-118.87,240.333],[0.0095859,-0.906151,-0.1074311,-0.4089706],[-1,0,-3,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]],v400,fine,tGun\WObj:=wBracket;
         MoveJ pPre,v600,fine,tGun\WObj:=wBracket;
     ENDPROC

@@ -9,6 +9,7 @@ import numpy as np
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent.rapid import Motion
+from tests.worlds.geometry import quaternion_of_matrix
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,23 @@ def circle(a: np.ndarray, via: np.ndarray, b: np.ndarray) -> Circle:
 
 
 def arc(start: np.ndarray, via: np.ndarray, goal: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Circle in space; the orientation turns with the path and evenly relative to it."""
+    """Circle in space; the orientation turns with the path and evenly relative to it, the long way where via stands on that."""
     c = circle(start[:3, 3], via[:3, 3], goal[:3, 3])
     turn = A.rotation(c.normal, u * c.sweep)
-    relative = slerp(start[:3, :3], A.rotation(c.normal, np.array(-c.sweep)) @ goal[:3, :3], u)
-    return A.transform(turn @ relative, c.at(u))
+    # From a quaternion: half circles with one orientation turn by half a turn relative to the path.
+    w, *v = quaternion_of_matrix(start[:3, :3].T @ A.rotation(c.normal, np.array(-c.sweep)) @ goal[:3, :3])
+    sine = float(np.linalg.norm(v))
+    size = 2 * float(np.arctan2(sine, w))
+    relative = np.array(v) * (size / max(sine, 1e-15))
+    if size > np.radians(5.0):
+        d = via[:3, 3] - c.center
+        x = (c.start - c.center) / c.radius
+        share = float(np.arctan2(d @ np.cross(c.normal, x), d @ x) % (2 * np.pi)) / c.sweep
+        seen = start[:3, :3].T @ A.rotation(c.normal, np.array(-share * c.sweep)) @ via[:3, :3]
+        long_way = relative * (1 - 2 * np.pi / size)
+        off = [float(np.linalg.norm(log_rotation(A.rotation_vector(share * w).T @ seen))) for w in (relative, long_way)]
+        relative = long_way if off[1] < off[0] / 2 else relative
+    return A.transform(turn @ start[:3, :3] @ A.rotation_vector(u[:, None] * relative), c.at(u))
 
 
 def shape(start: np.ndarray, m: Motion, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -153,11 +166,14 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
 
 
 def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
-    """Whether confdata says something else than the joints, away from quadrant boundaries."""
-    conf = I.confdata(arm, q)[0]
-    turns = q[[0, 3, 5]] / (np.pi / 2)
-    edge = np.abs(turns - np.round(turns)) < 1e-4
-    return bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])
+    """Whether confdata selects another posture: axes 1, 4, 6 more than one quadrant from theirs, or another cfx."""
+    return not selects(arm, q, m.conf, -1e-4)
+
+
+def selects(arm: A.Arm, q: np.ndarray, conf: tuple[int, ...], margin: float = 0.0) -> bool:
+    """Whether confdata means joint angles (6,): cfx is theirs, axes 1, 4, 6 at most one quadrant off less a margin [rad]."""
+    away = np.abs(q[[0, 3, 5]] - (np.array(conf[:3]) + 0.5) * np.pi / 2).max()
+    return bool(away <= 0.75 * np.pi - margin and I.confdata(arm, q)[0, 3] == conf[3])
 
 
 def real(

@@ -92,7 +92,7 @@ def motions(text: str) -> tuple[list[Motion], list[tuple[int, str]]]:
             if bool(e.values["tool"][0]) == bool(e.values["wobj"][0]):
                 lost.append((e.line, "tool and work object are both held, or neither is"))
             else:
-                found.append(_motion(e, texts[e.identity[1:]], grip))
+                found.append(motion_of(e, texts[e.identity[1:]], grip))
     return found, lost
 
 
@@ -102,7 +102,8 @@ def _uncalled(modules: list[Module]) -> list[str]:
     return [r.name for r in routines if r.kind == "proc" and r.name not in called and not r.parameters]
 
 
-def _motion(e: Event, text: str, grip: Any) -> Motion:
+def motion_of(e: Event, text: str = "", grip: Any = None) -> Motion:
+    """A motion event; text: of its statement; grip: load that the gripper holds."""
     tool, wobj, zone = e.values["tool"], e.values["wobj"], e.values["zone"]
     kind = e.values["family"]
     tframe, mass, center = pose(tool[1]), float(tool[2][0]), np.asarray(tool[2][1], float) / 1000

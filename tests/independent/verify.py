@@ -140,6 +140,10 @@ def check(
             report.violations.append(
                 f"output line {new[last].line}: confdata {new[last].conf} is not where the joints are"
             )
+        if new[last].conf != m.conf and len(final.q) and P.selects(arm, final.q[-1], m.conf, 2e-3):
+            report.violations.append(
+                f"output line {new[last].line}: confdata {m.conf} became {new[last].conf} for nothing"
+            )
         if leg.problem or final.problem or not len(leg.q) or not len(final.q):
             seg.counted, seg.note = False, leg.problem or final.problem or "not played"
             continue

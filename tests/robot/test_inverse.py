@@ -13,8 +13,8 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.closed_form import inverse
-from postproc.robot.configuration import branch, confdata, within
-from postproc.robot.inverse import beyond_limits, joint_solution, nearest_solution
+from postproc.robot.configuration import branch, confdata
+from postproc.robot.inverse import beyond_limits, joint_solution, nearest_solution, selects
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
 from tests.independent import arm as A
@@ -293,15 +293,17 @@ def test_failures_are_counted_over_the_blocks_in_which_poses_are_solved(monkeypa
     assert "pose 4 of it" in error.value.diagnostics[0].message
 
 
-def test_a_confdata_holds_up_to_a_margin_and_a_straight_wrist_has_either_sign() -> None:
+def test_a_confdata_selects_what_is_within_one_quadrant_of_it() -> None:
     robot = load_robot("irb4600_60_205")
-    bent, straight, edge = np.radians(
-        [[10.0, 20, 10, 30, 40, 50], [10, 20, 10, 30, 0, 50], [10, 20, 10, 90.01, 40, 50]]
-    )
-    q, conf = np.stack([bent, bent, straight, straight, edge]), np.zeros((5, 4), dtype=int)
-    conf[1:4, 3] = 1, 0, 1  # axis 5 negative
-    assert within(robot, q, conf, 1e-3).tolist() == [True, False, True, True, True]
-    assert within(robot, q, conf, 1e-5).tolist() == [True, False, True, True, False]
+    q = np.radians([[10.0, 20, 10, 30, 40, 50]] * 7)
+    q[2, 3], q[3, 3] = np.radians([95.0, 185.0])  # one quadrant beyond, and two
+    q[4:, 4] = 0.0, 0.0, 5e-4
+    q[6, 3] = np.radians(140.0)  # the other wrist is as near to the quadrant
+    conf = np.zeros((7, 4), dtype=int)
+    conf[1, 3] = conf[5, 3] = 1
+    assert selects(robot, conf, q).tolist() == [True, False, True, False, True, True, False]
+    bent = selects(robot, conf, q) & (q[:, 4] != 0)  # at a straight wrist only the sum of axes 4 and 6 is defined
+    assert np.abs(joint_solution(robot, forward(robot, q), conf).q - q)[bent].max() < 1e-6
 
 
 def test_leaving_the_working_range_is_a_finding() -> None:

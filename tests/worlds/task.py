@@ -166,6 +166,8 @@ class Task:
         if type_ in self.own_records:
             parts = zip(value, self.own_records[type_], strict=True)
             return [self._varied(v, self.aliases.get(t, t), 0, d, f"{name}.{n}") for v, (n, t) in parts]
+        if name in w.anew:
+            return convert(w.anew[name].of(value), type_, self.records)
         if w.touched and type_ == "robtarget":
             return convert(w.varied(value, type_, name, "touched"), type_, self.records)
         if w.operator and d.storage == "pers" and type_ != "robtarget":

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import random
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,7 +19,8 @@ from typing import Any
 class World:
     """Args: seed; unknown: routines of other files write; operator: PERS data differ; touched: targets are touched up;
     traps: interrupts fire and other tasks write; wanders: routines of other files move the arm and call procedures of
-    these; enters: the procedure at which the pendant starts the task; says: the annotations of the program; found: where searches hit.
+    these; enters: the procedure at which the pendant starts the task; says: the annotations of the program; found: where searches hit;
+    anew: targets that are taught anew, by name, each with its function ``of`` the value in the text.
     """
 
     seed: int
@@ -30,6 +32,7 @@ class World:
     enters: str = "main"
     says: dict[str, list[str]] = field(default_factory=dict)
     found: dict[Any, Any] = field(default_factory=dict)
+    anew: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -21,6 +21,7 @@ from postproc.robot.pose import pose_error
 SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
 NEAR = 5e-6
+SAME_ARM = 1e-6  # axes 1 to 3 that differ by less [rad] are one shoulder and elbow
 DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
@@ -172,11 +173,17 @@ def _start(model: Model, state: State, desired: Array) -> Array:
 
 
 def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
-    """Closed-form solution (n, 6) nearest to joint angles q (n, 6), whole turns included; q itself if there is none."""
+    """Closed-form solution (n, 6) nearest to joint angles q (n, 6), whole turns included; q itself if there is none.
+
+    The nearest shoulder and elbow come first: near a straight wrist axes 4 and 6 turn far while the arm hardly moves.
+    """
     solutions = inverse(model.robot, T_base_flange)
     solutions = solutions + whole_turns(solutions, near=q[:, None])
-    far = np.abs(solutions - q[:, None]).max(axis=-1)
-    best = np.argmin(np.where(np.isnan(far), np.inf, far), axis=1)
+    away = np.abs(solutions - q[:, None])
+    arm = away[..., :3].max(axis=-1)
+    nearest_arm = arm <= np.nanmin(np.append(arm, np.full((len(arm), 1), np.inf), axis=1), axis=1)[:, None] + SAME_ARM
+    far = np.where(nearest_arm, away.max(axis=-1), np.inf)
+    best = np.argmin(far, axis=1)
     found = solutions[np.arange(len(q)), best]
     return np.where(np.isnan(found), q, found)
 

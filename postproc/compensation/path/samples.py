@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.motion.path.curves import Curves, build_curves, joints_and_poses
+from postproc.motion.path.curves import Curves, build_curves, joints_and_poses, pose_in_space
 from postproc.motion.values import Index, Move, stretches
 from postproc.robot.arm import Robot
 from postproc.robot.track import track
@@ -24,7 +24,10 @@ SPACING = 0.02  # [m]: a correction that bends by 1 mm over 1 m deviates from it
 TURN = np.radians(3.0)
 ARC_STEP = np.radians(6.0)
 JOINT_STEP = np.radians(10.0)
-ASIDE = np.radians(0.3)  # that a tool turns farther on its way than from end to end, as a wrist that flips makes it
+STRAIGHT = np.radians(6.0)  # |q5| below which axes 4 and 6 may turn so fast that the way is followed in finer steps
+FINER = 16
+OTHER_POSTURE = 0.1  # [rad] of one joint at least between two postures of one pose
+ASIDE = np.radians(0.3)  # that a tool stands beside an even turn from end to end
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +40,7 @@ class Samples:
         q: (n, 6) nominal joint angles [rad].
         axes: (n, 6) external axes [m], [rad].
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
+        q_reached: (m, 6) joint angles [rad] in which the arm comes to each goal; ``q`` there is what confdata selects.
     """
 
     moves: tuple[Move, ...]
@@ -48,19 +52,21 @@ class Samples:
     axes: Array
     start: Index
     goal: Index
+    q_reached: Array
 
     def mounts_at(self, rows: slice | Index) -> Mounts:
         """The mounts of tool and work at samples, chosen by a slice or indices."""
         return self.curves.mounts_at(self.move[rows], self.axes[rows])
 
     def turned_aside(self) -> Index:
-        """Indices of moves with interpolated wrist axes whose tool turns farther on the way than from start to goal."""
+        """Indices of moves with interpolated wrist axes on whose way the tool does not turn evenly from start to goal.
+
+        A target in between would stand beside that way, which the controller alone knows.
+        """
         rows = np.flatnonzero(self.curves.wrist[self.move])
-        of, R = self.move[rows], Rotation.from_matrix(self.T_work_tcp[:, :3, :3])
-        from_start, to_goal = R[self.start[of]].inv() * R[rows], R[rows].inv() * R[self.goal[of]]
-        farthest = np.maximum(from_start.magnitude(), to_goal.magnitude())
-        between = (R[self.start[of]].inv() * R[self.goal[of]]).magnitude()
-        return np.unique(of[farthest > between + ASIDE])
+        even = pose_in_space(self.curves, self.move[rows], self.u[rows])[:, :3, :3]
+        aside = Rotation.from_matrix(even).inv() * Rotation.from_matrix(self.T_work_tcp[rows, :3, :3])
+        return np.unique(self.move[rows[aside.magnitude() > ASIDE]])
 
 
 def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Samples:
@@ -97,6 +103,41 @@ def sample_moves(robot: Robot, moves: Sequence[Move], intervals: Array) -> Sampl
     tracked[move[np.isnan(q[:, 0])]] = True
     for a, b in stretches(tracked & ~first):
         rows = slice(start[a], goal[b - 1] + 1)
-        q[rows] = track(robot, curves.mounts_at(move[rows], axes[rows]).flange(T[rows]), known[a - 1])
+        q[rows] = follow(robot, curves, move[rows], u[rows], T[rows], known[a - 1], (goal[a:b] - start[a], known[a:b]))
+    reached = q[goal]
     q[goal] = known  # exactly what the confdata says
-    return Samples(moves, curves, move, u, T, q, axes, start, goal)
+    return Samples(moves, curves, move, u, T, q, axes, start, goal, reached)
+
+
+def follow(
+    robot: Robot, curves: Curves, move: Index, u: Array, T_work_tcp: Array, q_start: Array, ends: tuple[Index, Array]
+) -> Array:
+    """Joint angles (n, 6) [rad] in which the arm follows commanded poses, in finer steps where its wrist is straight.
+
+    Between two samples of a move the pose goes evenly from one to the other. Beside a singular wrist steps of any size
+    may lead to either wrist: the finer ones count unless they miss more of the known ends.
+
+    Args:
+        move, u: (n,) moves and fractions of the samples, in order; T_work_tcp: (n, 4, 4) the poses there.
+        q_start: (6,) where the arm comes from [rad].
+        ends: samples (k,) at which the joint angles (k, 6) [rad] are known.
+
+    Raises:
+        PostprocError: KIN004, a pose cannot be reached in this branch.
+    """
+    coarse = track(robot, curves.mounts_at(move, curves.axes_at(move, u)).flange(T_work_tcp), q_start)
+    if np.abs(np.sin(coarse[:, 4])).min(initial=1.0) > np.sin(STRAIGHT):
+        return coarse
+    rows = np.arange(len(u))
+    before = np.maximum(rows - 1, 0)
+    before = np.where(move[before] == move, before, rows)
+    a, b, share = np.repeat(before, FINER), np.repeat(rows, FINER), np.tile(np.arange(1, FINER + 1) / FINER, len(u))
+    R = Rotation.from_matrix(T_work_tcp[:, :3, :3])
+    T = np.tile(np.eye(4), (len(b), 1, 1))
+    T[:, :3, 3] = T_work_tcp[a, :3, 3] + share[:, None] * (T_work_tcp[b, :3, 3] - T_work_tcp[a, :3, 3])
+    turn = (R[a].inv() * R[b]).as_rotvec()
+    T[:, :3, :3] = (R[a] * Rotation.from_rotvec(share[:, None] * turn)).as_matrix()
+    axes = curves.axes_at(move[b], u[a] + share * (u[b] - u[a]))
+    fine = track(robot, curves.mounts_at(move[b], axes).flange(T), q_start)[FINER - 1 :: FINER]
+    missed = [(np.abs(q[ends[0]] - ends[1]).max(axis=1) > OTHER_POSTURE).sum() for q in (coarse, fine)]
+    return coarse if missed[0] < missed[1] else fine

@@ -17,10 +17,11 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensation.correction.fewest_targets import Pieces
+from postproc.compensation.path.samples import follow
 from postproc.compensation.text.insertions import insertion_of, small_zone
 from postproc.compensation.text.laws import Allowed, constant_law, nearest_law
 from postproc.compensation.text.path_points import (
-    ARC_FUNCTION,
+    ARC_FUNCTIONS,
     LINE_FUNCTIONS,
     UNLIKE,
     PathRun,
@@ -31,7 +32,8 @@ from postproc.compensation.text.path_points import (
     on_line,
 )
 from postproc.compensation.text.requests import Requester, conf_of
-from postproc.compensation.text.values import Change, Insertion, TargetValue, compliant
+from postproc.compensation.text.values import Change, Conf, Insertion, TargetValue, compliant
+from postproc.diagnostics import PostprocError
 from postproc.grouping import grouped
 from postproc.motion.path.places import axes_between
 from postproc.motion.path.refusals import STILL
@@ -78,8 +80,8 @@ class TargetAdder:
 
     @cached_property
     def functions(self) -> list[str]:
-        """Names of the functions of points on a line (three) and on an arc, none of which the program has yet."""
-        return free_names(self.program, (*LINE_FUNCTIONS, ARC_FUNCTION))
+        """Names of the functions of points on a line (six) and on an arc (three), none of which the program has yet."""
+        return free_names(self.program, (*LINE_FUNCTIONS, *ARC_FUNCTIONS))
 
     def add(self, pieces: Sequence[Pieces], tolerance_mm: Array) -> AddedTargets:
         """The statements to add so that divided moves keep their tolerance, one set for all runs of a statement.
@@ -130,8 +132,7 @@ class TargetAdder:
             return max(str(why) for why in frames)
         if all_numbers(event, before):
             return self._as_numbers(parts, allowed)
-        place = event.statement.module, event.statement.routine
-        hidden = hidden_name(self.program, *place, arc=event.via is not None)
+        hidden = hidden_name(self.program, event.statement.module, arc=event.via is not None)
         if hidden is not None:
             return hidden
         names = {self.moves[part.move].event.start for part in parts}  # what the program calls where they begin
@@ -144,12 +145,15 @@ class TargetAdder:
         if event.via is None:
             shares = np.median([run.shares for run in known], axis=0)
             added = [self._numbers(part.move, part, shares.tolist()) for part in parts]
-            lines = on_line(self.functions[:3], [replace(run, shares=shares) for run in known], added, allowed)
+            lines = on_line(
+                self.functions[: len(LINE_FUNCTIONS)], [replace(run, shares=shares) for run in known], added, allowed
+            )
             return lines if isinstance(lines, str) else (lines, None)
-        confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
+        confs = [self._confs(p.move, p.vias[-1:], self.curve[list(p.vias[-1:])])[0] for p in parts]
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         added = [self._numbers(part.move, part) for part in parts]
-        return on_arc(self.functions[3], known, added, self.requester.values(asked), allowed) or UNLIKE
+        arc = self.functions[len(LINE_FUNCTIONS) :]
+        return on_arc(arc, known, added, self.requester.values(asked), allowed)
 
     def _as_numbers(self, parts: Sequence[Pieces], allowed: Allowed) -> _Set | str:
         """Added statements with numbers as targets, between ends that are numbers, or the reason why there are none.
@@ -240,18 +244,42 @@ class TargetAdder:
         goals = list(part.goals)
         T = self.curve[goals].copy()
         if event.via is None and shares is not None:
-            ends = self.curve[[self.samples.start[i], self.samples.goal[i]], :3, 3]
-            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), ends[1] - ends[0])
-        confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
+            start, goal = self.curve[self.samples.start[i]], self.curve[self.samples.goal[i]]
+            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), goal[:3, 3] - start[:3, 3])
+            # The function turns evenly between the ends.
+            R = Rotation.from_matrix(start[:3, :3])
+            turn = (R.inv() * Rotation.from_matrix(goal[:3, :3])).as_rotvec()
+            T[:, :3, :3] = (R * Rotation.from_rotvec(np.outer(shares, turn))).as_matrix()
+        confs = self._confs(i, goals, T)
         to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
         shares = self.samples.u[goals].tolist()
         to = [
             replace(value, extax=axes_between(self.moves[max(i - 1, 0)].event, event, share))
             for value, share in zip(to, shares, strict=True)
         ]
-        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        of_vias = self._confs(i, part.vias, self.curve[list(part.vias)]) if part.vias else []
+        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, of_vias, strict=True)])
         zone = small_zone(self.program, event)
         return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
+
+    def _confs(self, i: int, rows: Sequence[int], T: Array) -> list[Conf]:
+        """Confdata of the postures that the arm has on the commanded curve of move i at some samples.
+
+        Near a straight wrist that may be another wrist than the inverse of the model has at the sample alone.
+
+        Args:
+            rows: indices of the samples, with poses T_work_tcp (k, 4, 4) in place of those of the curve.
+        """
+        samples = self.samples
+        every = np.arange(samples.start[i], samples.goal[i] + 1)
+        q, poses, chosen = self.requester.exact.q[every], self.curve[every].copy(), np.subtract(rows, every[0])
+        poses[chosen] = T
+        try:
+            end = np.array([len(every) - 1]), self.requester.exact.q_goal[[i]]
+            q = follow(self.requester.robot, samples.curves, samples.move[every], samples.u[every], poses, q[0], end)
+        except PostprocError:
+            pass  # the proof says where the arm cannot follow
+        return [conf_of(row) for row in confdata(self.requester.robot, q[chosen])]
 
     def _gap(self, part: Pieces) -> float:
         """Largest distance [mm] between the correction at the targets to add and its linear interpolation.

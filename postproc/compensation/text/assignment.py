@@ -43,13 +43,13 @@ class SlotValue:
 
     Args:
         shift, turn: (3,) of the target that stands there [mm], [rad].
-        robconf: its configuration.
+        robconf: its configuration; None where it stays that of the expression in the argument of a call.
         of: the request that it serves, if that is only one.
     """
 
     shift: Array
     turn: Array
-    robconf: Conf
+    robconf: Conf | None
     of: TargetRequest | None = None
 
 
@@ -121,7 +121,7 @@ class Assigner:
         relaxed: set[StatementKey] = set()
         for key, rows in self.arguments.items():
             filled = all(self.slot_of[row] in self.slots for row in rows)
-            fits = filled and self._configured(key, rows)
+            fits = filled and self._configured(rows)
             if fits and all(off[row] <= self.within[row] + ROUNDING_MM for row in rows):
                 continue
             if key in self.read_only:
@@ -225,7 +225,7 @@ class Assigner:
         """Whether one value of a slot is within tolerance of all requests ``rows``, and they have one configuration."""
         if len(rows) < 2:
             return True
-        if len({self.requests[row].value.robconf for row in rows}) > 1:
+        if not self._keeps(rows) and len({self.requests[row].value.robconf for row in rows}) > 1:
             return False
         demand, within = self._demand(rows), self.within[rows]
         return bool((np.linalg.norm(demand - _centre(demand, within), axis=1) <= within).all())
@@ -251,14 +251,20 @@ class Assigner:
     def _common(self, rows: Sequence[int]) -> SlotValue:
         """The value of a slot in the centre of what the requests ``rows`` require.
 
-        It has their most common configuration.
+        It has their most common configuration, or keeps that of an expression.
         """
-        if len(rows) == 1 and not self.derived[rows[0]]:
+        if len(rows) == 1 and not self.derived[rows[0]] and not self._keeps(rows):
             row = rows[0]
             return SlotValue(self.shift[row], self.turn[row], self.requests[row].value.robconf, self.requests[row])
         confs = [self.requests[row].value.robconf for row in rows]
         shift = _centre(self._demand(rows), self.within[rows])
-        return SlotValue(shift, self._common_turn(rows), max(set(confs), key=confs.count))
+        conf = None if self._keeps(rows) else max(set(confs), key=confs.count)
+        return SlotValue(shift, self._common_turn(rows), conf)
+
+    def _keeps(self, rows: Sequence[int]) -> bool:
+        """Whether the slot of requests ``rows`` is the argument of a call: an expression keeps its configuration."""
+        slot = self.slot_of[rows[0]]
+        return slot is not None and slot[0] == "call"
 
     def _moved_by_slots(self, rows: Iterable[int]) -> Array:
         """(k, 3) how far [mm] the targets of requests ``rows`` move by the values decided for their slots so far.
@@ -273,25 +279,18 @@ class Assigner:
             moved.append(shift + np.cross(value.turn, self.lever[row]) if value and self.derived[row] else shift)
         return np.array(moved).reshape(-1, 3)
 
-    def _configured(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether slots or the present text give requests ``rows`` of the argument ``key`` their configurations.
+    def _configured(self, rows: Sequence[int]) -> bool:
+        """Whether slots or the present text give requests ``rows`` configurations that a controller accepts for theirs.
 
-        If the argument cannot be rewritten with other configuration data, a configuration that a controller accepts for
-        the required one suffices.
+        The configuration of an expression stays the programmer's: a target taught anew may have another one.
         """
-        asked: list[tuple[Conf, Conf]] = []
         for row in rows:
             slot = self.slot_of[row]
             value = self.slots.get(slot) if slot is not None else None
-            there = self.requests[row].target.robconf if value is None else value.robconf
-            asked.append((self.requests[row].value.robconf, there))
-        if all(wanted == there for wanted, there in asked):
-            return True
-        return not self._stated(key, rows) and all(compliant(wanted, there) for wanted, there in asked)
-
-    def _stated(self, key: ArgumentKey, rows: Sequence[int]) -> bool:
-        """Whether the argument ``key`` can be rewritten with configuration data that suit all its requests ``rows``."""
-        return self.expression(key).stated and len({self.requests[row].value.robconf for row in rows}) == 1
+            there = None if value is None else value.robconf
+            if not compliant(self.requests[row].value.robconf, there or self.requests[row].target.robconf):
+                return False
+        return True
 
     def _no_offset(self, key: ArgumentKey, rows: Sequence[int], configured: bool | None = None) -> str:
         """Why no offset of any size can be put around the argument ``key`` with requests ``rows``; empty if one can.
@@ -301,10 +300,10 @@ class Assigner:
         """
         if key[0] in self.unresolved or any(self.requests[row].event.has_unresolved_runs for row in rows):
             return ELSEWHERE
-        configured = self._configured(key, rows) if configured is None else configured
-        if not configured and not self._stated(key, rows):
+        configured = self._configured(rows) if configured is None else configured
+        if not configured:
             return CONFIGURATION
-        return OWN_OFFS if configured and self.expression(key).form is None else ""
+        return OWN_OFFS if self.expression(key).form is None else ""
 
     def _law(self, key: ArgumentKey, rows: Sequence[int], rest: Array, leaves: float) -> OffsetLaw | None:
         """The formula of an offset for the argument ``key`` that is within the tolerances of all its requests ``rows``.

@@ -3,7 +3,7 @@
     MoveL ppLinePoint(pStart,pGoal,0.25,0.012,-0.03,0.007),v50,z1,tT;
 
 goes to the point after a quarter of the line, displaced by the correction, wherever the ends are taught
-(templates/line_point.j2, arc_point.j2).
+(templates/line_point.j2, arc_point.j2). Orientation, configuration and external axes are those of the ends, too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.text.laws import Allowed, OffsetLaw, constant_law, fit_affine, nearest_law
-from postproc.compensation.text.values import Change, Insertion, PathPoint, TargetValue, compliant
+from postproc.compensation.text.values import Change, Conf, Insertion, PathPoint, TargetValue, compliant
 from postproc.motion.path.curves import circle_through
 from postproc.motion.path.postures import any_configuration
 from postproc.motion.path.refusals import STILL
@@ -34,13 +34,14 @@ OTHER_POSTURE = "in its middle the arm has the configuration of neither end"
 OTHER_AXES = "its ends do not say how external axes move along it"
 HIDDEN = "the program has a name of its own for `{}`, which a target between its ends needs"
 SHARE_DECIMALS = 5
-# The functions: of a line (turning evenly, bending with its length, in the configuration of its start), and of an arc.
-LINE_FUNCTIONS = "ppLinePoint", "ppLineBend", "ppLineKeep"
-ARC_FUNCTION = "ppArcPoint"
-# What the functions call and declare (templates/line_point.j2, arc_point.j2), and what stands around that of an arc.
+# The functions of a point on a line, in the configuration of its nearer end, of its first end, and of that some quarter
+# turns on; first with a constant displacement, then with one that goes with the square of the length. Those of an arc.
+LINE_FUNCTIONS = "ppLinePoint", "ppLineKeep", "ppLineConf", "ppLineBend", "ppBendKeep", "ppBendConf"
+ARC_FUNCTIONS = "ppArcPoint", "ppArcKeep", "ppArcConf"
+NEARER, FIRST, TURNED = range(3)
+# What the functions call and declare (templates/line_point.j2, arc_point.j2).
 LINE_NAMES = ("ATan2", "Sqrt", "Sin", "robtarget", "confdata", "num")
-ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "robtarget", "pos", "num")
-AROUND_ARC = ("Offs",)
+ARC_NAMES = ("DotProd", "ATan2", "Sqrt", "Sin", "Cos", "Abs", "robtarget", "confdata", "orient", "pos", "num")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,18 +73,16 @@ def free_names(program: Program, names: Iterable[str]) -> list[str]:
     return [next(name for name in several if name.lower() not in taken) for several in numbered]
 
 
-def hidden_name(program: Program, module: str, routine: str, arc: bool) -> str | None:
-    """Why a function that calculates a point of a line or arc cannot be called in a routine, None if it can.
+def hidden_name(program: Program, module: str, arc: bool) -> str | None:
+    """Why a function that calculates a point of a line or arc cannot be written into a module, None if it can.
 
-    The reason is a built-in name, needed by the function or its call, that the program declares itself.
+    The reason is a built-in name, needed by the function, that the program declares itself.
 
     Args:
-        module, routine: names of the routine in which the call is to stand, and of its module.
+        module: name of the module.
         arc: the point is on an arc, not on a line.
     """
-    names = [(name, "") for name in (ARC_NAMES if arc else LINE_NAMES)]
-    names += [(name, routine) for name in AROUND_ARC if arc]
-    hidden = (name for name, where in names if program.hides(name, module, where))
+    hidden = (name for name in (ARC_NAMES if arc else LINE_NAMES) if program.hides(name, module, ""))
     return next((HIDDEN.format(name) for name in hidden), None)
 
 
@@ -112,77 +111,121 @@ def on_line(
     """Added statements for all runs of a line, or the reason why there are none.
 
     Args:
-        functions: names of three functions: with a constant displacement, with one proportional to the square of the
-            length, and with the configuration of their first end.
+        functions: the names that the program has for ``LINE_FUNCTIONS``.
         added: what each run would add as numbers.
         allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
-        values = [insertion.to for insertion in insertions]
-        share, kept = _share(runs, k), True
-        for run, value in zip(runs, values, strict=True):
-            near = run.targets[0 if share < 0.5 else -1]
-            far = run.targets[-1 if share < 0.5 else 0]
-            if not any_configuration(run.event) and value.robconf != near.robconf:
-                kept &= value.robconf == far.robconf
-                if not kept and not compliant(value.robconf, near.robconf):
-                    return OTHER_POSTURE
-            else:
-                kept = False
-            if not _same_axes(run.targets, value, share):
-                return OTHER_AXES
-        to = _on_path(functions[:2], runs, values, [share] * len(runs), allowed)
-        if to is None or to.point is None:
-            return UNLIKE
-        if kept and not to.point.length:
-            to = replace(to, point=_from_farther(to.point, functions[2]))
+        share = _share(runs, k)
+        to = _added_point(functions, runs, [i.to for i in insertions], [share] * len(runs), allowed)
+        if isinstance(to, str):
+            return to
         found.append(replace(insertions[0], to=to))
     return found
 
 
-def _from_farther(point: PathPoint, function: str) -> PathPoint:
-    """The point stated from the farther end of the line, so that the added target has the configuration of that end.
+def _added_point(
+    functions: Sequence[str],
+    runs: Sequence[PathRun],
+    values: Sequence[TargetValue],
+    shares: Sequence[float],
+    allowed: Allowed,
+) -> TargetValue | str:
+    """One added target of all runs with confdata and external axes of its ends, or the reason why there is none.
 
     Args:
-        function: name of the function whose result has the configuration of its first end.
+        functions: the names that the program has for ``LINE_FUNCTIONS`` or ``ARC_FUNCTIONS``.
+        values: the target that each run requires.
+        shares: fraction of the way at it in each run.
+        allowed: error that a formula for the displacement may leave in each run.
     """
-    if point.share < 0.5:
-        share = round(1.0 - point.share, SHARE_DECIMALS)
-        return replace(point, function=function, ends=point.ends[::-1], share=share, keeps=True)
-    return replace(point, function=function, keeps=True)
+    share = round(float(np.median(shares)), SHARE_DECIMALS)
+    if any(not _same_axes(run.targets, value, own) for run, value, own in zip(runs, values, shares, strict=True)):
+        return OTHER_AXES
+    configured = _configuration(runs, values, share)
+    if configured is None:
+        return OTHER_POSTURE
+    which, turns = configured
+    to = _on_path(functions[which::3], runs, values, shares, allowed)
+    if to is None or to.point is None:
+        return UNLIKE
+    point = replace(to.point, keeps=which != NEARER, turns=turns)
+    if (which == FIRST) == (share < 0.5) and which != NEARER:
+        # The way backwards: its first end is the one whose configuration counts.
+        point = replace(point, ends=point.ends[::-1], share=round(1.0 - share, SHARE_DECIMALS))
+    return replace(to, point=point)
+
+
+def _configuration(
+    runs: Sequence[PathRun], values: Sequence[TargetValue], share: float
+) -> tuple[int, Conf | None] | None:
+    """From which end of the line or arc, in all runs, an added target has its confdata.
+
+    Args:
+        values: the added target of each run, with the confdata of the posture that the arm has there.
+
+    Returns:
+        NEARER (of both ends) or FIRST (the farther end, which is then stated first), and None; or TURNED, and what is
+        to be added to the nearer end's: quarter turns of axes 1, 4 and 6, and 1 where axis 5 has the other sign. None
+        if no end of some run has a configuration that a controller accepts.
+    """
+    near, far = (0, -1) if share < 0.5 else (-1, 0)
+    pairs = list(zip(runs, values, strict=True))
+    if all(value.robconf == run.targets[near].robconf for run, value in pairs):
+        return NEARER, None
+    if all(value.robconf == run.targets[far].robconf for run, value in pairs):
+        return FIRST, None
+    turns = {_quarter_turns(run.targets[near].robconf, value.robconf) for run, value in pairs}
+    if len(turns) == 1 and None not in turns:
+        return TURNED, turns.pop()
+    accepted = (any_configuration(r.event) or compliant(v.robconf, r.targets[near].robconf) for r, v in pairs)
+    return (NEARER, None) if all(accepted) else None
+
+
+def _quarter_turns(start: Conf, there: Conf) -> Conf | None:
+    """Quarter turns of axes 1, 4 and 6 from one confdata to the other, and 1 where axis 5 has the other sign.
+
+    None where shoulder or elbow differ. They are the same for targets taught anew with the other wrist: axes 4 and 6 of
+    the whole line are then half a turn on.
+    """
+    other = start[3] ^ there[3]
+    return (there[0] - start[0], there[1] - start[1], there[2] - start[2], other) if other < 2 else None
 
 
 def on_arc(
-    function: str,
+    functions: Sequence[str],
     runs: Sequence[PathRun],
     added: Sequence[Sequence[Insertion]],
     last: Sequence[TargetValue],
     allowed: Allowed,
-) -> tuple[list[Insertion], Change] | None:
+) -> tuple[list[Insertion], Change] | str:
     """Added statements for all runs of an arc, and the change of the circle point that its own statement states.
 
-    None if no displacement of some point suits all runs.
+    The reason why there are none, if no displacement or configuration of some point suits all runs.
 
     Args:
-        function: name of the function that calculates a point on the arc.
+        functions: the names that the program has for ``ARC_FUNCTIONS``.
         added: what each run would add as numbers.
         last: the circle point of the last part in each run.
         allowed: how far off [mm] an added target may be in each run.
     """
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
-        to = _on_path((function, ""), runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
+        to = _added_point(functions, runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
+        if isinstance(to, str):
+            return to
         vias = [i.via for i in insertions if i.via is not None]
-        via = _on_path((function, ""), runs, vias, [run.via_shares[k] for run in runs], allowed)
-        if to is None or via is None:
-            return None
+        # The configuration of a circle point means nothing.
+        via = _on_path(functions[:1], runs, vias, [run.via_shares[k] for run in runs], allowed)
+        if via is None:
+            return UNLIKE
         found.append(replace(insertions[0], to=to, via=via))
-    left = _on_path((function, ""), runs, last, [run.via_shares[-1] for run in runs], allowed)
+    left = _on_path(functions[:1], runs, last, [run.via_shares[-1] for run in runs], allowed)
     statement = runs[0].event.statement
     argument = statement.argument("via")
     if left is None or argument is None:
-        return None
+        return UNLIKE
     return found, Change(statement.source, argument.span, "offset", left, left.law)
 
 

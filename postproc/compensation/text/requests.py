@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,8 +20,8 @@ from postproc.motion.path.postures import any_configuration
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.motions.units import target_poses
 from postproc.robot.arm import Robot
-from postproc.robot.configuration import confdata, within
-from postproc.robot.inverse import BOUNDARY
+from postproc.robot.configuration import confdata
+from postproc.robot.inverse import selects
 from postproc.robot.pose import displace, pose_error
 
 SLACK = 0.5  # share of the tolerance that a target may take; the rest is for the way between targets
@@ -37,12 +38,11 @@ class Requester:
 
     def __init__(self, robot: Robot, motion: Motion, exact: Exact) -> None:
         self.robot, self.motion, self.exact, self.moves = robot, motion, exact, motion.moves
-        nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, exact.q_goal)
-        crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
-        taught = [getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves]
-        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
-        self.kept = within(robot, exact.q_goal, np.array(taught), BOUNDARY / 2) & ~crossed
+        taught = np.array([getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves])
+        # At a wrist so straight that both signs of axis 5 count, the sign stays the programmer's own.
+        other = confdata(robot, np.array([m.q for m in motion.moves]))[:, 3] != taught[:, 3]
+        self.kept = selects(robot, taught, exact.q_goal) & (other | (self.conf_after[:, 3] == taught[:, 3]))
         self.T_goal = motion.samples.curves.mounts.work(exact.T_base_flange)
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
@@ -53,7 +53,7 @@ class Requester:
             move = self.moves[i]
             target = move.event.target
             if isinstance(target, RobTarget) and move.resumes_from is None:
-                # The confdata as it was taught, while the corrected joints stand where it says.
+                # The confdata as it was taught, wherever it selects the corrected posture.
                 keeps = self.kept[i] or any_configuration(move.event)
                 asked.append((i, "to", self.T_goal[i], target.robconf if keeps else conf_of(self.conf_after[i])))
         return self._requests(asked)
@@ -91,6 +91,7 @@ class Requester:
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         events = [self.moves[i].event for i, *_ in asked]
         now = [event.target if role == "to" else event.via for event, (_, role, *_) in zip(events, asked, strict=True)]
+        values = [_like(value, t) for value, t in zip(values, now, strict=True) if isinstance(t, RobTarget)]
         turns = _turns([t.rot for t in now if isinstance(t, RobTarget)], [value.pose.rot for value in values])
         return [
             TargetRequest(i, event, role, value, (x, y, z), self.within_mm[i])
@@ -134,6 +135,14 @@ class Requester:
         T[:3, 3] = circle_point(samples, written, i, float(u[0])) if beside else T[:3, 3] + shift[:3]
         T[:3, :3] = turned
         return T
+
+
+def _like(value: TargetValue, target: RobTarget) -> TargetValue:
+    """The value with the sign of the target's quaternion: q and -q are one orientation."""
+    if np.dot(value.pose.rot, target.rot) >= 0:
+        return value
+    w, x, y, z = value.pose.rot
+    return replace(value, pose=replace(value.pose, rot=(-w, -x, -y, -z)))
 
 
 def conf_of(row: Array) -> Conf:

@@ -36,10 +36,11 @@ class PathPoint:
         function: name of the routine that calculates it on the controller.
         ends: texts of start and goal, for an arc with the circle point between them.
         share: the fraction of the way.
-        axes: letters of the external axes that the ends state.
+        axes: letters of the external axes that the ends state, which move evenly along the way.
         length: line length [mm] for which the displacement is stated, if that is proportional to the square of the
             length; 0 if the displacement is the same for all lines.
         keeps: it has the configuration of the first end; else that of the nearer one.
+        turns: quarter turns of axes 1, 4 and 6 from that of the first end, and 1 where axis 5 has the other sign.
     """
 
     function: str
@@ -48,6 +49,7 @@ class PathPoint:
     axes: str = ""
     length: int = 0
     keeps: bool = False
+    turns: Conf | None = None
 
     @property
     def on_arc(self) -> bool:
@@ -113,8 +115,8 @@ class TargetRequest:
 
 Form = Literal["numbers", "amounts", "offset", "components"]
 """How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
-``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, displaced by ``Offs`` or not,
-which takes other configuration data."""
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, where ``Offs`` is a name of the
+program's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +126,7 @@ class Change:
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
         form: how it is rewritten.
-        value: the corrected target; ``components`` takes its configuration data from it, and if it has a ``point`` that
-            replaces the text.
+        value: the corrected target; if it has a ``point`` that replaces the text.
         law: formula of what is added to the position [mm], along the axes of the object or, in ``RelTool``, of the
             tool.
     """
@@ -163,6 +164,7 @@ class StatementOutcome:
         shift_mm: size of the correction at its goal.
         residual_mm: error that remains at its goal.
         edited: kind of place in the text where its correction is written.
+        conf_changed: its target or circle point has other confdata than the programmer wrote.
     """
 
     statement: MotionStatement
@@ -171,3 +173,4 @@ class StatementOutcome:
     shift_mm: float | None = None
     residual_mm: float | None = None
     edited: Place | None = None
+    conf_changed: bool = False

@@ -212,14 +212,14 @@ class Writer:
             return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target
         moved = _moved(now, value)
-        whole = TargetValue(Pose(moved.trans, moved.rot), value.robconf, now.extax)
+        whole = TargetValue(Pose(moved.trans, moved.rot), moved.robconf, now.extax)
         if slot[0] == "numbers":
             assert base.spans is not None
             return Change(base.spans.source, base.spans.whole, "numbers", whole)
         assert base.handed is not None
         source, span = base.handed.source, base.handed.span
         written = target_expression(source, span, self.program)
-        return self._offset(Change(source, span, "offset", whole), written, value.shift, now, value.robconf)
+        return self._offset(Change(source, span, "offset", whole), written, value.shift, now)
 
     def _around(self, part: Assigned, argument: ArgumentKey, law: OffsetLaw) -> Change:
         """The change that puts an offset around an argument, given by statement and role.
@@ -233,40 +233,28 @@ class Writer:
         statement: MotionStatement = request.event.statement
         place = statement.argument(argument[1])
         assert place is not None
-        written = self.expression(argument)
-        slot = part.assignment.slot_of[rows[0]]
-        value = part.assignment.slots.get(slot) if slot is not None else None
-        conf = request.target.robconf if value is None else value.robconf
-        asked = {part.requests[row].value.robconf for row in rows}
-        own = written.stated and len(asked) == 1 and asked != {conf}
-        form = "components" if own else written.form or "components"
+        form = self.expression(argument).form
+        assert form is not None
         return Change(statement.source, place.span, form, request.value, law)
 
     @staticmethod
-    def _offset(
-        change: Change, written: TargetExpression, shift: Array, now: RobTarget, robconf: tuple[int, int, int, int]
-    ) -> Change:
+    def _offset(change: Change, written: TargetExpression, shift: Array, now: RobTarget) -> Change:
         """A copy of a change with a constant offset ``shift`` (3,) [mm] in object axes, in the form the text allows.
 
         Args:
             written: how the text can be changed.
             now: present value of the target.
-            robconf: the configuration that it shall have.
         """
         along = shift
         if written.in_tool:
             along = Rotation.from_quat(now.rot, scalar_first=True).inv().apply(shift)
         x, y, z = np.asarray(along).tolist()
-        form = written.form or "components"
-        if robconf != now.robconf and written.stated:
-            form = "components"
-        return replace(change, form=form, law=OffsetLaw((x, y, z)))
+        return replace(change, form=written.form or "components", law=OffsetLaw((x, y, z)))
 
 
 def _moved(target: RobTarget, value: SlotValue) -> RobTarget:
-    """A target shifted and turned by a value for its slot (place with its numbers), with that value's configuration."""
+    """A target shifted and turned by a value for its slot (place with its numbers), in the configuration it states."""
     x, y, z = value.shift.tolist()
     w, a, b, c = Rotation.from_rotvec(value.turn).as_quat(scalar_first=True).tolist()
-    return replace(
-        target, trans=add(target.trans, (x, y, z)), rot=quat_mult((w, a, b, c), target.rot), robconf=value.robconf
-    )
+    rot, robconf = quat_mult((w, a, b, c), target.rot), value.robconf or target.robconf
+    return replace(target, trans=add(target.trans, (x, y, z)), rot=rot, robconf=robconf)

@@ -226,7 +226,7 @@ def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tup
 
     Joint angles are NaN where the curve is laid in space, so that inverse kinematics has to find them.
     """
-    q, T = np.full((len(u), 6), np.nan), _in_space(curves, move, u)
+    q, T = np.full((len(u), 6), np.nan), pose_in_space(curves, move, u)
     rows = np.flatnonzero(curves.joint[move] | curves.wrist[move])
     if len(rows):
         q[rows] = joints_at(curves, move[rows], u[rows])
@@ -238,8 +238,8 @@ def joints_and_poses(robot: Robot, curves: Curves, move: Index, u: Array) -> tup
     return q, T
 
 
-def _in_space(curves: Curves, move: Index, u: Array) -> Array:
-    """T_work_tcp (n, 4, 4) on lines and arcs of index ``move`` (n,) at fractions ``u`` (n,).
+def pose_in_space(curves: Curves, move: Index, u: Array) -> Array:
+    """T_work_tcp (n, 4, 4) on lines and arcs of index ``move`` (n,) at fractions ``u`` (n,), no axis interpolated.
 
     The orientation turns evenly from start to goal, on arcs relative to the path.
     """

@@ -48,17 +48,21 @@ class World:
         seed: of this world.
         taught: keys of the declarations that an operator may touch up or set: those of the original program.
         words: values that a string may have: those of the program's text.
+        chosen: values of declared data that are not those of the text, by key.
     """
 
-    def __init__(self, seed: int, taught: frozenset[str], words: Sequence[str] = ()) -> None:
+    def __init__(
+        self, seed: int, taught: frozenset[str], words: Sequence[str] = (), chosen: Mapping[str, Data] | None = None
+    ) -> None:
         """Make a world from its seed; nothing is drawn yet.
 
         Args:
-            taught: keys of data that an operator may change; words: that a string may be.
+            taught: keys of data that an operator may change; words: that a string may be; chosen: values by key.
         """
         self.seed = seed
         self.taught = taught
         self.words = words
+        self.chosen = chosen or {}
         self.counts: dict[str, int] = {}
         self.left: dict[tuple[str, int, bool], Data] = {}
         """What the last run or something unseen has left in data, by how often that may have been and which it was."""
@@ -149,6 +153,8 @@ class WorldDeclared(DeclaredValues):
             Unknown: the declaration gives none.
         """
         value = super().initial(declaration, span, home)
+        if declaration.key in self.world.chosen and span == declaration.init:
+            return replace(value, data=self.world.chosen[declaration.key])
         if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
             return value
         drawn = self.world.generator(declaration.key)

@@ -13,7 +13,7 @@ from postproc.compensation.conversion import RunTimeFigures
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.options import Options
 from postproc.compensation.plan import CorrectionPlan
-from postproc.compensation.text.path_points import ARC_FUNCTION, LINE_FUNCTIONS
+from postproc.compensation.text.path_points import ARC_FUNCTIONS, LINE_FUNCTIONS
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
@@ -39,7 +39,7 @@ from postproc.runtime.written import RunTimeModule, write_module
 PAYLOAD = "ppPayload"
 HEADER = re.compile(rb"^[ \t]*!\s*postproc \d++\.\d++[^\r\n]*compensated", re.MULTILINE)
 # The functions that added targets call stay where somebody takes the header out.
-_NAMES = "|".join([*LINE_FUNCTIONS, ARC_FUNCTION]).encode()
+_NAMES = "|".join([*LINE_FUNCTIONS, *ARC_FUNCTIONS]).encode()
 ADDED = re.compile(rb"^[ \t]*+(?i:(?:LOCAL[ \t]++)?FUNC[ \t]++\w++[ \t]++(?:%b)\d*+[ \t]*+\()" % _NAMES, re.MULTILINE)
 TRIED, LEVEL = 64, 0.01  # positions of external axes, change of gravity [m/s2] that is none
 

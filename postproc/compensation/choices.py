@@ -1,0 +1,237 @@
+"""What the corrections do where open data has another of its known values: `TEST nPart` chooses a target.
+
+The program is followed with the value in the file. PERS data that nothing in the files writes may have another one:
+those that the program itself compares it with, and the indices of arrays that it chooses from. With each of them, one
+datum at a time, original and written program are followed; where the arm then comes to another goal, the model says how
+far from it the TCP is without and with what is written.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensation.judgement.transitions import finding
+from postproc.compensation.plan import CorrectionPlan
+from postproc.compensation.reading import read_motion, without_impossible
+from postproc.diagnostics import Diagnostic
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.records import RobTarget
+from postproc.rapid.data.values import Data
+from postproc.rapid.execution.follower import WorldMotion, follow
+from postproc.rapid.execution.interpreter import AddedMotions
+from postproc.rapid.execution.worlds import PLAIN, World
+from postproc.rapid.program.program import Program, read_again, statements_of
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.syntax.nodes import Declaration
+
+MOST_VALUES = 12  # that are followed; a program with more has a number that is no choice
+SAME_MM = 1.0  # from a goal that is followed anyway: that is no other place
+_NUMBER = re.compile(r"(?<![\w.{])-?\d+(?:\.\d+)?(?![\w.])")
+_STRING = re.compile(r'"([^"\n]*)"')
+
+
+@dataclass(frozen=True, slots=True)
+class OtherGoal:
+    """A corrected statement at another goal.
+
+    Args:
+        name, value: of the data that leads there.
+        event: the execution as it is corrected, with that goal and the frames and tool there.
+        written: the goal that the written program gives it.
+    """
+
+    name: str
+    value: Data
+    event: MotionEvent
+    written: RobTarget
+
+
+def check_choices(
+    model: Model, program: Program, events: Sequence[MotionEvent], drafts: Mapping[str, bytes], plan: CorrectionPlan
+) -> list[Diagnostic]:
+    """CMP023, a warning, at statements whose correction leaves more at another known goal than none would.
+
+    Each has the goal at which it loses most.
+
+    Args:
+        events: all of the program.
+        drafts: text of the written files by path.
+    """
+    goals = _other_goals(program, events, drafts, plan)
+    if not goals:
+        return []
+    worst: dict[StatementKey, tuple[float, OtherGoal, float, float]] = {}
+    for goal, (without, with_) in zip(goals, 1e3 * _deviations(model, goals, plan), strict=True):
+        key, allowed = goal.event.statement.key, 1e3 * plan.motion.options.tolerance_m
+        loses = float(with_ - without)
+        if loses > allowed and loses > worst.get(key, (0.0,))[0]:
+            worst[key] = loses, goal, float(without), float(with_)
+    return [_finding(goal, without, with_) for _, goal, without, with_ in worst.values()]
+
+
+def _finding(goal: OtherGoal, without: float, with_: float) -> Diagnostic:
+    """CMP023 at the statement, with the deviation [mm] at the other goal without and with its correction."""
+    match goal.value:
+        case bool():
+            shown = str(goal.value).upper()
+        case float():
+            shown = f"{goal.value:g}"
+        case _:
+            shown = f'"{goal.value}"'
+    text = (
+        f"where `{goal.name}` is {shown}, its correction leaves {with_:.2f} mm, and none would leave {without:.2f} mm"
+    )
+    help_ = "give each of these goals a target of its own, or correct the program with each value in the file"
+    return finding("CMP023", "warning", goal.event.statement, text, help_, length_mm=with_)
+
+
+def known_values(program: Program, written: Set[str]) -> list[tuple[Declaration, Data]]:
+    """PERS data that decides, with each value that the program knows for it; at most ``MOST_VALUES`` in all.
+
+    Known are the numbers and texts that its conditions compare it with (in a comparison by size also the numbers next
+    to them), both truths, and the indices of an array that it chooses from.
+
+    Args:
+        written: keys of the data that the program may write, which is followed as it is set.
+    """
+    open_ = [d for d in program.declarations if _open(d) and d.key not in written]
+    if not open_:
+        return []
+    conditions = [*_conditions(program)]
+    texts = [source.data.decode("latin-1") for source in program.sources]
+    sizes = {d.name.lower(): d for d in program.declarations if len(d.dims) == 1}
+    found: list[tuple[Declaration, Data]] = []
+    for d in open_:
+        name = re.compile(rf"(?<![\w.]){re.escape(d.name)}(?!\w)", re.IGNORECASE)
+        own = [text for text in conditions if name.search(text)]
+        values: list[Data] = []
+        if d.type == "bool" and own:
+            values = [True, False]
+        elif d.type == "string":
+            values = [word for text in own for word in _STRING.findall(text)]
+        elif d.type in ("num", "dnum"):
+            for text in own:
+                numbers = [float(number) for number in _NUMBER.findall(_STRING.sub("", text))]
+                sized = re.search(r"<(?!>)|(?<!<)>", text) is not None
+                values += [n + step for n in numbers for step in ((-1, 0, 1) if sized else (0,))]
+            for array in {m[1].lower() for text in texts for m in _index(d.name).finditer(text)}:
+                values += [float(k + 1) for k in range(_size(sizes.get(array)))]
+        found += [(d, value) for value in dict.fromkeys(values)]
+    return found if len(found) <= MOST_VALUES else []
+
+
+def _open(declaration: Declaration) -> bool:
+    """Whether an operator may set data: one number, truth or text that stays when the program ends."""
+    return declaration.storage == "PERS" and declaration.type in PLAIN and not declaration.dims
+
+
+def _index(name: str) -> re.Pattern[str]:
+    """What finds the names of arrays of which data ``name`` alone is the index."""
+    return re.compile(rf"(\w+)\s*\{{\s*{re.escape(name)}\s*\}}", re.IGNORECASE)
+
+
+def _size(declaration: Declaration | None) -> int:
+    """Number of elements of an array whose size stands as a number, else 0."""
+    if declaration is None:
+        return 0
+    text = declaration.source.data[slice(*declaration.dims[0])].strip()
+    return int(text) if text.isdigit() else 0
+
+
+def _conditions(program: Program) -> Iterator[str]:
+    """The texts of the conditions of IF, and of a TEST with all its values, one for each statement."""
+    for routine in program.all_routines():
+        for statement in statements_of(routine):
+            if statement.kind in ("if", "test"):
+                spans = (*statement.parts, *(span for branch in statement.branches for span in branch.conditions))
+                yield "\n".join(routine.source.data[slice(*span)].decode("latin-1") for span in spans)
+
+
+def _other_goals(
+    program: Program, events: Sequence[MotionEvent], drafts: Mapping[str, bytes], plan: CorrectionPlan
+) -> list[OtherGoal]:
+    """Goals of corrected statements that are not followed in the file's world, each once."""
+    if not any(_open(d) for d in program.declarations):
+        return []
+    effects = WriteEffects(program)
+    values = known_values(program, effects.may_be_written)
+    if not values:
+        return []
+    corrected = {move.event.statement.key: move.event for move in plan.motion.moves}
+    corrected = {key: event for key, event in corrected.items() if key in plan.places and key not in plan.left}
+    seen: dict[StatementKey, list[MotionEvent]] = {}
+    for event in events:
+        seen.setdefault(event.statement.key, []).append(event)
+    written = read_again(program, drafts)
+    added: dict[StatementKey, int] = {}
+    for insertion in plan.insertions:
+        added[insertion.statement.key] = added.get(insertion.statement.key, 0) + 1
+    planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
+    numbers = {s.key: i for i, s in enumerate(program.statements)}
+    own = {s.key: key for s, key in zip(written.statements, planned, strict=False) if key is not None}
+    ordinals = {key: numbers[of] for key, of in own.items()}
+    routines, again = AddedMotions.between(program, written), WriteEffects(written)
+    entry = plan.motion.options.entry
+    found: list[OtherGoal] = []
+    for declaration, value in values:
+        world = {declaration.key: value}
+        before = follow(program, entry, World(0, frozenset(), chosen=world), numbers, effects)
+        after = follow(written, entry, World(0, frozenset(), chosen=world), ordinals, again, routines)
+        kept = [motion for motion in after if motion.statement.key in own]
+        for motion, other in zip(before, kept, strict=False):
+            key = motion.statement.key
+            if own[other.statement.key] != key:
+                break
+            there = _at(corrected[key], motion, seen[key]) if key in corrected else None
+            if there is not None and isinstance(other.target, RobTarget):
+                seen[key].append(there)
+                found.append(OtherGoal(declaration.name, value, there, other.target))
+    return found
+
+
+def _at(event: MotionEvent, motion: WorldMotion, known: Sequence[MotionEvent]) -> MotionEvent | None:
+    """The execution of a statement at the goal of a motion in another world; None where that goal is known."""
+    if not isinstance(motion.target, RobTarget) or motion.tool is None or motion.wobj is None:
+        return None
+    force = replace(event.in_force, tool=motion.tool, wobj=motion.wobj, displacement=motion.displacement)
+    for other in known:
+        if (
+            isinstance(other.target, RobTarget)
+            and math.dist(other.target.trans, motion.target.trans) < SAME_MM
+            and (other.wobj, other.displacement, other.tool) == (force.wobj, force.displacement, force.tool)
+        ):
+            return None
+    return replace(event, target=motion.target, via=None, in_force=force, first=True, resumes_from=None, reason=None)
+
+
+def _deviations(model: Model, goals: Sequence[OtherGoal], plan: CorrectionPlan) -> Array:
+    """(n, 2) distance [m] of the TCP from other goals without and with what is written; zero where the arm cannot come.
+
+    Moves are taken alone and at rest.
+    """
+    result = np.zeros((len(goals), 2))
+    events = [e for goal in goals for e in (goal.event, replace(goal.event, target=goal.written))]
+    options = replace(plan.motion.options, inertia=False)
+    motion, findings = read_motion(model, events, options)
+    if motion is None:
+        events, _ = without_impossible(events, findings)
+        motion, _ = read_motion(model, events, options)
+    if motion is None:
+        return result
+    samples = motion.samples
+    real = predict(model, motion.at(samples.goal))[:, :3, 3]
+    wanted = samples.mounts_at(samples.goal).base_tcp(samples.T_work_tcp[samples.goal])[:, :3, 3]
+    at = {move.row: k for k, move in enumerate(motion.moves)}
+    for i in range(len(goals)):
+        if 2 * i in at and 2 * i + 1 in at:
+            place = wanted[at[2 * i]]
+            result[i] = [np.linalg.norm(real[at[row]] - place) for row in (2 * i, 2 * i + 1)]
+    return result
