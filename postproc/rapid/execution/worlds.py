@@ -242,8 +242,8 @@ class WorldMemory(Memory):
             drawn = self.world.next(name.name)
             if bound is None:
                 return Value(float(drawn.randint(0, 1)), "num")
-            data = of_one(self.world.varied(zero(bound.type, self.records), bound.type, self.records, drawn), bound.rank)
-            value = self.frame.bindings[name.name] = Value(data, bound.type, bound.rank)
+            data = self.world.varied(zero(bound.type, self.records), bound.type, self.records, drawn)
+            value = self.frame.bindings[name.name] = Value(of_one(data, bound.rank), bound.type, bound.rank)
             return value
 
     def call(self, call: Call) -> Value | None:
