@@ -65,12 +65,14 @@ class ProgramOptions(RobotOptions):
 
     Attributes:
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        alone: read no data along that the program lacks and a file near it declares.
         taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
 
     side_files: SideFiles = ()
+    alone: Flag = False
     taught: Taught = ()
     cell: CellFile = None
     free_axes: FreeAxes = ""
@@ -80,6 +82,7 @@ class ProgramOptions(RobotOptions):
         return {
             **super()._stated(),
             "side_files": list(map(str, self.side_files)) or None,
+            "alone": self.alone or None,
             "taught": split_names(self.taught) or None,
             "cell": self.cell and str(self.cell),
             "free_axes": self.free_axes.lower() or None,
