@@ -131,6 +131,7 @@ class Matter(Enum):
     NOT_WHOLE = auto()  # a part of the model that does not hold for the program
     CONTROLLER = auto()  # what the controller does, or could do
     OFF = auto()  # a statement that stays farther off than its tolerance
+    READ_ALONG = auto()  # a file near a program that declares what it lacks
     UNREADABLE = auto()  # an input that cannot be read now, and is not gone
     EDITED = auto()  # a file that somebody changed where it is written anew
 

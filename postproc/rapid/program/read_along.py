@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
 
-from postproc.diagnostics import Diagnostic, Source, Span, has_errors
+from postproc.diagnostics import Diagnostic, Matter, Source, Span, has_errors
 from postproc.rapid.data.predefined import PREDEFINED
 from postproc.rapid.program.program import Program, names_of, read_program
 from postproc.rapid.program.scopes import is_shared, shared_name
@@ -212,7 +212,7 @@ def _declares(path: str, items: Sequence[_Item]) -> Diagnostic:
     """RAP038: what of a file is read along."""
     text = f"`{path}` near it is read along: it declares {_named(item.name for item in items)}"
     help_ = "it stays as it is; `--alone` reads no file that is not named"
-    return Diagnostic("RAP038", "info", text, help=help_)
+    return Diagnostic("RAP038", "info", text, help=help_, matter=Matter.READ_ALONG)
 
 
 def _differ(files: Sequence[str], names: Iterable[str]) -> Diagnostic:
