@@ -124,6 +124,7 @@ class Matter(Enum):
     UNDECLARED = auto()  # data that has no value in any of the files
     UNSEEN = auto()  # a routine in none of the files, which is taken to do nothing
     UNFOLLOWABLE = auto()  # a way to a target that the arm cannot follow as it is programmed
+    CELL = auto()  # what holds tool and work or moves them, which no other value of a target changes
     MEASURED = auto()  # data that the program itself measures
     TAUGHT_MOVED = auto()  # data that is to be taught, and that the program moves
     LEFT = auto()  # a statement that is left as it is
