@@ -464,8 +464,8 @@ def test_equal_targets_in_two_elements_are_two_places(loop: str, goal: str) -> N
 
 
 def test_an_array_that_was_never_taught_is_left() -> None:
-    """No element of it has a place: the statement has no event when the loop comes to it again."""
-    body = f"MoveJ {target(1290, -440, 730)},v200,fine,tT;\nWHILE DInput(di1)=0 DO\nrSub;\nMoveL st{{n}},v50,fine,tT;\nrSub;\nENDWHILE\nFOR i FROM 1 TO 3 DO\nrSub;\nENDFOR"
-    more = "  PROC rSub()\n    n:=n+1;\n    MoveL st{n},v50,fine,tT;\n  ENDPROC\n"
-    found = convert(module("VAR robtarget st{3};\nVAR num n;", body, more))
-    assert [o.status for o in found.outcomes] == ["compensated", "skipped", "skipped"]
+    """No element of it has a place: the statement has no event when the program comes to it again."""
+    body = f"MoveJ {target(1290, -440, 730)},v200,fine,tT;\nrSub;\nWHILE TRUE DO\nWaitTime 1;\nENDWHILE\nrSub;"
+    more = "  PROC rSub()\n    MoveL st{n},v50,fine,tT;\n  ENDPROC\n"
+    found = convert(module("VAR robtarget st{3};", body, more))
+    assert [o.status for o in found.outcomes] == ["compensated", "skipped"]

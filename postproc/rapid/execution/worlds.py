@@ -16,7 +16,7 @@ from functools import partial
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.arm import BY_ARM
-from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.data.records import RobTarget
 from postproc.rapid.data.values import Data, Fields, Value, part_types, single, zero
 from postproc.rapid.evaluation.declared import DeclaredValues, Home
@@ -32,7 +32,7 @@ PLAIN = ("bool", "num", "dnum", "string")  # types of VAR data that an operator 
 BESIDE_MM = 200.0
 FEW = 9  # the largest number that an input gives
 ON_OR_OFF = frozenset({"dinput", "doutput"})
-TRUTHS = frozenset({"testdi", "isstoppos", "ismechunitactive", "ispers", "isfile", "present", "indinpos", "strmemb"})
+TRUTHS = frozenset({"ispers", "present", "strmemb"})  # of those that are no run-time functions
 PLACES = {
     "crobt": "robtarget", "calcrobt": "robtarget", "cpos": "pos", "cjointt": "jointtarget", "calcjointt": "jointtarget",
 }  # fmt: skip
@@ -257,8 +257,11 @@ class WorldMemory(Memory):
         drawn = self.world.next(f"{call.name}(")
         if call.name in ON_OR_OFF:
             return Value(float(drawn.randint(0, 1)), "num")
-        if call.name in TRUTHS:
+        kind = RUN_TIME.get(call.name, "")
+        if call.name in TRUTHS or kind == "bool":
             return Value(drawn.random() < 0.5, "bool")
+        if kind == "string":
+            return Value(self.world.varied("", kind, self.records, drawn), kind)
         if call.name in BY_ARM:
             with suppress(Unknown):
                 arguments = tuple(evaluate(argument, self).data for argument in call.arguments)
