@@ -282,3 +282,11 @@ def test_external_axes_are_listed(call: Call, tmp_path: Path) -> None:
     given = ("inspect", tmp_path / "cell.mod", "--robot", "irb4600_60_205", "--free-axes", "ac")
     assert ", eax_a 150.5, eax_c -20;" in call(*given).out
     assert json.loads(call(*given, "--json").out)["statements"][0]["external_axes"] == {"a": 150.5, "c": -20.0}
+
+
+def test_what_is_commonly_meant_is_named(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "a.mod"
+    path.write_text(SHARED)
+    assert "say `--in-place` to write over the program" in call("compensate", path, "-o", path).err
+    told = call("batch", tmp_path, "-o", tmp_path / "out", "--check").err
+    assert "--channel" not in told and "they belong to `postproc compensate`" in told

@@ -12,6 +12,7 @@ from postproc.cli.program_options import TaskOptions
 from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
+from postproc.files import place
 from postproc.process import load_scipy
 
 
@@ -49,6 +50,9 @@ def run(
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
+    if output is not None and program != STDIN and place(output) == place(Path(program)):
+        help_ = "choose another name; or say `--in-place` to write over the program"
+        raise PostprocError.of("CLI007", f"the output `{output}` is the input `{program}`", help=help_)
     form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
