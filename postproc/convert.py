@@ -106,7 +106,11 @@ class _Text:
 
 
 def compensate_program(
-    source: Source | Sequence[Source], model: Model, options: Options, watch: Watch = unwatched
+    source: Source | Sequence[Source],
+    model: Model,
+    options: Options,
+    watch: Watch = unwatched,
+    findings: Sequence[Diagnostic] = (),
 ) -> Conversion:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
@@ -114,9 +118,11 @@ def compensate_program(
         source: one file, or all files of a task; each of them that is not read only may change.
         model: the real arm.
         watch: is called with the name of each step and the share of the work done so far.
+        findings: on how its files were read; they come before those of the conversion.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
     done = _converted(sources, model, options, watch)
+    done = replace(done, diagnostics=(*findings, *done.diagnostics))
     return replace(done, report=conversion_values(done))
 
 

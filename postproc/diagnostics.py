@@ -124,6 +124,7 @@ class Matter(Enum):
     UNDECLARED = auto()  # data that has no value in any of the files
     UNSEEN = auto()  # a routine in none of the files, which is taken to do nothing
     UNFOLLOWABLE = auto()  # a way to a target that the arm cannot follow as it is programmed
+    CELL = auto()  # what holds tool and work or moves them, which no other value of a target changes
     MEASURED = auto()  # data that the program itself measures
     TAUGHT_MOVED = auto()  # data that is to be taught, and that the program moves
     LEFT = auto()  # a statement that is left as it is
@@ -131,6 +132,7 @@ class Matter(Enum):
     NOT_WHOLE = auto()  # a part of the model that does not hold for the program
     CONTROLLER = auto()  # what the controller does, or could do
     OFF = auto()  # a statement that stays farther off than its tolerance
+    READ_ALONG = auto()  # a file near a program that declares what it lacks
     UNREADABLE = auto()  # an input that cannot be read now, and is not gone
     EDITED = auto()  # a file that somebody changed where it is written anew
 

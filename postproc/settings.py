@@ -30,6 +30,7 @@ class Settings:
         robot_from: what names the arm: an option, or a file.
         effects: Python files with effects.
         side_files: modules with tools and frames that are read along and never written.
+        alone: no data is read along that a program lacks and a file near it declares.
         another_arm: ``robot`` is meant to be another arm than that of ``model``.
         stated_in: settings files that these settings come from, found from the program's folder upwards.
         inherited: (key, value as text) of what such a file states and no inner layer overrides.
@@ -44,6 +45,7 @@ class Settings:
     another_arm: bool = False
     effects: tuple[Path, ...] = ()
     side_files: tuple[Path, ...] = ()
+    alone: bool = False
     stated_in: tuple[Path, ...] = ()
     inherited: tuple[tuple[str, str], ...] = ()
     cell: Path | None = None

@@ -32,6 +32,7 @@ class StatedSettings(FileTable):
         model: model file of the real arm, or `controller`: the joint compliances in the backup's configuration.
         robot: arm of the library, or its file.
         side_files: modules that are read along for what they declare, never changed.
+        alone: whether no data is read along that a program lacks and a file near it declares.
         force, moment: on the TCP in base axes [N], [N m].
         force_on: along the whole program, or while the arc burns.
         inertia: whether the deflection under sustained acceleration is compensated.
@@ -56,6 +57,7 @@ class StatedSettings(FileTable):
     model: str | None = None
     robot: str | None = None
     side_files: Annotated[list[str] | None, Field(alias="with")] = None
+    alone: bool | None = None
     force: Vec3 | None = None
     moment: Vec3 | None = None
     force_on: Literal["all", "arc"] | None = None
@@ -145,6 +147,8 @@ def with_choices(settings: Settings, choices: StatedSettings, root: Path, origin
     chosen = replace(chosen, inherited=tuple((key, text) for key, text in settings.inherited if key not in stated))
     if choices.cell is not None:
         chosen = replace(chosen, cell=root / choices.cell)
+    if choices.alone is not None:
+        chosen = replace(chosen, alone=choices.alone)
     if choices.side_files is not None:
         chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
     return chosen

@@ -10,7 +10,7 @@ import numpy as np
 from postproc import __version__
 from postproc.batch.values import Batch, Shard, TaskOutcome
 from postproc.batch.work import MEASURED
-from postproc.diagnostics import Finding
+from postproc.diagnostics import Finding, Matter
 from postproc.grouping import grouped
 from postproc.report.blocks import Chart, DataTable, Document, Figure, Section, Values
 from postproc.report.drawing.charts import histogram
@@ -64,6 +64,9 @@ def batch_document(
     note = "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
     warned = [(name, found) for name, found in told if found.severity == "warning"]
     kinds = DataTable("warnings", ("how many", "programs", *FINDING), _kinds(warned))
+    along = [(name, found.message) for name, found in told if found.matter is Matter.READ_ALONG]
+    lent = DataTable("read along", ("program", "what"), along, range(min(MOST, len(along))))
+    sections.append(Section("Read along", [lent]))
     sections += [Section("Warnings", [kinds], note), made_section(made or {})]
     return Document(
         title=f"postproc batch {name}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import astuple, dataclass, fields, is_dataclass, replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from itertools import chain
@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from postproc.batch.nearby import read_nearby
 from postproc.batch.values import Job, Task, page_of
 from postproc.diagnostics import Source
 from postproc.files import read_source, real, resource
 from postproc.model.arm import Model
+from postproc.rapid.program.read_along import ReadAlong
 from postproc.rapid.program.shared_data import data_elsewhere, lent_values
 from postproc.render.templates import environment
 from postproc.robot.controller import read_quietly
@@ -93,12 +95,15 @@ def read_job(root: Path, task: Task, converter: Converter, page: bool = False) -
     given = {real(root / name) for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
     others = [tuple(Source(name, read_quietly(root / name)) for name in names) for names in task.beside]
-    elsewhere = data_elsewhere([*own, *shared], others)
     shared += lent_values([*own, *shared], lambda: chain.from_iterable(others))
+    along = ReadAlong() if converter.settings.alone else read_nearby([*own, *shared], root)
+    shared += along.sources
+    elsewhere = replace(data_elsewhere([*own, *shared], others), read_along=along.written)
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
-    key = _digest((converter.fingerprint, content, sorted(elsewhere.shared), sorted(elsewhere.written)))
+    said = [d.message for d in along.findings]
+    key = _digest((converter.fingerprint, content, *map(sorted, astuple(elsewhere)), said))
     options = replace(converter.settings.options, elsewhere=elsewhere)
-    job = Job(task.name, key, (*own, *shared), converter.model, options)
+    job = Job(task.name, key, (*own, *shared), converter.model, options, findings=along.findings)
     return replace(job, page=page_of(task.name), made=made_with(converter.settings)) if page else job
 
 

@@ -152,7 +152,10 @@ def run_batch(ready: Ready, pool: Pool, tell: Callable[[TaskOutcome], None]) -> 
             task = tasks[line.name]
             found = converters[task.name]
             first = [*task.findings, *ready.said.get(task.name, ())]
-            told = (*(d.finding for d in first), *(_with_file_nearby(plan.root, finding) for finding in line.findings))
+            told = (
+                *(d.finding for d in first),
+                *(_with_file_nearby(plan.root, task, finding) for finding in line.findings),
+            )
             arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
             page = page_of(task.name) if page_of(task.name) in line.outputs else None
             outcomes.append(TaskOutcome(task, line.status, cached, line.figures, told, arm, page))
@@ -202,15 +205,15 @@ def _prepare(root: Path, task: Task, converter: Converter | PostprocError, page:
         return failed(task.name, "", *error.diagnostics, final=False)
 
 
-def _with_file_nearby(root: Path, finding: Finding) -> Finding:
+def _with_file_nearby(root: Path, task: Task, finding: Finding) -> Finding:
     """Return a finding; if it is about data that a file nearby declares, its help names that file.
 
     Args:
-        root: folder of the batch.
+        root: folder of the batch. task: which the finding is about.
     """
     told = None
-    if finding.matter is Matter.UNDECLARED and finding.path is not None:
-        told = help_nearby(finding.name, root / finding.path)
+    if finding.matter is Matter.UNDECLARED:
+        told = help_nearby(finding.name, [root / name for name in (*task.files, *task.shared)])
     return finding if told is None else replace(finding, help=told)
 
 

@@ -75,6 +75,7 @@ class Job:
         model: the pickled model.
         page: path of its HTML page in the output tree, None for none.
         made: what the page says it was made with (model, loads, options) as label and text.
+        findings: on the files that are read along.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Job:
     options: Options = field(default_factory=Options)
     page: str | None = None
     made: Mapping[str, str] = field(default_factory=dict)
+    findings: tuple[Diagnostic, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

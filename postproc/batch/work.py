@@ -51,7 +51,9 @@ def convert(job: Job) -> Result:
     from postproc.convert import compensate_program
 
     try:
-        done = compensate_program(job.sources, _model(job.model, threading.get_ident()), job.options)
+        done = compensate_program(
+            job.sources, _model(job.model, threading.get_ident()), job.options, findings=job.findings
+        )
         page = {} if job.page is None or done.plan is None else {job.page: _page(job, done)}
     except PostprocError as error:
         return failed(job.name, job.key, *error.diagnostics)

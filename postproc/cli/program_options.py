@@ -1,14 +1,14 @@
-"""What is asked for where programs are read: the real arm, what is read along, what acts on the arm."""
+"""What is asked for where programs are read: what is read along, what acts on the arm, how near it has to come."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.options import (
+from postproc.cli.options import (  # noqa: F401 - types of the fields of `RobotOptions`, too
     CellFile,
     EffectFiles,
     Flag,
@@ -23,39 +23,7 @@ from postproc.cli.options import (
     parse_vector,
     split_names,
 )
-
-if TYPE_CHECKING:
-    from postproc.settings import Settings
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class RobotOptions:
-    """The real arm.
-
-    Attributes:
-        model: TOML file of the real arm, or controller: joint compliances of Absolute Accuracy in the backup. Default:
-            the shipped model of the arm, with elastic joints.
-        robot: arm of the library, in place of the model's. Default: that of the controller's backup.
-        model_of_another_arm: with --robot: the model was made for another arm, and is meant for this one all the same.
-    """
-
-    model: ModelFile = None
-    robot: str | None = None
-    model_of_another_arm: Flag = False
-    effects: EffectFiles = ()
-
-    def _stated(self) -> dict[str, Any]:
-        """Return these options by the keys of ``postproc.toml``; None where one was not given."""
-        return {"model": self.model and str(self.model), "robot": self.robot}
-
-    def settings_at(self, place: Path, entry: str | None = None) -> Settings:
-        """Return the settings of programs in a folder: its ``postproc.toml``, then these options and `entry`."""
-        from postproc.settings_files import StatedSettings, settings_at, with_choices
-
-        chosen = with_choices(settings_at(place), StatedSettings.model_construct(None, **self._stated()), Path())
-        options = replace(chosen.options, entry=entry)
-        return replace(chosen, effects=self.effects, another_arm=self.model_of_another_arm, options=options)
+from postproc.cli.robot_options import RobotOptions
 
 
 @Parameter(name="*")
@@ -65,12 +33,14 @@ class ProgramOptions(RobotOptions):
 
     Attributes:
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        alone: read no data along that the program lacks and a file near it declares.
         taught: data that calibration and teach routines of the program set to the value in its file, NAME[,NAME..].
         cell: what carries the arm and its work: TOML file with [[external_axes]], controller's backup, or its MOC.cfg.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
 
     side_files: SideFiles = ()
+    alone: Flag = False
     taught: Taught = ()
     cell: CellFile = None
     free_axes: FreeAxes = ""
@@ -80,6 +50,7 @@ class ProgramOptions(RobotOptions):
         return {
             **super()._stated(),
             "side_files": list(map(str, self.side_files)) or None,
+            "alone": self.alone or None,
             "taught": split_names(self.taught) or None,
             "cell": self.cell and str(self.cell),
             "free_axes": self.free_axes.lower() or None,

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.batch.contradictions import contradictions
 from postproc.batch.discover import task_around, with_arm
-from postproc.batch.nearby import arm_nearby, help_nearby
+from postproc.batch.nearby import arm_nearby, help_nearby, read_nearby
 from postproc.cli.inputs import read_source
+from postproc.cli.output import check_outputs
 from postproc.cli.printing import say, show
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
 from postproc.files import real
 
 if TYPE_CHECKING:
+    from postproc.compensation.options import Options
     from postproc.model.arm import Model
     from postproc.settings import Settings
 
@@ -54,17 +56,39 @@ def check_unchanged(source: Source) -> None:
         raise PostprocError.of("CLI015", text, help="run the command again", exit_code=1)
 
 
-def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the findings; those about data without a value name the file nearby that declares it, if any."""
-    return [_named(d) if d.matter is Matter.UNDECLARED else d for d in diagnostics]
+def named_files(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> list[Diagnostic]:
+    """Return the findings; those about data without a value name the file nearby that declares it, if any.
+
+    Args:
+        sources: all that was read of the program.
+    """
+    paths = [Path(source.path) for source in sources]
+    texts = ((d, help_nearby(d.name, paths) if d.matter is Matter.UNDECLARED else None) for d in diagnostics)
+    return [d if text is None else replace(d, help=text) for d, text in texts]
 
 
-def _named(finding: Diagnostic) -> Diagnostic:
-    """Return a finding whose help names the file nearby that declares the data, if there is one."""
-    if finding.source is None or finding.span is None:
-        return finding
-    told = help_nearby(finding.name, Path(finding.source.path))
-    return finding if told is None else replace(finding, help=told)
+def read_task(
+    program: Source, settings: Settings, *outputs: Path | None
+) -> tuple[list[Source], Options, Sequence[Diagnostic]]:
+    """Read what runs with a program: side files, and the declarations near it of what it lacks.
+
+    Args:
+        outputs: files that will be written; none of them may be one that is read along.
+
+    Returns:
+        The program and all that is read with it; the options, completed by what code outside may write of that; and
+        findings on what is read along.
+
+    Raises:
+        PostprocError: a side file cannot be read, or an output is a file that is read along.
+    """
+    sources = [program, *read_lent(settings.side_files, program.path)]
+    if settings.alone:
+        return sources, settings.options, ()
+    along = read_nearby(sources)
+    check_outputs([source.path for source in along.sources], *outputs)
+    elsewhere = replace(settings.options.elsewhere, read_along=along.written)
+    return [*sources, *along.sources], replace(settings.options, elsewhere=elsewhere), along.findings
 
 
 def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Settings, Model]:

@@ -27,7 +27,7 @@ class Kind(Enum):
     MAY_BE_WRITTEN = "{subject} may be written by {cause}"
     WRITTEN_BY_FUNCTION = "{subject} is written by a function"
     WRITTEN_AT_ANY_TIME = "{subject} is written by a trap routine or an error handler"
-    WRITTEN_ELSEWHERE = "another task of the controller writes {subject}, or declares it with another value"
+    WRITTEN_ELSEWHERE = "code outside of these files writes {subject}, or declares it with another value"
     UNCERTAIN = "{subject} is not certain here"
     UNDECIDED = "{subject} depends on a condition that is not known"
     CHANGED_IN_LOOP = "{subject} is changed in a loop"

@@ -236,9 +236,28 @@ def test_side_files_lend_their_data(tmp_path: Path) -> None:
 def test_a_module_that_lacks_data_is_told_which_file_beside_it_declares_them(tmp_path: Path) -> None:
     source = write(tmp_path / "in", {"a.mod": program("A", tool=""), "Data.mod": f"MODULE D\n  {TOOL}\nENDMODULE\n"})
     for _ in range(2):  # the second is taken over from the first
-        batch, _ = convert(source, tmp_path / "out")
+        batch, _ = convert(source, tmp_path / "out", replace(ROUGH, alone=True))
         lacking = next(f for o in batch.outcomes for f in o.findings if f.code == "RAP020")
         assert lacking.help == f"`{source / 'Data.mod'}` declares it: add `--with {source / 'Data.mod'}`"
+
+
+def test_modules_of_a_folder_lend_each_other_what_they_declare(tmp_path: Path) -> None:
+    lent = f"MODULE D\n  {TOOL}\n  PROC rOther()\n    MoveJ {target(1300)},v500,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
+    source = write(tmp_path / "in", {"a.mod": program("A", tool=""), "Data.mod": lent})
+    for cached in (False, True):
+        batch, _ = convert(source, tmp_path / "out")
+        assert statuses(batch) == {"a.mod": "compensated", "Data.mod": "compensated"}
+        assert batch.outcomes[1].cached is cached
+        (told,) = (f.message for f in batch.outcomes[1].findings if f.code == "RAP038")
+        assert told == "`Data.mod` near it is read along: it declares `tTorch`"
+        assert "Read along:" in render_text(batch_document("in", batch)) and told in render_text(
+            batch_document("in", batch)
+        )
+    alone, _ = convert(write(tmp_path / "in2", {"a.mod": program("A")}), tmp_path / "out2")
+    assert alone.outcomes[0].figures == batch.outcomes[1].figures
+    write(source, {"Data.mod": lent.replace("350", "390")})  # the result depends on it
+    batch, _ = convert(source, tmp_path / "out")
+    assert not batch.outcomes[1].cached and alone.outcomes[0].figures != batch.outcomes[1].figures
 
 
 def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> None:

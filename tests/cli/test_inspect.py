@@ -153,7 +153,7 @@ def test_the_help_names_the_file_that_declares_what_is_missing(call: Call, tmp_p
     path.write_text("".join([rest[0], *rest[2:]]))
     system.write_text(f"MODULE user\n{tool}ENDMODULE\n")
     (path.parent / "b.mod").write_text(f"MODULE b\nLOCAL {tool}ENDMODULE\n")  # serves its own module alone
-    missing = call("inspect", path)
+    missing = call("inspect", path, "--alone")
     assert missing.code == 1
     assert "b.mod" not in missing.err
     assert f"`{system}` declares it: add `--with {system}`" in missing.err
@@ -168,9 +168,49 @@ def test_names_in_values_and_zones_are_looked_for_beside_the_file(call: Call, tm
     body = "q.trans.z:=zHeight;\nMoveL q,v100,zAir,tool0;"
     path.write_text(f"MODULE a\nVAR robtarget q:={place};\nPROC main()\n{body}\nENDPROC\nENDMODULE\n")
     cell.write_text("MODULE cell\nCONST num zHeight:=5;\nCONST zonedata zAir:=[FALSE,1,1,1,0.1,1,0.1];\nENDMODULE\n")
-    told = call("inspect", path).err
+    told = call("inspect", path, "--alone").err
     assert "`zHeight` has no value" in told and "`zAir` states is not known" in told
     assert told.count(f"`{cell}` declares it: add `--with {cell}`") == 2
+
+
+def test_data_near_a_program_is_read_along_and_that_is_said(call: Call, tmp_path: Path) -> None:
+    tool, rest = SHARED.splitlines(keepends=True)[1], SHARED.splitlines(keepends=True)
+    (tmp_path / "PROGMOD").mkdir()
+    (tmp_path / "SYSMOD").mkdir()
+    path, system = tmp_path / "PROGMOD" / "a.mod", tmp_path / "SYSMOD" / "user.sys"
+    path.write_text("".join([rest[0], *rest[2:]]))
+    system.write_text(f"MODULE user\n{tool}ENDMODULE\n")
+    for command in (["inspect", path], ["compensate", path, "-o", tmp_path / "out.mod"]):
+        outcome = call(*command)
+        assert outcome.code == 0
+        assert f"info[RAP038]: `{system}` near it is read along: it declares `t`" in outcome.err
+        assert json.loads(call(*command, "--json").out)["diagnostics"][0]["code"] == "RAP038"
+    whole = tmp_path / "whole.mod"
+    whole.write_text(SHARED)
+    same = [
+        line.strip() for line in call("compensate", whole).out.splitlines() if "robtarget" in line or "Move" in line
+    ]
+    got = [
+        line.strip()
+        for line in (tmp_path / "out.mod").read_text().splitlines()
+        if "robtarget" in line or "Move" in line
+    ]
+    assert got == same
+    assert system.read_text() == f"MODULE user\n{tool}ENDMODULE\n"
+    assert call("compensate", path, "-o", system).code == 2
+    (tmp_path / "postproc.toml").write_text("alone = true\n")
+    assert "RAP020" in call("compensate", path, "-o", tmp_path / "out.mod").err
+
+
+def test_of_values_that_differ_none_is_taken(call: Call, tmp_path: Path) -> None:
+    tool, rest = SHARED.splitlines(keepends=True)[1], SHARED.splitlines(keepends=True)
+    (tmp_path / "a.mod").write_text("".join([rest[0], *rest[2:]]))
+    (tmp_path / "b.mod").write_text(f"MODULE b\n{tool}ENDMODULE\n")
+    (tmp_path / "c.mod").write_text(f"MODULE c\n{tool.replace('TRUE,[[0', 'TRUE,[[1')}ENDMODULE\n")
+    outcome = call("compensate", tmp_path / "a.mod", "-o", tmp_path / "out.mod")
+    assert outcome.code == 1
+    assert f"`{tmp_path / 'b.mod'}` and `{tmp_path / 'c.mod'}` near it declare different values of `t`" in outcome.err
+    assert call("compensate", tmp_path / "a.mod", "--with", tmp_path / "c.mod", "-o", tmp_path / "out.mod").code == 0
 
 
 def test_what_belongs_together_is_left_to_batch(call: Call, tmp_path: Path) -> None:
@@ -242,3 +282,11 @@ def test_external_axes_are_listed(call: Call, tmp_path: Path) -> None:
     given = ("inspect", tmp_path / "cell.mod", "--robot", "irb4600_60_205", "--free-axes", "ac")
     assert ", eax_a 150.5, eax_c -20;" in call(*given).out
     assert json.loads(call(*given, "--json").out)["statements"][0]["external_axes"] == {"a": 150.5, "c": -20.0}
+
+
+def test_what_is_commonly_meant_is_named(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "a.mod"
+    path.write_text(SHARED)
+    assert "say `--in-place` to write over the program" in call("compensate", path, "-o", path).err
+    told = call("batch", tmp_path, "-o", tmp_path / "out", "--check").err
+    assert "--channel" not in told and "they belong to `postproc compensate`" in told

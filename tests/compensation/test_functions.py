@@ -37,6 +37,17 @@ def test_functions_that_read_leave_what_they_are_given(call: str) -> None:
     assert [o.status for o in found.outcomes] == ["compensated"] * 3
 
 
+@pytest.mark.parametrize(
+    "call", ["UINumEntry()", "ReadNum(ioDev)", "GetModalPayLoadMode()", "TestSignRead(1)", "GInput(gi1)"]
+)
+def test_functions_of_the_controller_are_known_at_run_time_alone(call: str) -> None:
+    found = convert(
+        module(DATA, f"MoveJ {C},v200,fine,tT;\nMoveL Offs(a,0,0,{call}),v50,fine,tT;\nMoveL b,v50,fine,tT;")
+    )
+    assert [o.status for o in found.outcomes] == ["compensated", "skipped", "compensated"]
+    assert found.outcomes[1].reason == f"`{call.split('(')[0]}` is known only at run time"
+
+
 STEP = "  FUNC bool further()\n    x:=x+25;\n    RETURN TRUE;\n  ENDFUNC\n"
 
 

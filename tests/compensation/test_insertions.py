@@ -446,3 +446,26 @@ def test_what_moves_with_a_soft_servo_is_left_and_told(end: str, left: int) -> N
     found = convert(text, allow_partial=True)
     reasons = [o.reason or "" for o in found.outcomes if o.status == "skipped"]
     assert len(reasons) == left and all("SoftAct" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("goal", ["pts{n}", "Offs(pts{n},0,0,30)"])
+@pytest.mark.parametrize("loop", ["WHILE TRUE DO", "WHILE DInput(di1)=0 DO", "FOR i FROM 1 TO GInput(gi2) DO"])
+def test_equal_targets_in_two_elements_are_two_places(loop: str, goal: str) -> None:
+    """Which element the controller chooses is not known; each gets its own correction, and the program is written."""
+    pts = f"CONST robtarget pts{{3}}:=[{target(1300, -500)},{target(1350, -450)},{target(1300, -500)}];\nVAR num n;"
+    body = f"MoveJ {target(1290, -440, 730)},v200,fine,tT;\n{loop}\nn:=GInput(gi1);\nMoveL {goal},v50,fine,tT;\n"
+    body += f"MoveL pts{{n}},v50,fine,tT;\nMoveL {target(1290, -440, 730)},v50,fine,tT;\n{loop.split()[0].replace('WH', 'ENDWH').replace('FOR', 'ENDFOR')}"
+    found = convert(module(pts, body))
+    assert found.exit_code == 0, codes(found)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 4
+    if goal == "pts{n}":
+        first, other, last = re.findall(r"\[\[[^\]]*\]", written(found).split("pts{3}:=[")[1])[:3]
+        assert first == last != other
+
+
+def test_an_array_that_was_never_taught_is_left() -> None:
+    """No element of it has a place: the statement has no event when the program comes to it again."""
+    body = f"MoveJ {target(1290, -440, 730)},v200,fine,tT;\nrSub;\nWHILE TRUE DO\nWaitTime 1;\nENDWHILE\nrSub;"
+    more = "  PROC rSub()\n    MoveL st{n},v50,fine,tT;\n  ENDPROC\n"
+    found = convert(module("VAR robtarget st{3};", body, more))
+    assert [o.status for o in found.outcomes] == ["compensated", "skipped"]

@@ -15,6 +15,7 @@ from postproc.compensation.worlds import SEEDS, check_worlds, depends_on_run_tim
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.data.values import RECORDS
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.walk import walk
@@ -211,6 +212,45 @@ def test_data_of_which_a_part_is_not_known_has_a_value() -> None:
     place, rot, conf, axes = World(1, frozenset()).varied(parts, "robtarget", RECORDS, random.Random(1))  # type: ignore[misc]
     assert np.abs(np.subtract(place, (0, 2, 3))).max() <= 10
     assert (rot, conf, axes) == ((1.0, 0.0, 0.0, 0.0), (0.0,) * 4, (9e9,) * 5 + (0.0,))
+
+
+PROCESS = (
+    "PERS welddata wd:=[9,0,[0,0,26,9],[0,0,0,0]];",
+    "PERS seamdata sm:=[0.3,0.2,[0,0,24,8,0,0,0,0,0],0];",
+    "PERS weavedata wv:=[1,0,3,2,0];",
+    "PERS trackdata tr:=[0,FALSE,0,[0,0]];",
+    "RECORD station robtarget place; num n; ENDRECORD PERS station st{2,3};",
+    "PERS robtarget st{2};",
+    "PERS num st{3};",
+    "VAR robtarget st{nSize};",
+)
+
+
+@pytest.mark.parametrize(
+    ("data", "write"),
+    [
+        (PROCESS[0], "wd.weld_speed:=10;"), (PROCESS[0], "wd.main_arc.voltage:=25;"), (PROCESS[0], "rAny wd.org_arc;"),
+        (PROCESS[1], "sm.purge_time:=1;"), (PROCESS[2], "wv.weave_width:=4;"), (PROCESS[3], "tr.track_system:=1;"),
+        (PROCESS[4], "st{1,2}.n:=4;"), (PROCESS[4], "rAny st{2,3}.place;"), (PROCESS[5], "st{2}:=p; rAny st{1};"),
+        (PROCESS[6], "st{2}:=4;"), (PROCESS[7], "st{2}.trans.x:=4;"),
+    ],
+)  # fmt: skip
+def test_a_part_of_any_record_or_array_may_be_written(data: str, write: str) -> None:
+    """Records of process options differ between versions; data without a value has that of its type in every element."""
+    before = f"{write} IF di1=1 MoveL p,v5,z0,tool0; MoveL q,v5,z0,tool0;"
+    records, _, rest = data.rpartition("ENDRECORD ")
+    data = f"{records + 'ENDRECORD ' if records else ''}{rest} {DATA}"
+    text = program(module(before, data))
+    worlds, findings = check_worlds(text, text, {}, {})
+    assert (worlds.count, worlds.differing, findings) == (len(SEEDS), 0, [])
+    for seed in SEEDS:
+        assert followed(before, seed, data)[-1].target is not None
+
+
+def test_elements_of_an_array_without_a_value_are_records() -> None:
+    goal = "MoveL st{2,3}.place,v5,z0,tool0; MoveL st{1,1}.place,v5,z0,tool0; "
+    targets = [m.target for m in followed(goal * 2, data=f"{PROCESS[4]} {DATA}")]
+    assert targets[:2] == targets[2:] and all(isinstance(t, RobTarget) for t in targets), targets
 
 
 def test_a_program_without_end_is_left() -> None:

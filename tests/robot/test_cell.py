@@ -253,13 +253,18 @@ def test_a_gantry_runs_along_the_axes_of_the_world_as_its_programs_say() -> None
     assert joints[3].speed == pytest.approx(np.radians(275.17), rel=1e-4)
 
 
-def test_a_gantry_beside_the_modified_denavit_hartenberg_product() -> None:
-    """Rot(x, attitude) Trans(x, length) Rot(z, home + q) Trans(z, offset + d), row by row, written out."""
-    found = cell(GANTRY)
+@pytest.mark.parametrize("first", [(1.0, 0.0, 0.0, 0.0), (0.707107, 0.707107, 0.0, 0.0), (0.5, 0.5, -0.5, 0.5)])
+def test_a_gantry_beside_the_modified_denavit_hartenberg_product(first: tuple[float, ...]) -> None:
+    """Rot(x, attitude) Trans(x, length) Rot(z, home + q) Trans(z, offset + d), row by row, written out.
+
+    ``base_pose_rot`` of its ROBOT_TYPE turns the first row in the base frame.
+    """
+    turned = " ".join(f"-base_pose_rot_u{i} {u}" for i, u in enumerate(first))
+    found = cell(GANTRY.replace('-type "GEN_KIN" -no_of_joints 5', f'-type "GEN_KIN" -no_of_joints 5 {turned}'))
     rows = [(0, 0, 0, 0), (np.pi / 2, 0, np.pi / 2, 0), (np.pi / 2, 0, 0, 0), (0, 0, -np.pi / 2, 0)]
     at = np.array([3.0, 1.5, 0.4, 0.7])
     T = np.eye(4)
-    T[:3, :3] = quaternion(0, 0.707107, 0, 0.707107)
+    T[:3, :3] = quaternion(0, 0.707107, 0, 0.707107) @ quaternion(*first)
     for i, (alpha, a, theta, d) in enumerate(rows):
         turn, shift = (at[i], 0.0) if i == 3 else (0.0, at[i])
         ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta + turn), np.sin(theta + turn)

@@ -277,6 +277,25 @@ def test_names_that_mean_something_else_are_refused(data: str) -> None:
     assert f"`{name}` is a name that the module for run time uses, too" in [d.message for d in found.diagnostics]
 
 
+@pytest.mark.parametrize("name", ["n", "k", "r", "ppSolved", "ppNear", "again"])
+def test_names_that_the_module_declares_itself_mean_its_own_there(name: str) -> None:
+    """Loop variables, parameters, labels and LOCAL names of the module hide what the program calls alike."""
+    body = move("p1", "MoveJ") + move("pSeen")
+    found = converted(program(body, f"  PERS num {name}:=5;\n"))
+    assert found.outputs and "RUN008" not in codes(found)
+    module = (found.module or b"").decode()
+    assert Loaded([written(found), module]).faults() == []
+
+
+def test_external_axes_that_nobody_describes_are_an_error_at_run_time_too() -> None:
+    axes = "[250,9E9,9E9,9E9,9E9,9E9]"
+    data = f"  PERS robtarget pCam:={target(200, 200).replace(NO_AXES, axes)};\n"
+    text = program(move("p1", "MoveJ") + move("pCam") + move("p2"), data)
+    for mode in ("off", "where-needed", "all"):
+        found = converted(text, mode)
+        assert found.outputs == {} and "MOT008" in codes(found), (mode, codes(found))
+
+
 def test_a_value_in_the_file_that_no_arm_reaches_is_none() -> None:
     """PERS data that a camera writes: what was saved is nothing to be corrected by numbers, nor a reason to refuse."""
     data = "  PERS robtarget pCam:=[[9000,0,0],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n"

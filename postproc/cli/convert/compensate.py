@@ -9,9 +9,10 @@ from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFi
 from postproc.cli.output import check_outputs
 from postproc.cli.printing import STDIN, print_document, show
 from postproc.cli.program_options import TaskOptions
-from postproc.cli.programs import check_unchanged, named_files, read_lent, read_program_file, settled
+from postproc.cli.programs import check_unchanged, named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.diagnostics import PostprocError
+from postproc.files import place
 from postproc.process import load_scipy
 
 
@@ -49,16 +50,19 @@ def run(
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
+    if output is not None and program != STDIN and place(output) == place(Path(program)):
+        help_ = "choose another name; or say `--in-place` to write over the program"
+        raise PostprocError.of("CLI007", f"the output `{output}` is the input `{program}`", help=help_)
     form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
     beside = module_file(settings.options, target, nothing=check or diff or form is not None)
     check_outputs((program, *settings.inputs), output, report, certificate, beside)
     settings, arm = settled(settings, program)
-    sources = [source, *read_lent(settings.side_files, program)]
+    sources, options, findings = read_task(source, settings, output, report, certificate, beside)
     with watching(f"correcting `{source.path}`", len(source.line_starts)) as watch:
-        result = compensate_program(sources, arm, settings.options, watch)
-    show(named_files(result.diagnostics))
+        result = compensate_program(sources, arm, options, watch, findings)
+    show(named_files(result.diagnostics, sources))
     show_result(Path(source.path).name, result, settings, report, certificate)
     code = max(1, result.exit_code)
     if result.output is not None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from postproc.cli.options import Flag, Format
 from postproc.cli.output import present
 from postproc.cli.printing import show
 from postproc.cli.program_options import ProgramOptions
-from postproc.cli.programs import named_files, read_lent, read_program_file, settled
+from postproc.cli.programs import named_files, read_program_file, read_task, settled
 from postproc.cli.progress import watching
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import Matter, has_errors
@@ -29,13 +30,14 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), format: Fo
 
     own = read_program_file(program)
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
-    sources, options = [own, *read_lent(settings.side_files, program)], settings.options
+    sources, options, findings = read_task(own, settings)
     with watching(f"reading `{own.path}`", len(own.line_starts)) as watch:
         found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(d for d in found.diagnostics if d.matter is not Matter.UNFOLLOWABLE):
             converted = compensate_program(sources, arm, options, watch)
             found = found.decided(converted.outcomes, converted.diagnostics)
-    show(named_files(found.diagnostics))
+    found = replace(found, diagnostics=(*findings, *found.diagnostics))
+    show(named_files(found.diagnostics, sources))
     failed = has_errors(found.diagnostics)
     form = "json" if json else format
     if form is not None or found.rows or not failed:

@@ -18,8 +18,8 @@ from postproc.cli.options import (  # noqa: F401 - types of the fields of `Robot
     parse_numbers,
     parse_vector,
 )
-from postproc.cli.program_options import RobotOptions
 from postproc.cli.programs import settled
+from postproc.cli.robot_options import RobotOptions
 from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Matter
 from postproc.motion.findings import place
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import NO_AXES, NO_AXIS
@@ -60,7 +60,7 @@ def _carrying(event: MotionEvent, moving: list[int], standing: list[int]) -> Dia
     letters = "".join(LETTERS[k] for k in sorted({*moving, *standing}))
     help_ = f"describe them with `--cell FILE`; if they carry neither, say `--free-axes {letters}`"
     text += ": where they carry the robot or the work piece is not known"
-    return Diagnostic("MOT008", "error", text, *place(event), help_)
+    return Diagnostic("MOT008", "error", text, *place(event), help_, Matter.CELL)
 
 
 def _unfit(event: MotionEvent) -> Diagnostic:
@@ -73,4 +73,4 @@ def _unfit(event: MotionEvent) -> Diagnostic:
     help_ = (
         "one of tooldata and wobjdata has robhold TRUE; a stationary tool needs \\WObj with a work object on the robot"
     )
-    return Diagnostic("MOT007", "error", text, *place(event, "tool"), help_)
+    return Diagnostic("MOT007", "error", text, *place(event, "tool"), help_, Matter.CELL)

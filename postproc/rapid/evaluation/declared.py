@@ -62,7 +62,7 @@ class DeclaredValues:
         if span is None:
             if declaration.storage == "PERS":
                 raise Unknown(Kind.NO_VALUE, declaration.name, "", declaration.name, declaration.span)
-            return Value(self._zeros(declaration, home), declaration.type, rank)
+            return Value(self.unset(declaration, home), declaration.type, rank)
         if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
             numbers = read_literal_numbers(declaration.source.data, *span)
             if numbers is not None:
@@ -72,7 +72,7 @@ class DeclaredValues:
         data = as_type(value.data, declaration.type)
         return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
 
-    def _zeros(self, declaration: Declaration, home: Home) -> Data:
+    def unset(self, declaration: Declaration, home: Home) -> Data:
         """The value of data declared without an initial value: 0, FALSE or empty, in an array of the declared size.
 
         Raises:

@@ -16,9 +16,9 @@ from functools import partial
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.arm import BY_ARM
-from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.data.records import RobTarget
-from postproc.rapid.data.values import Data, Fields, Value, single, zero
+from postproc.rapid.data.values import Data, Fields, Value, part_types, single, zero
 from postproc.rapid.evaluation.declared import DeclaredValues, Home
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
@@ -32,7 +32,7 @@ PLAIN = ("bool", "num", "dnum", "string")  # types of VAR data that an operator 
 BESIDE_MM = 200.0
 FEW = 9  # the largest number that an input gives
 ON_OR_OFF = frozenset({"dinput", "doutput"})
-TRUTHS = frozenset({"testdi", "isstoppos", "ismechunitactive", "ispers", "isfile", "present", "indinpos", "strmemb"})
+TRUTHS = frozenset({"ispers", "present", "strmemb"})  # of those that are no run-time functions
 PLACES = {
     "crobt": "robtarget", "calcrobt": "robtarget", "cpos": "pos", "cjointt": "jointtarget", "calcjointt": "jointtarget",
 }  # fmt: skip
@@ -102,10 +102,10 @@ class World:
         if isinstance(data, Unknown):
             data = zero(kind, records)
         if isinstance(data, tuple):
-            kinds = [part for _, part in records.get(kind, ())]
             if kind == "orient":  # known as a whole, or not at all
                 known = any(data) and not any(isinstance(x, Unknown) for x in data)
                 return data if known else (1.0, 0.0, 0.0, 0.0)
+            kinds = part_types(kind, len(data), records)
             data = tuple(zero(k, records) if isinstance(x, Unknown) else x for x, k in zip(data, kinds, strict=True))
             if kind in ("confdata", "extjoint"):
                 return data
@@ -132,6 +132,11 @@ def each(change: Callable[[Data], Data], data: Data, rank: int) -> Data:
     if rank and isinstance(data, tuple):
         return tuple(each(change, item, rank - 1) for item in data)
     return change(data)
+
+
+def of_one(data: Data, rank: int) -> Data:
+    """An array of ``rank`` dimensions that has ``data`` as its only element."""
+    return of_one((data,), rank - 1) if rank else data
 
 
 class WorldDeclared(DeclaredValues):
@@ -172,12 +177,12 @@ class WorldDeclared(DeclaredValues):
         Args:
             kind: type of the data, in lower case; records: fields of each record type; drawn: gives the random numbers.
         """
-        fields = records.get(kind, ())
-        if not isinstance(data, tuple) or len(fields) != len(data):
+        if not isinstance(data, tuple):
             return data
-        if kind == "robtarget":
+        if kind == "robtarget" and len(data) == len(records[kind]):
             return (self.world.varied(data[0], "pos", records, drawn), *data[1:])
-        return tuple(self._touched_up(item, part, records, drawn) for item, (_, part) in zip(data, fields, strict=True))
+        kinds = part_types(kind, len(data), records)
+        return tuple(self._touched_up(item, part, records, drawn) for item, part in zip(data, kinds, strict=True))
 
     def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
         """Return None, so that an element is taken from the whole value, in which every part has been varied."""
@@ -220,8 +225,13 @@ class WorldMemory(Memory):
             return self.declared(declaration)
         except Unknown:
             drawn = self.world.generator(declaration.key)
-            data = self.world.varied(zero(declaration.type, self.records), declaration.type, self.records, drawn)
-            return Value(data, declaration.type, len(declaration.dims))
+            change = partial(self.world.varied, kind=declaration.type, records=self.records, drawn=drawn)
+            rank = len(declaration.dims)
+            try:
+                data = self.constants.unset(declaration, self._home)
+            except Unknown:  # of a size that only the running program knows
+                data = of_one(zero(declaration.type, self.records), rank)
+            return Value(each(change, data, rank), declaration.type, rank)
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
         """The data varied at random; the draw depends on its key and on how often something may have written it."""
@@ -239,7 +249,7 @@ class WorldMemory(Memory):
             if bound is None:
                 return Value(float(drawn.randint(0, 1)), "num")
             data = self.world.varied(zero(bound.type, self.records), bound.type, self.records, drawn)
-            value = self.frame.bindings[name.name] = Value(data, bound.type, bound.rank)
+            value = self.frame.bindings[name.name] = Value(of_one(data, bound.rank), bound.type, bound.rank)
             return value
 
     def call(self, call: Call) -> Value | None:
@@ -253,8 +263,11 @@ class WorldMemory(Memory):
         drawn = self.world.next(f"{call.name}(")
         if call.name in ON_OR_OFF:
             return Value(float(drawn.randint(0, 1)), "num")
-        if call.name in TRUTHS:
+        kind = RUN_TIME.get(call.name, "")
+        if call.name in TRUTHS or kind == "bool":
             return Value(drawn.random() < 0.5, "bool")
+        if kind == "string":
+            return Value(self.world.varied("", kind, self.records, drawn), kind)
         if call.name in BY_ARM:
             with suppress(Unknown):
                 arguments = tuple(evaluate(argument, self).data for argument in call.arguments)

@@ -29,7 +29,7 @@ class Recorder:
         others: what numbers statements name on ways that are not followed, and where they go there.
         only_new: only what has not been recorded yet counts.
         cases: of statements to an element that only the controller knows, the last event of each case; reached: by the
-            place to which such a statement goes, its event.
+            place to which such a statement goes, its event; chosen: by index of that event, the numbers that chose it.
     """
 
     def __init__(self, maker: EventMaker) -> None:
@@ -44,6 +44,7 @@ class Recorder:
         self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
         self.cases: dict[StatementKey, dict[IndexValues, int]] = {}
         self.reached: dict[tuple[object, ...], int] = {}
+        self.chosen: dict[int, tuple[tuple[str, float], ...]] = {}
         self.only_new = False
 
     def move(self, statement: MotionStatement, memory: Memory) -> int:
@@ -139,9 +140,11 @@ class Recorder:
                 if all(unknown.root.kind is not Kind.NEVER_TAUGHT for unknown in event.unknowns):
                     self.other_targets.add(statement.key)
                 continue
-            place = reached(event)
+            chosen = tuple((name, value) for name, _, value in choice)
+            place = reached(event), chosen
             if place not in self.reached and not memory.returning:
                 self._add(event, case)
+                self.chosen[self.last] = chosen
                 self.reached[place] = self.last
             ends[choice] = self.reached.get(place, NOWHERE)
         self.cases[statement.key] = ends
@@ -164,9 +167,12 @@ class Recorder:
     def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
         """Index of the first event in which the statement went to its present target; None if it has not gone there.
 
-        For a statement whose first event has no known robtarget it is the index of that event.
+        For a statement whose first event has no known robtarget it is the index of that event. A statement may have
+        none: to elements of which none was ever taught.
         """
-        first = self.first[statement.key]
+        first = self.first.get(statement.key)
+        if first is None:
+            return None
         known = self.events[first].target
         if "to" not in statement.roles or not isinstance(known, RobTarget):
             return first
@@ -174,6 +180,13 @@ class Recorder:
         if target == known:
             return first
         return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None
+
+    def _place(self, end: int) -> tuple[object, ...]:
+        """A key of the place to which the event of that index brings the arm.
+
+        Equal targets in two elements of an array are two places: each element gets a correction of its own.
+        """
+        return reached(self.events[end]), self.chosen.get(end)
 
     def either(self, *ends: frozenset[int]) -> frozenset[int]:
         """Indices of the events after one of which the arm stands where ways meet: the union of ``ends`` of each way.
@@ -188,7 +201,7 @@ class Recorder:
         for end in sorted(found, reverse=True):
             if end == NOWHERE or len(places) == MOST_WAYS:
                 break
-            here = places.setdefault(reached(self.events[end]), [])
+            here = places.setdefault(self._place(end), [])
             kept += [end] if len(here) < 2 else []
             here.append(end)
         return frozenset(kept)
@@ -202,7 +215,7 @@ class Recorder:
         # Predecessors from one place are one: of a loop's turns that end alike the last counts.
         known = sorted(ends - {NOWHERE})
         if len(known) > 1:
-            known = sorted({reached(self.events[end]): end for end in known}.values())[-MOST_WAYS:]
+            known = sorted({self._place(end): end for end in known}.values())[-MOST_WAYS:]
             known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)

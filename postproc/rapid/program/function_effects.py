@@ -18,20 +18,11 @@ from postproc.rapid.syntax.tokens import word_set
 # Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
 # of which GetNextSym writes.
 READING = word_set("""
-    absdnum and argname atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum bitor
-    bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez calcrotaxisframe
-    corrread cosdnum crossprod cspeedoverride dectohex defaccframe div dnumtostr eventtype exechandler execlevel
-    filesize filetime fssize getmaxnumberofcyclicbool getmecunitname getmodalpayloadmode getserviceinfo getsysinfo
-    gettaskname ginputdnum goutputdnum hextodec indinpos indspeed iounitstate isfile isleadthrough ismechunitactive
-    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxextlinearspeed
-    maxextreorientspeed maxrobreorientspeed maxrobspeed min mirpos mod modexist modtime modtimednum motionplannerno
-    nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
-    pathrecvalidbwd pathrecvalidfwd pfrestart powdnum ppmovedinmanmode present progmemfree rawbyteslen readbin
-    readmotor readnum readstr readstrbin readvar remainingretries rmqgetslotname robname robos rounddnum runmode
-    sindnum socketgetstatus socketpeek sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen
-    strdigcalc strdigcmp strfind strmap strmatch strmemb strorder strtobyte tandnum taskisactive taskisexecuting
-    taskrunmec taskrunrob tasksinsync testsignread textget texttabfreetouse texttabget truncdnum type uialphaentry
-    uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio xor
+    absdnum and argname atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum
+    bitor bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez
+    calcrotaxisframe cosdnum crossprod dectohex defaccframe div dnumtostr hextodec ispers isvar max min mirpos
+    mod modtime modtimednum not or powdnum present rawbyteslen rounddnum sindnum sqrtdnum strdigcalc strdigcmp
+    strfind strmap strmatch strmemb strorder strtobyte tandnum truncdnum type xor
     """).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
 # The look-behind keeps the search from starting again at every letter of a long word.
 _CALLED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+\(")

@@ -25,14 +25,17 @@ ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """Global PERS data that other tasks of the controller declare too, by lower-case (name, type).
+    """Data that code outside of the program has, too.
 
     Args:
-        shared: all such data; written: what another task may write at any time, or declares with another value.
+        shared: lower-case (name, type) of global PERS data that other tasks of the controller declare, too.
+        written: of these, what another task may write at any time, or declares with another value.
+        read_along: keys of data that is read along and that code outside of the program may write.
     """
 
     shared: frozenset[tuple[str, str]] = frozenset()
     written: frozenset[tuple[str, str]] = frozenset()
+    read_along: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

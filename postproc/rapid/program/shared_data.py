@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.program.program import Elsewhere, Program, read_program
+from postproc.rapid.program.read_along import only
 from postproc.rapid.program.scopes import is_shared, shared_name
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.modules import parse
@@ -15,7 +16,6 @@ from postproc.rapid.syntax.nodes import Declaration, Module
 from postproc.rapid.syntax.tokens import names_at
 
 _OPEN = re.compile(rb"(?i)\bPERS\s[^:;]{0,500}+;")  # a declaration without a value
-_END = len(b"ENDMODULE")
 Values = dict[tuple[str, str], set[bytes]]
 """The values that declarations give data, by name and type: their text without blanks."""
 
@@ -65,18 +65,23 @@ def _values(sources: Iterable[Source]) -> Values:
 
 
 def say_written_elsewhere(program: Program) -> list[Diagnostic]:
-    """Findings RAP037: data that motion statements name and another task may change, each at the first of them."""
+    """Findings RAP037: data that motion statements name and code outside of them may change, at the first of them."""
     found: dict[str, Diagnostic] = {}
-    for statement in program.statements if program.elsewhere.written else ():
+    outside = program.elsewhere
+    for statement in program.statements if outside.written or outside.read_along else ():
         for name, span in names_at(statement.source, statement.span):
             declared = program.declaration(name, statement.module, statement.routine)
-            if declared is None or declared.name.lower() in program.taught or not is_shared(declared):
+            if declared is None or declared.name.lower() in program.taught:
                 continue
-            if shared_name(declared) in program.elsewhere.written:
+            if is_shared(declared) and shared_name(declared) in outside.written:
                 text = f"another task of the controller writes `{declared.name}`, or declares it with another value"
                 help_ = "the value in this file is assumed; where each arm needs its own, declare it `TASK PERS`"
-                say = Diagnostic("RAP037", "warning", text, statement.source, span, help_)
-                found.setdefault(declared.key, say)
+            elif declared.key in outside.read_along:
+                text = f"code that is not converted may write `{declared.name}`, which is read along"
+                help_ = f"the value in `{declared.source.path}` is assumed"
+            else:
+                continue
+            found.setdefault(declared.key, Diagnostic("RAP037", "warning", text, statement.source, span, help_))
     return list(found.values())
 
 
@@ -97,13 +102,9 @@ def lent_values(sources: Sequence[Source], others: Callable[[], Iterable[Source]
     found = []
     for source in others() if lacking else ():
         given = [(module, d) for module, d in _shared(source) if d.init is not None and shared_name(d) in lacking]
-        blank = bytearray(re.sub(rb"[^\r\n]", b" ", source.data))
-        for module, declared in given:
-            for begin, end in (module.head, declared.span, (module.span[1] - _END, module.span[1])):
-                blank[begin:end] = source.data[begin:end]
-            lacking.discard(shared_name(declared))
+        lacking -= {shared_name(declared) for _, declared in given}
         if given:
-            found.append(Source(source.path, bytes(blank), read_only=True))
+            found.append(only(source, [(module, declared.span) for module, declared in given]))
     return found
 
 

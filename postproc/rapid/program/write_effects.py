@@ -30,7 +30,8 @@ class WriteEffects:
         started: keys of routines that a motion starts, and which so run at any moment.
         unseen: names of routines in none of the files.
         acting: matches calls of the program's functions that do more than calculate; None if there is none.
-        shared: keys of data that other tasks declare too; elsewhere: of data that another task may write at any time.
+        shared: keys of data that other tasks declare too; elsewhere: of data that code outside of the
+            program may write at any time.
         volatile: keys of data that may be written at any moment: by other tasks, traps, handlers.
         unseen_any_time: whether code in none of the files may run at any moment.
     """
@@ -65,7 +66,7 @@ class WriteEffects:
         self.acting = acting_functions(routines, self.of_routine, callers)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
         self.shared = _shared_keys(program, program.elsewhere.shared)
-        self.elsewhere = _shared_keys(program, program.elsewhere.written)
+        self.elsewhere = _shared_keys(program, program.elsewhere.written) | program.elsewhere.read_along
         traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.started]
         handlers = [
             self.of(body, routine)

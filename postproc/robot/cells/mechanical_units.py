@@ -5,8 +5,8 @@ Which rule holds where was found from the numbers of public backups (docs/robot.
 - SINGLE of mechanics TRACK: slides along +x of its frame. The frame of the arm that it carries is written in the world,
   for the track at zero.
 - ROBOT of type GEN_KIN (gantry, positioner): each joint is Rot(x, attitude) Trans(x, length) Rot(z, theta_home_position
-  + q) Trans(z, offset_z + d), the modified Denavit-Hartenberg convention (Craig). The frame of an arm that it carries
-  is relative to the end of that chain.
+  + q) Trans(z, offset_z + d), the modified Denavit-Hartenberg convention (Craig), behind the rotation base_pose_rot of
+  its ROBOT_TYPE. The frame of an arm that it carries is relative to the end of that chain.
 - Turning units are turned about +z of their frame. ``logical_axis`` 7 to 12 are eax_a to eax_f.
 """
 
@@ -88,7 +88,9 @@ def _units(motion: Entries) -> Iterator[Unit]:
         elif chain is not None:
             rows = (chain.get(f"use_joint_{i}") for i in range(6))
             joints = tuple(_row(motion, name) for name in rows if name)
-            yield Unit(entry["name"], joints, _parent(chain), _frame(chain), active, _doubt(joints))
+            yield Unit(
+                entry["name"], joints, _parent(chain), _frame(chain) @ _turn(motion, chain), active, _doubt(joints)
+            )
         else:
             yield Unit(entry["name"], (), active=active, unknown="the configuration describes no joint of it")
 
@@ -298,7 +300,18 @@ def _parent(entry: Entry) -> str | None:
 def _frame(entry: Entry) -> Array:
     """Return the base frame (4, 4) [m] of an entry; all NaN where its rotation cannot be read."""
     place = np.array([_number(entry, f"base_frame_pos_{axis}") for axis in "xyz"])
-    turn = np.array([_number(entry, f"base_frame_orient_u{i}", float(not i)) for i in range(4)])
+    return _turned(entry, "base_frame_orient", place)
+
+
+def _turn(motion: Entries, chain: Entry) -> Array:
+    """Return the rotation (4, 4) of a chain's first row in its base frame, ``base_pose_rot`` of its ROBOT_TYPE."""
+    kind = by_name(motion, "ROBOT_TYPE").get(chain.get("use_robot_type", "").lower(), {})
+    return _turned(kind, "base_pose_rot", np.zeros(3))
+
+
+def _turned(entry: Entry, key: str, place: Array) -> Array:
+    """Return the frame (4, 4) at a place (3,) [m], turned by the quaternion ``key_u0`` to ``key_u3``; NaN if unread."""
+    turn = np.array([_number(entry, f"{key}_u{i}", float(not i)) for i in range(4)])
     if not np.isfinite(turn).all() or not turn.any():
         return np.full((4, 4), np.nan)
     return transform(place, Rotation.from_quat(turn, scalar_first=True).as_matrix())

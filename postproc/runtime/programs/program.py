@@ -19,7 +19,7 @@ from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.motions.units import MM, tool_matrix
 from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.program import Program, names_of, statements_of
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.modules import parse
@@ -285,16 +285,18 @@ def _lent_loads(program: Program) -> Iterator[Diagnostic]:
 
 
 def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnostic]:
-    """RUN008 for each declaration whose name clashes with the run-time module of this name and text."""
+    """RUN008 for each declaration whose name clashes with the run-time module of this name and text.
+
+    What a routine of the module declares itself, loop variables and labels too, means its own there.
+    """
     source = Source(f"{name}.sys", text)
     (made,), _ = parse(source)
     own = {name.lower(), *(r.name.lower() for r in made.routines if not r.local)}
     own |= {d.name.lower() for d in made.declarations if d.scope != "LOCAL"}
-    hiding = {d.name.lower() for d in made.declarations if d.scope == "LOCAL"}
-    hiding |= {r.name.lower() for r in made.routines if r.local}
-    hiding |= {d.name.lower() for r in made.routines for d in r.declarations}
-    hiding |= {p.name.lower() for r in made.routines for p in r.parameters}
-    used = {word for word, _ in names_at(source, (0, len(text)))} - hiding
+    hiding = {d.name.lower() for d in made.declarations} | {r.name.lower() for r in made.routines}
+    used = {word for d in made.declarations for word, _ in names_at(source, d.span)}
+    used |= {word for r in made.routines for word, _ in names_at(source, r.span) if word not in names_of(r)}
+    used = (used - hiding) | own
     for module in program.modules:
         if module.name.lower() in own:
             yield _clash(module.name, module.source, module.head)

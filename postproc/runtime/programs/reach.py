@@ -166,7 +166,8 @@ def without_unreachable(
     """Hide targets that cannot be run as they stand in the files, but that the controller corrects at run time.
 
     Args:
-        findings: of the motion; an error in the text of a statement means that its target cannot be run.
+        findings: of the motion; an error in the text of a statement means that its target cannot be run, unless it is
+            one about the cell, which no other target would mend.
         reach: tells which statements the run-time function can correct on the controller.
         everything: for all of these statements; otherwise only for those whose target is ``PERS`` data, since its value
             in the files may belong to no run.
@@ -175,7 +176,7 @@ def without_unreachable(
         All events, those targets replaced by ones that are known only at run time; and one RUN009 with the number of
         statements, or none.
     """
-    wrong = {(d.source.path, d.span[0]) for d in findings if d.severity == "error" and d.source and d.span}
+    wrong = {(d.source.path, d.span[0]) for d in findings if _of_value(d) and d.source and d.span}
     bad: dict[StatementKey, MotionEvent] = {}
     for event in events:
         statement = event.statement
@@ -192,6 +193,11 @@ def without_unreachable(
     help_ = "they are corrected on the controller: targets that cannot be reached come back as they came"
     said = Diagnostic("RUN009", "warning", text, first.source, first.span, help_)
     return [hidden(e, UNREACHABLE) if e.statement.key in bad else e for e in events], [said]
+
+
+def _of_value(finding: Diagnostic) -> bool:
+    """Whether a finding is an error that may come from the value of a target: with another one it would be none."""
+    return finding.severity == "error" and finding.matter is not Matter.CELL
 
 
 def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
