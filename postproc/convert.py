@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 
-import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensation.choices import check_choices
 from postproc.compensation.conversion import Conversion, JudgedProgram
 from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
-from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
+from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import RigidShift, fit_shifts, leave_out, not_taught, with_rests
 from postproc.compensation.judgement.accuracy import doubt_help, expect_accuracy, expect_remaining
 from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
@@ -29,7 +28,7 @@ from postproc.compensation.judgement.seams import find_seams, partial_seams, unf
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import Motion
 from postproc.compensation.plan import CorrectionPlan, OnController, Planner
-from postproc.compensation.readback import changed_confdata, drive, run_again
+from postproc.compensation.readback import changed_confdata, deviations_of, run_again
 from postproc.compensation.reading import few_ways, no_known_target, read_runnable, with_way_out, without_impossible
 from postproc.compensation.worlds import check_written
 from postproc.diagnostics import Diagnostic, Matter, PostprocError, Source, has_errors
@@ -51,7 +50,7 @@ from postproc.results.conversion import conversion_values
 from postproc.robot.cells.station import Station
 from postproc.runtime.programs.program import OnTheController, put_on_controller, reads_back, say_corrected_before
 from postproc.runtime.programs.reach import Reach, without_shared_values, without_unreachable, would_reach
-from postproc.watch import Watch, told_of, unwatched
+from postproc.watch import Watch, unwatched
 
 PROOF = ("reading back and proving", 0.65, 0.98)  # the step, and the shares of the work at which it begins and ends
 
@@ -326,26 +325,18 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
 def _deviations(
     task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch
 ) -> tuple[list[tuple[Deviation, Deviation]], frozenset[StatementKey]]:
-    """Deviation of the original and of the written program, and the statements with other confdata in the written one.
-
-    The first pair of deviations is from the wanted path, the second one from the programmed path where that is another.
+    """Deviations of the original and of the written program (`deviations_of`), and statements with changed confdata.
 
     Raises:
         _Refused: CMP004, the arm cannot run what is written.
     """
-    motion, model, program, events, function = plan.motion, task.model, task.program, task.events, text.function
-    ran, owners = run_again(program, text.drafts, plan.insertions, events, motion.options, station=model.station)
+    model, program, events, function = task.model, task.program, task.events, text.function
+    ran, owners = run_again(program, text.drafts, plan.insertions, events, task.options, station=model.station)
     if function is not None and owners is not None:
         through = {j for j, i in enumerate(owners) if events[i].statement.key in function.keys}
         ran = list(function.apply(model, ran, through, task.options).events)
     try:
-        pairs = []
-        for curves in dict.fromkeys((motion.wanted, motion.samples)):
-            before = measure_deviation(model, curves, [Driven(motion, np.arange(len(motion.moves)))])
-            driven = drive(model, plan, ran, owners)
-            watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, PROOF)
-            pairs.append((before, measure_deviation(model, curves, watched)))
-        return pairs, changed_confdata(events, ran, owners)
+        return deviations_of(model, plan, ran, owners, watch, PROOF), changed_confdata(events, ran, owners)
     except PostprocError as error:
         message = "the corrected program cannot be run by the arm, so nothing is written"
         help_ = "see the findings above" if error.diagnostics else "please report this program"
@@ -364,8 +355,7 @@ def _conversion(task: _Task, text: _Text, judged: JudgedProgram, findings: Seque
 
 def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
     """The conversion of a program none of whose targets is known before it runs: only a function can correct it."""
-    program, events = task.program, task.events
-    keys = [s.key for s in program.statements]
+    program, events, keys = task.program, task.events, [s.key for s in task.program.statements]
     function, more = _function(task, keys)
     found = [*findings, *_sound(more)]
     if function is None:
@@ -373,13 +363,8 @@ def _run_time_alone(task: _Task, findings: Sequence[Diagnostic]) -> Conversion:
         raise _Refused(*more, no_known_target(program, events, found, reachable))
     outcomes, unlike = unknown_outcomes(program, events, function.keys)
     lines = sum(o.statement.interpolation in ("line", "arc") for o in outcomes)
-    judged = JudgedProgram(
-        options=task.options,
-        outcomes=tuple(outcomes),
-        lines=lines,
-        unmeasured=lines,
-        run_time=function.figures(task.options.run_time),
-    )
+    told = function.figures(task.options.run_time)
+    judged = JudgedProgram(options=task.options, outcomes=tuple(outcomes), lines=lines, unmeasured=lines, run_time=told)
     edits: dict[str, list[Edit]] = {s.path: [] for s in program.sources}
     text = _Text(environment(task.options.template_dir), edits, {}, function)
     outputs = _outputs(task, text, judged)

@@ -10,7 +10,7 @@ from itertools import chain
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.correction.deviation import Driven
+from postproc.compensation.correction.deviation import Deviation, Driven, measure_deviation
 from postproc.compensation.correction.fewest_targets import Pieces
 from postproc.compensation.options import Options
 from postproc.compensation.path.motion import feels_sides, motion_of
@@ -27,6 +27,7 @@ from postproc.rapid.execution.interpreter import AddedMotions
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import Program, read_again
 from postproc.robot.cells.station import Station
+from postproc.watch import Watch, told_of
 
 MOST = 2000  # events of the written program that are looked at together
 
@@ -157,6 +158,34 @@ def changed_confdata(
         for now, before in ((event.target, events[i].target), (event.via, events[i].via))
         if isinstance(now, RobTarget) and isinstance(before, RobTarget) and now.robconf != before.robconf
     )
+
+
+def deviations_of(
+    model: Model,
+    plan: CorrectionPlan,
+    ran: Sequence[MotionEvent],
+    owners: Sequence[int] | None,
+    watch: Watch,
+    step: tuple[str, float, float],
+) -> list[tuple[Deviation, Deviation]]:
+    """Deviations of the original and of the written program.
+
+    The first pair is from the wanted path, the second one from the programmed path where that is another.
+
+    Args:
+        ran, owners: events of the written program and their original events, from ``run_again``.
+        watch: is told the step and the share done so far; step: as of ``told_of``.
+
+    Raises:
+        PostprocError: as ``drive``.
+    """
+    motion, pairs = plan.motion, []
+    for curves in dict.fromkeys((motion.wanted, motion.samples)):
+        before = measure_deviation(model, curves, [Driven(motion, np.arange(len(motion.moves)))])
+        driven = drive(model, plan, ran, owners)
+        watched = told_of(driven, lambda part: len(part.owner) / len(motion.moves), watch, step)
+        pairs.append((before, measure_deviation(model, curves, watched)))
+    return pairs
 
 
 def drive(
