@@ -18,7 +18,7 @@ from postproc.compensation.correction.applicable import applicable_model
 from postproc.compensation.correction.curve import Exact, invert_model
 from postproc.compensation.correction.deviation import Deviation
 from postproc.compensation.correction.rigid_shift import RigidShift, fit_shifts, leave_out, not_taught, with_rests
-from postproc.compensation.judgement.accuracy import doubt_help, expect_accuracy, expect_remaining
+from postproc.compensation.judgement.accuracy import Expected, expect_on_arm
 from postproc.compensation.judgement.belief import doubt_corrections, doubt_flange_mass
 from postproc.compensation.judgement.dynamics import check_corrected
 from postproc.compensation.judgement.figures import figures_of, worsened
@@ -72,6 +72,7 @@ class _Task:
         reach: which statements a function on the controller can correct.
         measured: findings at data that the program itself measures, by key of the data.
         shifts: how much of the correction in each work object is one rigid motion.
+        expected: to remain on the arm; None before the correction is known.
     """
 
     program: Program
@@ -82,6 +83,7 @@ class _Task:
     reach: Reach
     measured: Mapping[str, Diagnostic]
     shifts: tuple[RigidShift, ...] = ()
+    expected: Expected | None = None
 
     @property
     def on(self) -> bool:
@@ -234,23 +236,28 @@ def _without_errors(
 
 
 def _correct(task: _Task, motion: Motion) -> tuple[_Task, Exact, list[Diagnostic]]:
-    """The task with the path that is meant and the rigid shifts, the commanded joint angles along it, and findings.
+    """The task with path meant, rigid shifts and what is expected on the arm, the commanded joint angles, and findings.
 
-    Findings are CMP026 about work objects that the arm has taught, and MOD005 if the tool weighs less than nothing.
+    Findings are CMP026 about work objects that the arm has taught, MOD005 if the tool weighs less than nothing, and
+    those about what is expected.
     """
     shifts = fit_shifts(task.model, motion, task.program, task.options.wobj_taught)
     motion = replace(motion, meant=leave_out(motion.samples, shifts))
     exact = invert_model(task.model, motion)
     findings = [*doubt_flange_mass(task.model, motion), *not_taught(task.options.wobj_taught, shifts, task.program)]
     shifts = with_rests(shifts, motion.samples, exact.T_base_flange)
-    return replace(task, motion=motion, shifts=shifts), exact, findings
+    expected, more = expect_on_arm(task.model, motion, exact, task.program.sources[0])
+    return replace(task, motion=motion, shifts=shifts, expected=expected), exact, [*findings, *more]
 
 
 def _assign(task: _Task, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
     """The plan of which targets are changed or added, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
-    assert task.motion is not None  # else only a function on the controller can correct
-    plan = Planner(task.model, task.motion, exact, task.events, task.program, on_controller=chosen).plan()
+    assert task.motion is not None and task.expected is not None  # else only a function on the controller can correct
+    expected_m = task.expected.distance
+    plan = Planner(
+        task.model, task.motion, exact, task.events, task.program, expected_m=expected_m, on_controller=chosen
+    ).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
@@ -295,10 +302,8 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     findings += [*partial_seams(seams, task.options.allow_partial), *unfinished_seams(events)]
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
     findings = [*_sound([*findings, *more]), *check_choices(model, program, events, text.drafts, plan)]
-    accuracy, more = expect_accuracy(model, plan.motion, source)
-    remaining = expect_remaining(model, plan.motion)
-    more += [*doubt_help(remaining, source), *doubt_drawn(task.shifts, plan.motion.moves, task.options)]
-    limits, slower = check_corrected(model.robot, plan, source)
+    limits, more = check_corrected(model.robot, plan, source)
+    more += doubt_drawn(task.shifts, plan.motion.moves, task.options)
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
         options=plan.motion.options,
@@ -313,13 +318,13 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         figures=figures,
         shifts=task.shifts,
         drawn=figures_of(plan, *others[0]) if others else None,
-        accuracy=accuracy,
+        accuracy=task.expected.accuracy if task.expected is not None else None,
         limits=limits,
         worlds=worlds,
-        remaining=remaining,
+        remaining=task.expected.remaining if task.expected is not None else None,
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )
-    return judged, [*findings, *more, *slower]
+    return judged, [*findings, *more]
 
 
 def _deviations(

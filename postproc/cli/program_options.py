@@ -67,7 +67,7 @@ class ConvertOptions(ProgramOptions):
         moment: moment on the TCP in base axes [N m], MX,MY,MZ. Default: none.
         force_on: where the force acts: along the whole program (default), or while the arc burns.
         inertia: compensate the deflection under sustained acceleration. Default: on.
-        tolerance: largest distance from the programmed path [mm]. Default: 0.01.
+        tolerance: largest distance from the programmed path [mm]. Default: 0.1.
         air_tolerance: the same where nothing welds [mm]. Default: 0.2.
         scope: correct all motions (default), or those that weld.
         allow_partial: write the program although what the arm cannot run, or a weld between others, stays uncorrected.

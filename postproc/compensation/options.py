@@ -9,13 +9,17 @@ from typing import Literal
 from postproc.rapid.data.records import Vec3
 from postproc.rapid.program.program import Elsewhere
 
+TOLERANCE_M = 1e-4
+"""Default of the tolerance [m]: an arm that nobody measured is off by more, and repeats to about half of that."""
+
 
 @dataclass(frozen=True, slots=True)
 class Options:
     """Choices of one conversion.
 
     Args:
-        tolerance_m: largest deviation of the TCP from a programmed line or arc [m]; the source paper reaches 0.01 mm.
+        tolerance_m: largest deviation of the TCP from a programmed line or arc [m]. One below ``TOLERANCE_M`` holds for
+            the model, whatever is expected to remain on the arm; the source paper reaches 0.01 mm.
         air_tolerance_m: the same on motions that do not weld, in a program that welds [m].
         scope: ``welds`` corrects what welds alone.
         allow_partial: a program is written although a weld stays uncorrected between corrected ones.
@@ -40,7 +44,7 @@ class Options:
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
 
-    tolerance_m: float = 1e-5
+    tolerance_m: float = TOLERANCE_M
     air_tolerance_m: float = 2e-4
     scope: Literal["all", "welds"] = "all"
     allow_partial: bool = False

@@ -24,7 +24,7 @@ from postproc.compensation.text.insertions import DivisibleMoves
 from postproc.compensation.text.requests import Requester
 from postproc.compensation.text.values import Change, Insertion, Place
 from postproc.compensation.text.writer import Assigned, Writer
-from postproc.compensation.tolerances import in_scope, path_tolerances
+from postproc.compensation.tolerances import division_tolerances, in_scope, path_tolerances
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.flow.arrivals import Arrivals
@@ -64,6 +64,8 @@ class CorrectionPlan:
         refused: moves that need added targets for which there is no text, with the reason.
         why_whole: returns why nothing can be added before a move, empty if something can.
         path_tolerance: (m,) allowed deviation along each move [m].
+        division_tolerance: (m,) the same below which no target is added [m].
+        expected_m: expected to remain on the arm [m].
         curve: (n, 4, 4) commanded poses at the samples.
         arrivals: after which motions each statement may run.
     """
@@ -82,6 +84,8 @@ class CorrectionPlan:
     refused: Mapping[int, str]
     why_whole: Callable[[int], str]
     path_tolerance: Array
+    division_tolerance: Array
+    expected_m: float
     curve: Array
     arrivals: Arrivals
 
@@ -109,6 +113,7 @@ class Planner:
     Args:
         exact: the inverse of the model along the motion, from ``invert_model``.
         events: all of the program.
+        expected_m: expected to remain on the arm [m].
         on_controller: which statements a function corrects while the program runs.
     """
 
@@ -120,16 +125,18 @@ class Planner:
         events: Sequence[MotionEvent],
         program: Program,
         *,
+        expected_m: float = 0.0,
         on_controller: OnController = OnController(),
     ) -> None:
-        self.on_controller = on_controller
+        self.expected_m, self.on_controller = expected_m, on_controller
         self.model, self.motion, self.program = model, motion, program
         self.samples, self.moves = motion.samples, motion.moves
         self.keys = [move.event.statement.key for move in motion.moves]
         self.time = motion.timeline.at(motion.timeline.t, motion.place)
         self.exact = exact
         self.tolerance = path_tolerances(self.moves, motion.options)
-        self.division = Division.of(self.samples, self.tolerance, motion.steady())
+        least = division_tolerances(self.tolerance, motion.options, expected_m)
+        self.division = Division.of(self.samples, least, motion.steady())
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
         self.arrivals = Arrivals(program, self.writer.effects)
@@ -159,7 +166,7 @@ class Planner:
             vias = self.writer.assign(self.requester.vias(self._chosen(left), written, curve, parts), goals)
             keys = {self.keys[i] for i in following}
             adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected([goals, vias]))
-            added = adder.add(pieces, 1e3 * self.tolerance)
+            added = adder.add(pieces, 1e3 * self.division.tolerance)
             changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in keys})])
             stays = {i: shift for i, shift in placed.items() if not shift.any()}
             must_stay = {key: why for key, why in vias.left.items() if key not in keys}
@@ -187,6 +194,8 @@ class Planner:
             {**added.refused, **whole},
             self.divisible.why_not,
             self.tolerance,
+            self.division.tolerance,
+            self.expected_m,
             curve,
             self.arrivals,
         )

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.options import Options
+from postproc.compensation.options import TOLERANCE_M, Options
 from postproc.motion.values import Flags, Move
+
+NOTICED = 0.25  # of what remains on the arm: with as much across it, sqrt(1 + 1/16), the whole grows by 3 %
 
 
 def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
@@ -20,6 +22,18 @@ def path_tolerances(moves: Sequence[Move], options: Options) -> Array:
         return np.full(len(moves), options.tolerance_m)
     welding = np.array([move.welding for move in moves])
     return np.where(welding, options.tolerance_m, max(options.tolerance_m, options.air_tolerance_m))
+
+
+def division_tolerances(path: Array, options: Options, expected_m: float) -> Array:
+    """(m,) distance [m] from each move's commanded curve below which no target is added.
+
+    It is the tolerance of the move, and at least a quarter of what is expected to remain on the arm; a tolerance closer
+    than the default is kept all the same.
+
+    Args:
+        path: (m,) tolerance along each move [m]. expected_m: expected to remain on the arm [m].
+    """
+    return path if options.tolerance_m < TOLERANCE_M else np.maximum(path, NOTICED * expected_m)
 
 
 def goal_tolerances(moves: Sequence[Move], options: Options) -> Array:

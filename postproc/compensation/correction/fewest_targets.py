@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensation.correction.placement import perpendicular, place_arcs, place_vertices
+from postproc.compensation.correction.placement import circle_gaps, perpendicular, place_arcs, place_vertices
 from postproc.compensation.path.samples import Samples
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import StatementKey
@@ -117,6 +118,26 @@ def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -
     allowed = _outside_zones(samples, i, u)
     vertices, reached = place_vertices(u, perpendicular(shift, direction), allowed, limit, division.weight[rows])
     return Pieces(i, tuple(begin + v for v in vertices), (), reached)
+
+
+def left_by_targets(division: Division, i: int, T_commanded: Array) -> tuple[int, float]:
+    """How many targets on move i keep its tolerance, and the largest weighted distance [m] that these leave.
+
+    Args:
+        T_commanded: (n, 4, 4) commanded poses at all samples.
+    """
+    samples = division.samples
+    pieces = (_arcs if samples.curves.arc[i] else _vertices)(division, i, T_commanded, True)
+    edges = [int(samples.start[i]), *pieces.goals, int(samples.goal[i])]
+    p, left = T_commanded[:, :3, 3], 0.0
+    for k, (a, b) in enumerate(pairwise(edges)):
+        rows = slice(a, b + 1)
+        if pieces.vias:
+            gaps = circle_gaps(p[rows], p[a], p[pieces.vias[k]], p[b])
+        else:
+            gaps = np.linalg.norm(perpendicular(p[rows] - p[a], (p[b] - p[a]) / np.linalg.norm(p[b] - p[a])), axis=1)
+        left = max(left, float((division.weight[rows] * gaps).max()))
+    return len(pieces.goals), left
 
 
 def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Callable[[int], bool]) -> list[Pieces]:

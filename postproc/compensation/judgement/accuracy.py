@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from postproc.compensation.correction.curve import Exact
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
@@ -33,6 +35,39 @@ class Accuracy:
     sigma: float
     within_95: float
     undetermined: Undetermined | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What is expected to remain on the arm once a program is corrected.
+
+    Args:
+        accuracy: of a fitted model, else None.
+        remaining: lower and upper share of the deflection, where the stiffness is an estimate, else None.
+        distance: one figure of both [m]; 0 where nothing is known of the model's errors.
+    """
+
+    accuracy: Accuracy | None
+    remaining: tuple[float, float] | None
+    distance: float
+
+
+def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) -> tuple[Expected, list[Diagnostic]]:
+    """What is expected to remain on the arm, and the findings CMP010 and CMP027 about it.
+
+    The distance is that which holds 95 % of the errors of a fitted model; with an estimated stiffness it is the largest
+    correction where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), about the
+    median of arms of the type. Of both it is the larger.
+    """
+    accuracy, findings = expect_accuracy(model, motion, source)
+    remaining = expect_remaining(model, motion)
+    samples, space = motion.samples, ~motion.samples.curves.joint[motion.samples.move]
+    lit = space & np.array([move.welding for move in samples.moves])[samples.move]
+    size = np.linalg.norm((exact.T_work_tcp - motion.wanted.T_work_tcp)[:, :3, 3], axis=1)
+    deviation = float(size[lit if lit.any() else space].max(initial=0.0))
+    share = 0.0 if remaining is None else math.sqrt(math.prod(remaining))
+    distance = max(0.0 if accuracy is None else accuracy.within_95, share * deviation)
+    return Expected(accuracy, remaining, distance), [*findings, *doubt_help(remaining, source)]
 
 
 def expect_remaining(model: Model, motion: Motion) -> tuple[float, float] | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensation.correction.deviation import Deviation
+from postproc.compensation.correction.fewest_targets import Division, left_by_targets
 from postproc.compensation.judgement.transitions import (
     finding,
     for_the_next,
@@ -18,6 +19,7 @@ from postproc.compensation.judgement.transitions import (
     transient_finding,
     transition_findings,
 )
+from postproc.compensation.options import TOLERANCE_M
 from postproc.compensation.plan import CorrectionPlan
 from postproc.compensation.reading import OUT_OF_REACH
 from postproc.compensation.text.values import UNCHANGED_MM, UNCHANGED_RAD, StatementOutcome, Status
@@ -132,6 +134,16 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
     whole = next((why for i in rows if (why := plan.refused.get(i) or plan.why_whole(i))), None)
     if whole is not None:
         return f"no target was added: {whole}"
+    path, least = float(plan.path_tolerance[farthest]), float(plan.division_tolerance[farthest])
+    if on_the_way and least > path:
+        division = Division.of(plan.motion.samples, plan.path_tolerance, plan.motion.steady())
+        count, remaining = left_by_targets(division, farthest, plan.curve)
+        if count:
+            targets = "an added target" if count == 1 else f"{count} added targets"
+            return (
+                f"{targets} would leave {1e3 * remaining:.2f} mm; {1e3 * plan.expected_m:.2f} mm are expected to remain"
+                f" on the arm anyway; a `--tolerance` below {1e3 * TOLERANCE_M:g} mm adds them all the same"
+            )
     return f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE
 
 
