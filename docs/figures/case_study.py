@@ -24,7 +24,7 @@ from postproc.model.file import default_model
 
 HERE = Path(__file__).resolve().parent
 SAMPLE = HERE.parent.parent / "samples" / "paper_case.mod"
-OPTIONS = Options(force=(200.0, -200.0, -200.0), inertia=False)
+OPTIONS = Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False)
 plt.rcParams.update({"svg.hashsalt": "postproc", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
 
 
@@ -35,7 +35,7 @@ def arc_length(points: np.ndarray) -> np.ndarray:
 def draw(name: str) -> None:
     model = default_model(name)
     result: Conversion = compensate_program(Source(SAMPLE.name, SAMPLE.read_bytes()), model, OPTIONS)
-    assert result.plan is not None and result.before is not None and result.after is not None
+    assert result.judged is not None and result.plan is not None and result.judged.after is not None
     motion = result.plan.motion
     timeline, samples = motion.timeline, motion.samples
 
@@ -61,7 +61,7 @@ def draw(name: str) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.0))
     axes[0].plot(s * 1e3, np.linalg.norm(real - wanted, axis=1) * 1e3, "tab:red", lw=1.2)
     axes[0].set_title("before")
-    after = result.after
+    after = result.judged.after
     rows = np.argsort(after.owner + after.u, kind="stable")
     rows = rows[~samples.curves.joint[after.owner[rows]]]
     place = np.interp(after.owner[rows] + after.u[rows], (samples.move + samples.u)[space], s)
@@ -92,8 +92,8 @@ def draw(name: str) -> None:
 
 def residual(result: Conversion, space: np.ndarray) -> np.ndarray:
     """Size of the remaining deviation along the path, drawn upwards."""
-    assert result.plan is not None and result.after is not None
-    samples, after = result.plan.motion.samples, result.after
+    assert result.judged is not None and result.plan is not None and result.judged.after is not None
+    samples, after = result.plan.motion.samples, result.judged.after
     order = np.argsort(after.owner + after.u, kind="stable")
     size = np.interp((samples.move + samples.u)[space], (after.owner + after.u)[order], after.distance[order])
     return np.column_stack([0 * size, 0 * size, size])

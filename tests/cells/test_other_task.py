@@ -126,7 +126,7 @@ def converted(root: Path, text: str) -> Conversion:
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     arm: Model = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes="").encode()))
     return compensate_program(
-        Source("w.mod", text.encode()), arm.at_station(together), Options(force=FORCE, inertia=False)
+        Source("w.mod", text.encode()), arm.at_station(together), Options(tolerance_m=1e-5, force=FORCE, inertia=False)
     )
 
 

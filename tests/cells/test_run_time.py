@@ -18,7 +18,7 @@ from tests.independent import arm as A
 def on_the_controller(case: Case) -> Conversion:
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
-    options = Options(force=FORCE, inertia=False, run_time="all")
+    options = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time="all")
     return compensate_program(
         Source("p.mod", case.text.encode()), parse_model(Source("m.toml", model.encode())), options
     )

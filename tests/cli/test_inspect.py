@@ -128,6 +128,7 @@ def test_the_decision_for_every_statement_is_that_of_compensate(call: Call, tmp_
     """p1 serves two tools: its numbers serve one, an Offs the other; one Offs serves the four runs of the loop."""
     path = tmp_path / "shared.mod"
     path.write_text(SHARED)
+    (tmp_path / "postproc.toml").write_text("tolerance_mm = 0.01\n")
     rows = json.loads(call("inspect", path, "--json").out)["statements"]
     decided = ["declaration", "argument", "argument", "declaration", "aggregate", "argument"]
     assert [row["edited"] for row in rows] == decided

@@ -56,7 +56,7 @@ def test_a_seam_and_a_fit_need_an_arm_too(call_as_written: Call, samples: Path, 
 
 
 def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, program: Path, tmp_path: Path) -> None:
-    rest = "; tolerance 0.01 mm, 0.2 mm in the air; scope all"
+    rest = "; tolerance 0.1 mm, 0.2 mm in the air; scope all"
     model = tmp_path / "m.toml"
     model.write_text(MODEL)
 
@@ -75,7 +75,7 @@ def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, p
     line, said = first()
     toml = tmp_path / "postproc.toml"
     assert line == (
-        f"arm `irb4600_60_205_seed` as in `{model}` (from {toml}); tolerance 0.01 mm, 0.5 mm in the air; scope welds"
+        f"arm `irb4600_60_205_seed` as in `{model}` (from {toml}); tolerance 0.1 mm, 0.5 mm in the air; scope welds"
     )
     assert said == {"robot": "irb4600_60_205_seed", "robot_from": str(toml), "scope": "welds"}
     assert first("--robot", "irb4600_60_205")[0].startswith("arm `irb4600_60_205` (from --robot);"), "the whole arm"

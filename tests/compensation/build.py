@@ -58,11 +58,10 @@ def arm() -> Model:
 
 
 def convert(text: str | bytes, model: Model | None = None, **options: Any) -> Conversion:
-    """The conversion under the force of the study; unless asked for without inertia, and with one tolerance on all motions."""
+    """The conversion under the force of the study; unless asked for without inertia, and with 0.01 mm on all motions."""
     data = text.encode("latin-1") if isinstance(text, str) else text
-    chosen = Options(
-        **{"force": FORCE, "inertia": False, "air_tolerance_m": options.get("tolerance_m", 1e-5), **options}
-    )
+    near = options.get("tolerance_m", 1e-5)
+    chosen = Options(**{"force": FORCE, "inertia": False, "tolerance_m": near, "air_tolerance_m": near, **options})
     return compensate_program(Source("m.mod", data), model or arm(), chosen)
 
 

@@ -23,7 +23,7 @@ def target(x: float, y: float = 0.0, z: float = 900.0) -> str:
 
 def convert(*files: tuple[str, str, bool], **options: object) -> Conversion:
     sources = [Source(name, text.encode(), read_only) for name, text, read_only in files]
-    return compensate_program(sources, default_model(), Options(inertia=False, **options))  # type: ignore[arg-type]
+    return compensate_program(sources, default_model(), Options(**{"tolerance_m": 1e-5, "inertia": False, **options}))  # type: ignore[arg-type]
 
 
 def numbers(text: bytes, word: bytes) -> list[list[float]]:

@@ -93,7 +93,7 @@ def weld_error(arm: A.Arm, text: str, T_true: np.ndarray, points: np.ndarray, fo
 
 
 def converted(text: str, force: np.ndarray, taught: tuple[str, ...]) -> str:
-    options = Options(inertia=False, force=tuple(force), force_on="arc", wobj_taught=taught)  # type: ignore[arg-type]
+    options = Options(tolerance_m=1e-5, inertia=False, force=tuple(force), force_on="arc", wobj_taught=taught)  # type: ignore[arg-type]
     done = compensate_program(Source("m.mod", text.encode()), soft_model(), options)
     assert done.output is not None, [d.message for d in done.diagnostics]
     return done.output.decode()

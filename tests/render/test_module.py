@@ -183,7 +183,7 @@ def test_only_the_second_module_of_a_file_moves() -> None:
 def test_a_file_of_the_task_that_needs_no_change_is_kept() -> None:
     data = Source("data.sys", f"MODULE Data(SYSMODULE)\r\n{DATA}ENDMODULE".encode())
     main = Source("main.mod", PLAIN.replace(DATA, "").encode())
-    found = compensate_program([data, main], arm(), Options(force=(200.0, -200.0, -200.0), inertia=False))
+    found = compensate_program([data, main], arm(), Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False))
     assert found.outputs["data.sys"] == data.data
     assert b"! postproc" in found.outputs["main.mod"]
 
@@ -193,7 +193,7 @@ def test_targets_in_another_file_of_the_task() -> None:
     main = Source(
         "main.mod", PLAIN.replace(DATA, "").replace(f"  CONST robtarget p1:={target(1350, -500)};\n", "").encode()
     )
-    options = Options(force=(200.0, -200.0, -200.0), inertia=False)
+    options = Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False)
     found = compensate_program([data, main], arm(), options)
     assert b"! postproc" in found.outputs["main.mod"] and b"! postproc" in found.outputs["data.mod"]
     assert f"p1:={target(1350, -500)}".encode() not in found.outputs["data.mod"]

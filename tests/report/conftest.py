@@ -22,13 +22,14 @@ from postproc.model.file import default_model
 @pytest.fixture(scope="session")
 def conversion() -> Conversion:
     data = resource("samples", "paper_case.mod").read_bytes()
-    return compensate_program(Source("paper_case.mod", data), default_model(), Options(force=(200.0, -200.0, -200.0)))
+    options = Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0))
+    return compensate_program(Source("paper_case.mod", data), default_model(), options)
 
 
 @pytest.fixture(scope="session")
 def seam() -> Conversion:
     data = resource("samples", "hull_seam.mod").read_bytes()
-    return compensate_program(Source("hull_seam.mod", data), default_model(), Options())
+    return compensate_program(Source("hull_seam.mod", data), default_model(), Options(tolerance_m=1e-5))
 
 
 def carried(page: str, name: str = "document") -> Any:

@@ -50,7 +50,7 @@ def weld(goal: str, word: str) -> str:
 def converted(text: str, run_time: str = "where-needed", read_only: str = "", **options: object) -> Conversion:
     sources = [Source("line.mod", text.encode("latin-1"))]
     sources += [Source("lent.sys", read_only.encode("latin-1"), read_only=True)] if read_only else []
-    chosen = Options(force=FORCE, inertia=False, run_time=run_time, **options)  # type: ignore[arg-type]
+    chosen = Options(tolerance_m=1e-5, force=FORCE, inertia=False, run_time=run_time, **options)  # type: ignore[arg-type]
     return compensate_program(sources, default_model(ARM), chosen)
 
 

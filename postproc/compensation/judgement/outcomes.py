@@ -139,10 +139,10 @@ def _why(plan: CorrectionPlan, rows: Sequence[int], farthest: int, on_the_way: b
         division = Division.of(plan.motion.samples, plan.path_tolerance, plan.motion.steady())
         count, remaining = left_by_targets(division, farthest, plan.curve)
         if count:
-            targets = "an added target" if count == 1 else f"{count} added targets"
+            targets, them = ("an added target", "it") if count == 1 else (f"{count} added targets", "them")
             return (
-                f"{targets} would leave {1e3 * remaining:.2f} mm; {1e3 * plan.expected_m:.2f} mm are expected to remain"
-                f" on the arm anyway; a `--tolerance` below {1e3 * TOLERANCE_M:g} mm adds them all the same"
+                f"{targets} would leave {1e3 * remaining:.2f} mm, and {1e3 * plan.expected_m:.2f} mm are expected to"
+                f" remain on the arm anyway; a `--tolerance` below {1e3 * TOLERANCE_M:g} mm adds {them} all the same"
             )
     return f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE
 
