@@ -142,7 +142,9 @@ def test_a_program_goes_where_it_should_on_the_real_cell(cell: Callable[[], tupl
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=effect + case.axes)
     arm = parse_model(Source("m.toml", model.encode()))
-    result = compensate_program(Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False))
+    result = compensate_program(
+        Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False)
+    )
     assert result.output is not None, [str(d) for d in result.diagnostics]
     found = W.check(case.text, result.output.decode(), case.world, ARM, np.array(FORCE))
     assert not found.problems and found.after <= LIMIT

@@ -73,7 +73,9 @@ def converted(case: Case, **options: Any) -> Conversion:
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     model = MODEL.format(mounting=case.mounting, compliance=compliance, axes=case.axes)
     arm = parse_model(Source("m.toml", model.encode()))
-    return compensate_program(Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, inertia=False, **options))
+    return compensate_program(
+        Source("p.mod", case.text.encode()), arm, Options(tolerance_m=1e-5, inertia=False, **options)
+    )
 
 
 ARM = A.irb4600()
@@ -243,7 +245,9 @@ def test_two_robots_on_one_work() -> None:
         station = station_of(cell, name)
         assert station is not None
         result = compensate_program(
-            Source("p.mod", out[name].encode()), bare.at_station(station), Options(tolerance_m=1e-5, force=FORCE, inertia=False)
+            Source("p.mod", out[name].encode()),
+            bare.at_station(station),
+            Options(tolerance_m=1e-5, force=FORCE, inertia=False),
         )
         assert result.output is not None, [d.message for d in result.diagnostics]
         found = W.check(out[name], result.output.decode(), world, ARM, np.array(FORCE))
@@ -283,7 +287,9 @@ def test_synchronised_motion_keeps_its_statements() -> None:
     assert count == 3
     compliance = ",".join(f"{c:.12g}" for c in A.TABLE_2)
     arm = parse_model(Source("m.toml", MODEL.format(mounting="", compliance=compliance, axes=case.axes).encode()))
-    result = compensate_program(Source("p.mod", text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False))
+    result = compensate_program(
+        Source("p.mod", text.encode()), arm, Options(tolerance_m=1e-5, force=FORCE, inertia=False)
+    )
     assert result.output is not None and result.report["added_targets"] == 0
     assert result.output.decode().count("\\ID:=10") == 3
     assert "CMP006" in [d.code for d in result.diagnostics]

@@ -35,7 +35,17 @@ def test_a_converted_program_reaches_the_programmed_path(
     text = untidy.complicate(text, seed) if hard else text
     source, output = tmp_path / "weld.mod", tmp_path / "weld.out.mod"
     source.write_bytes(text.encode("latin-1"))
-    options = ("--tolerance", 0.01, "--inertia", "off", "--force", ",".join(map(str, FORCE)), "--air-tolerance", air, "--json")
+    options = (
+        "--tolerance",
+        0.01,
+        "--inertia",
+        "off",
+        "--force",
+        ",".join(map(str, FORCE)),
+        "--air-tolerance",
+        air,
+        "--json",
+    )
     arguments = ("compensate", source, "-o", output, "--robot", geometry, *options)
     assert run(build(), list(map(str, arguments))) == 0
     claimed = float(json.loads(capsys.readouterr().out)["max_error_after_mm"])

@@ -183,7 +183,9 @@ def test_only_the_second_module_of_a_file_moves() -> None:
 def test_a_file_of_the_task_that_needs_no_change_is_kept() -> None:
     data = Source("data.sys", f"MODULE Data(SYSMODULE)\r\n{DATA}ENDMODULE".encode())
     main = Source("main.mod", PLAIN.replace(DATA, "").encode())
-    found = compensate_program([data, main], arm(), Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False))
+    found = compensate_program(
+        [data, main], arm(), Options(tolerance_m=1e-5, force=(200.0, -200.0, -200.0), inertia=False)
+    )
     assert found.outputs["data.sys"] == data.data
     assert b"! postproc" in found.outputs["main.mod"]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.compensation.correction.curve import Exact
+from postproc.compensation.correction.deviation import away_from_curves
 from postproc.compensation.path.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
@@ -56,15 +57,17 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     """What is expected to remain on the arm, and the findings CMP010 and CMP027 about it.
 
     The distance is that which holds 95 % of the errors of a fitted model; with an estimated stiffness it is the largest
-    correction where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), about the
+    deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), about the
     median of arms of the type. Of both it is the larger.
     """
     accuracy, findings = expect_accuracy(model, motion, source)
     remaining = expect_remaining(model, motion)
     samples, space = motion.samples, ~motion.samples.curves.joint[motion.samples.move]
     lit = space & np.array([move.welding for move in samples.moves])[samples.move]
-    size = np.linalg.norm((exact.T_work_tcp - motion.wanted.T_work_tcp)[:, :3, 3], axis=1)
-    deviation = float(size[lit if lit.any() else space].max(initial=0.0))
+    rows, wanted = np.flatnonzero(lit if lit.any() else space), motion.wanted
+    uncorrected = 2 * wanted.T_work_tcp[rows, :3, 3] - exact.T_work_tcp[rows, :3, 3]  # about where the arm goes
+    away, _ = away_from_curves(wanted.curves, samples.move[rows], uncorrected)
+    deviation = float(np.linalg.norm(away, axis=1).max(initial=0.0))
     share = 0.0 if remaining is None else math.sqrt(math.prod(remaining))
     distance = max(0.0 if accuracy is None else accuracy.within_95, share * deviation)
     return Expected(accuracy, remaining, distance), [*findings, *doubt_help(remaining, source)]
