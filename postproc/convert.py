@@ -72,7 +72,7 @@ class _Task:
         reach: which statements a function on the controller can correct.
         measured: findings at data that the program itself measures, by key of the data.
         shifts: how much of the correction in each work object is one rigid motion.
-        expected: to remain on the arm; None before the correction is known.
+        expected: to remain on the arm, once the correction is known.
     """
 
     program: Program
@@ -83,7 +83,7 @@ class _Task:
     reach: Reach
     measured: Mapping[str, Diagnostic]
     shifts: tuple[RigidShift, ...] = ()
-    expected: Expected | None = None
+    expected: Expected = Expected()
 
     @property
     def on(self) -> bool:
@@ -238,8 +238,7 @@ def _without_errors(
 def _correct(task: _Task, motion: Motion) -> tuple[_Task, Exact, list[Diagnostic]]:
     """The task with path meant, rigid shifts and what is expected on the arm, the commanded joint angles, and findings.
 
-    Findings are CMP026 about work objects that the arm has taught, MOD005 if the tool weighs less than nothing, and
-    those about what is expected.
+    Findings are CMP026 about taught work objects, MOD005 on a tool lighter than nothing, and those on what is expected.
     """
     shifts = fit_shifts(task.model, motion, task.program, task.options.wobj_taught)
     motion = replace(motion, meant=leave_out(motion.samples, shifts))
@@ -253,11 +252,9 @@ def _correct(task: _Task, motion: Motion) -> tuple[_Task, Exact, list[Diagnostic
 def _assign(task: _Task, exact: Exact) -> tuple[CorrectionPlan, list[Diagnostic]]:
     """The plan of which targets are changed or added, and findings about corrections that are too large."""
     chosen = OnController(task.reach.takes, task.options.run_time == "all") if task.on else OnController()
-    assert task.motion is not None and task.expected is not None  # else only a function on the controller can correct
-    expected_m = task.expected.distance
-    plan = Planner(
-        task.model, task.motion, exact, task.events, task.program, expected_m=expected_m, on_controller=chosen
-    ).plan()
+    assert task.motion is not None  # else only a function on the controller can correct
+    known = (task.model, task.motion, exact, task.events, task.program)
+    plan = Planner(*known, expected_m=task.expected.distance, on_controller=chosen).plan()
     return plan, doubt_corrections(task.model, plan)
 
 
@@ -303,7 +300,6 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
     worlds, more = check_written(program, events, text.drafts, plan, outcomes)
     findings = [*_sound([*findings, *more]), *check_choices(model, program, events, text.drafts, plan)]
     limits, more = check_corrected(model.robot, plan, source)
-    more += doubt_drawn(task.shifts, plan.motion.moves, task.options)
     unseen, lines = unmeasured(outcomes, events, plan)
     judged = JudgedProgram(
         options=plan.motion.options,
@@ -318,13 +314,13 @@ def _prove(task: _Task, plan: CorrectionPlan, text: _Text, watch: Watch) -> tupl
         figures=figures,
         shifts=task.shifts,
         drawn=figures_of(plan, *others[0]) if others else None,
-        accuracy=task.expected.accuracy if task.expected is not None else None,
+        accuracy=task.expected.accuracy,
         limits=limits,
         worlds=worlds,
-        remaining=task.expected.remaining if task.expected is not None else None,
+        remaining=task.expected.remaining,
         run_time=text.function.figures(task.options.run_time, after, plan) if text.function is not None else None,
     )
-    return judged, [*findings, *more]
+    return judged, [*findings, *more, *doubt_drawn(task.shifts, plan.motion.moves, task.options)]
 
 
 def _deviations(

@@ -48,9 +48,9 @@ class Expected:
         distance: one figure of both [m]; 0 where nothing is known of the model's errors.
     """
 
-    accuracy: Accuracy | None
-    remaining: tuple[float, float] | None
-    distance: float
+    accuracy: Accuracy | None = None
+    remaining: tuple[float, float] | None = None
+    distance: float = 0.0
 
 
 def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) -> tuple[Expected, list[Diagnostic]]:
