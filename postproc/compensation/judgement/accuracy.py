@@ -57,8 +57,8 @@ def expect_on_arm(model: Model, motion: Motion, exact: Exact, source: Source) ->
     """What is expected to remain on the arm, and the findings CMP010 and CMP027 about it.
 
     The distance is that which holds 95 % of the errors of a fitted model; with an estimated stiffness it is the largest
-    deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), about the
-    median of arms of the type. Of both it is the larger.
+    deviation where it welds (without welds, along lines and arcs) times the middle share sqrt(low high), a fifth below
+    the median of arms of the type. Of both it is the larger.
     """
     accuracy, findings = expect_accuracy(model, motion, source)
     remaining = expect_remaining(model, motion)
