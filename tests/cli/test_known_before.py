@@ -25,7 +25,7 @@ def test_a_program_with_a_force_is_told_what_no_row_told(call: Call, tmp_path: P
     most = loaded["undetermined_parameter"]
     assert most["parameter"] == "joint_compliance.compliance_rad_per_Nm[1]"
     assert np.flatnonzero(most["pull"]).tolist() == [1]
-    assert loaded["undetermined_under_load_mm"] > 0.5 > 10 * unloaded["undetermined_under_load_mm"]
+    assert loaded["undetermined_under_load_mm"] > 0.5 > 4 * unloaded["undetermined_under_load_mm"]
     assert loaded["expected_accuracy"]["within_95_percent_mm"] >= loaded["undetermined_under_load_mm"]
     said = call(*words, *FORCE).out
     assert "pull with 100 N along y of the base at 3 poses" in said
