@@ -27,9 +27,9 @@ def test_a_program_with_a_force_is_told_what_no_row_told(call: Call, tmp_path: P
     assert np.flatnonzero(most["pull"]).tolist() == [1]
     assert loaded["undetermined_under_load_mm"] > 0.5 > 4 * unloaded["undetermined_under_load_mm"]
     assert loaded["expected_accuracy"]["within_95_percent_mm"] >= loaded["undetermined_under_load_mm"]
-    said = call(*words, *FORCE).out
+    said = call(*words, *FORCE).err
     assert "pull with 100 N along y of the base at 3 poses" in said
-    assert "pull with" not in call(*words).out
+    assert "pull with" not in call(*words).err
 
 
 @pytest.mark.parametrize("kind", [kinds.backlash, kinds.gravity_compensator, kinds.arm_load])
