@@ -62,7 +62,7 @@ def undetermined_sentences(fit: Fit) -> list[Sentence]:
         shown = {(key, i): f"{key} {text}" for key in {key for key, _ in open_} for i, text in known_values(fit, key)}
         sources = dict(zip((*fit.posterior.names, *fit.posterior.left_open), fit.posterior.sources, strict=True))
         by_source: dict[str, list[str]] = {}
-        for name in open_:
+        for name in (name for name in open_ if name in shown):
             by_source.setdefault(sources[name], []).append(shown[name])
         for source, some in by_source.items():
             lines.append(f"The rows say little of {joined(some)}; what stood before them is kept ({source})")

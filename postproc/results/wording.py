@@ -30,10 +30,18 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     effect = fit.model.effect(key)
     if effect is None:
         return
-    for i, ((name, unit), value) in enumerate(zip(_entries(effect), effect.vector(), strict=True)):
-        if (key, i) in fit.sigma:
-            factor, shown = readable(unit)
-            yield name, factor * float(value), factor * fit.sigma[key, i], shown
+    entries = list(_entries(effect))
+    for i in _told(fit, effect):
+        name, unit = entries[i]
+        factor, shown = readable(unit)
+        yield name, factor * float(effect.vector()[i]), factor * fit.sigma[key, i], shown
+
+
+def _told(fit: Fit, effect: Effect) -> list[int]:
+    """Return the entries of an effect's vector that are told: fitted ones, and open ones at another prior than null."""
+    x, null, fitted = effect.vector(), effect.null_vector(), set(fit.posterior.names)
+    every = [i for i in range(len(x)) if (effect.key, i) in fit.sigma]
+    return [i for i in every if (effect.key, i) in fitted or x[i] != null[i]]
 
 
 def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
@@ -44,8 +52,7 @@ def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    index = (i for i in range(len(effect.vector())) if (key, i) in fit.sigma)
-    for i, (name, value, sigma, unit) in zip(index, fitted_values(fit, key), strict=True):
+    for i, (name, value, sigma, unit) in zip(_told(fit, effect), fitted_values(fit, key), strict=True):
         yield i, f"{name} {with_sigma(value, sigma)} {unit}".rstrip()
 
 

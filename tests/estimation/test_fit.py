@@ -295,6 +295,7 @@ def test_an_effect_that_hardly_helps_is_said_so():
             rms=held_out,
             parts=SimpleNamespace(level=2.5e-5),
             observed=observations(False, False)[0],
+            drafted=False,
         )
 
     def said(held_out: float, share: float) -> str:
