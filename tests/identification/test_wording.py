@@ -226,7 +226,10 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
-    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
+    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding.
+
+    No figure of the pattern is called one of rows that the fit has not seen: its choice has seen them all.
+    """
     line = _missing("transmission_error", "joint 1, order 5", held_out_after=4.91e-4)
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, drafts=("1.0",))
     found = SimpleNamespace(
@@ -248,7 +251,8 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
         misleading=False,
     )
     text = headline(found)
-    assert "With it and the pattern that remains, the error" in text and "from 0.488 to 0.057 mm" in text
+    assert "With it, the error on rows the fit has not seen is 0.491 mm per axis, without 0.488;" in text
+    assert "the pattern that remains brings it to 0.057 on the rows on which its form was chosen." in text
     assert "worth next to nothing" not in text
     found.verdict = "missing"
     assert of_little_worth(found) == ["transmission_error"]
