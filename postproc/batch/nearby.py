@@ -8,6 +8,7 @@ from functools import lru_cache
 from itertools import chain
 from pathlib import Path
 
+from postproc.batch.backinfo import listed_modules, not_loaded
 from postproc.batch.discover import PARTS, SHARED
 from postproc.diagnostics import Diagnostic, Source
 from postproc.files import real
@@ -73,15 +74,18 @@ def _files_near(taken: Iterable[Path], paths: Iterable[Path]) -> tuple[list[Path
             (same if home.name.lower() == SHARED else other).update(dict.fromkeys(_folders(home)))
     own = {real(path) for path in taken}
     near = [
-        [p for place in places for p in _modules(place) if real(p) not in own]
+        [p for place in places for p in _loaded_modules(place) if real(p) not in own]
         for places in (same, [place for place in other if place not in same])
     ]
     return (near[0], near[1]) if sum(map(len, near)) <= MOST_FILES else ([], [])
 
 
-def _modules(place: Path) -> list[Path]:
-    """Return the files with modules in a folder, sorted."""
-    return sorted(p for p in place.iterdir() if p.suffix.lower() in ENDINGS)
+def _loaded_modules(place: Path) -> list[Path]:
+    """Return the files with modules in a folder, sorted; in a backup those that its controller loads."""
+    modules = sorted(p for p in place.iterdir() if p.suffix.lower() in ENDINGS)
+    home = place.parent if place.name.lower() in PARTS else place
+    left_out = not_loaded(home, modules, listed_modules(home.parent.parent))
+    return [path for path in modules if path not in left_out]
 
 
 def _folders(place: Path) -> list[Path]:

@@ -91,8 +91,10 @@ def read_calibration(motion: Entries, robot: Entry) -> Calibration | None:
 
 def read_backup(folder: Path) -> Backup:
     """Read the configuration in a controller's backup; empty where a file is missing."""
-    names = {task.upper(): name.strip() for task, name in _TASK.findall(_text(folder, "BACKINFO", "backinfo.txt"))}
-    return Backup(names, *(read_entries(_text(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
+    names = {
+        task.upper(): name.strip() for task, name in _TASK.findall(text_in_backup(folder, "BACKINFO", "backinfo.txt"))
+    }
+    return Backup(names, *(read_entries(text_in_backup(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
 
 
 def read_drive(backup: Backup, folder: str) -> Drive:
@@ -186,7 +188,7 @@ def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 
-def _text(backup: Path, folder: str, name: str) -> str:
+def text_in_backup(backup: Path, folder: str, name: str) -> str:
     """Return the text of a file in a folder of the backup, both names in any case; empty where there is none."""
     for path in sorted(backup.glob("*")):
         if path.name.lower() == folder.lower() and path.is_dir():
