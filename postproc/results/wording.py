@@ -45,7 +45,7 @@ def _told(fit: Fit, effect: Effect) -> list[int]:
 
 
 def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
-    """Yield index and text of every parameter of an effect: ``compliance[1] 4.22 ± 0.90 µrad/(N m)``.
+    """Yield index and text of every parameter of an effect: ``the compliance of joint 1, 4.22 ± 0.90 µrad/(N m)``.
 
     Args:
         key: of the effect, which the model has.
@@ -53,7 +53,7 @@ def known_values(fit: Fit, key: str) -> Iterator[tuple[int, str]]:
     effect = fit.model.effect(key)
     assert effect is not None
     for i, (name, value, sigma, unit) in zip(_told(fit, effect), fitted_values(fit, key), strict=True):
-        yield i, f"{name} {with_sigma(value, sigma)} {unit}".rstrip()
+        yield i, f"{in_words(type(effect), name)}, {with_sigma(value, sigma)} {unit}".rstrip()
 
 
 def parameter_rows(fit: Fit, key: str, most: int = SINGLY) -> list[tuple[str, str, str, str]]:
@@ -149,6 +149,26 @@ def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
 def _choice(value: object) -> str:
     """Return a structural choice, a word or a number, as text."""
     return value if isinstance(value, str) else f"{value:g}"
+
+
+def in_words(effect: type[Effect], name: str) -> str:
+    """Return a parameter of a joint or a body as a noun: ``compliance[1]`` is ``the compliance of joint 1``.
+
+    Numbers count the joints where an array has an entry for each of them. Others are named as in tables, behind the key
+    of their effect: ``tool_frame shift[x]``.
+
+    Args:
+        effect: its class; name: with or without the unit, and the index.
+    """
+    array, bracket, index = name.partition("[")
+    fields = {field.removesuffix(unit_suffix(meta.unit)): meta for field, meta in effect.parameters().items()}
+    noun = next((short for short in fields if array in (short, short + unit_suffix(fields[short].unit))), array)
+    of = index.rstrip("]")
+    if of.isdigit() and noun in fields and fields[noun].shape == (6,):
+        of = f"joint {of}"
+    if re.fullmatch(r"(joint|body) \d", of):
+        return f"the {noun.replace('_', ' ')} of {of}"
+    return f"{effect.key} {noun}{bracket}{index}"
 
 
 def readable(unit: str) -> tuple[float, str]:

@@ -28,7 +28,7 @@ from postproc.measure.observations import observations
 from postproc.results.diagnosis import brief_ranking, suspect_table, verdict_figures
 from postproc.results.fit import fit_values, parameter_values
 from postproc.results.sentences import doubts, headline, of_little_worth
-from postproc.results.wording import fitted_values, grouped, p_text, parameter_rows, parameters_text, place
+from postproc.results.wording import fitted_values, grouped, in_words, p_text, parameter_rows, parameters_text, place
 from tests.identification.cells import base_fit, cell
 
 POSITIONS = observations(rotation=False, joint=False)[0]
@@ -263,3 +263,18 @@ def test_a_mean_of_nothing_has_no_sign():
     found = compare(fit.model, fit.data)
     text = text_of(replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])))
     assert re.search(r"^  z +0\.0+ +0\.0+$", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "said"),
+    [
+        ("joint_compliance", "compliance_rad_per_Nm[1]", "the compliance of joint 1"),
+        ("backlash", "half_gap[2]", "the half gap of joint 2"),
+        ("arm_load", "mass[body 3]", "the mass of body 3"),
+        ("tool_frame", "shift_m[x]", "tool_frame shift[x]"),
+        ("payload_error", "mass_kg", "payload_error mass"),
+        ("transmission_error", "sine_rad[1]", "transmission_error sine[1]"),  # the first wave, not joint 1
+    ],
+)
+def test_a_parameter_of_a_joint_is_named_in_words(key, name, said):
+    assert in_words(effect_library()[key], name) == said
