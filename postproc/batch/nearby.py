@@ -33,6 +33,10 @@ def read_nearby(own: Sequence[Source], root: Path = Path()) -> ReadAlong:
     """
     words = set[str]().union(*(identifiers(source.data) for source in own))
     near = _files_near([root / source.path for source in own], [root / s.path for s in own if not s.read_only])
+    if sum(map(len, near)) > MOST_FILES:
+        text = f"more than {MOST_FILES} files with modules are near `{own[0].path}`: none of them is read along"
+        help_ = "where it lacks data, name the file that declares it, `--with FILE`"
+        return ReadAlong(findings=(Diagnostic("RAP040", "info", text, help=help_),))
     if not any(words & _declared(path) for path in chain(*near)):
         return ReadAlong()
 
@@ -50,7 +54,8 @@ def help_nearby(name: str, own: Sequence[Path]) -> str | None:
     Args:
         name: of the data that is used without a value. own: all files of the program.
     """
-    for path in chain(*_files_near(own, own)):
+    near = _files_near(own, own)
+    for path in chain(*near) if sum(map(len, near)) <= MOST_FILES else ():
         if name.lower() in _declared(path) and declares(_source(path, Path()), name):
             return f"`{path}` declares it: add `--with {path}`"
     return None
@@ -59,8 +64,7 @@ def help_nearby(name: str, own: Sequence[Path]) -> str | None:
 def _files_near(taken: Iterable[Path], paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     """Return files with modules near those of a program: those that its task may hold, those of other tasks.
 
-    That is what stands beside its files, in the other folders of its task, and in other tasks of its backup. Both are
-    empty where these are more than ``MOST_FILES``.
+    That is what stands beside its files, in the other folders of its task, and in other tasks of its backup.
 
     Args:
         taken: files that are read already. paths: of the program's own files.
@@ -77,7 +81,7 @@ def _files_near(taken: Iterable[Path], paths: Iterable[Path]) -> tuple[list[Path
         [p for place in places for p in _loaded_modules(place) if real(p) not in own]
         for places in (same, [place for place in other if place not in same])
     ]
-    return (near[0], near[1]) if sum(map(len, near)) <= MOST_FILES else ([], [])
+    return near[0], near[1]
 
 
 def _loaded_modules(place: Path) -> list[Path]:
